@@ -1,6 +1,6 @@
 """Worker processes that are killed during a sweep.
 
-Worker processes must import this module quickly, so it is separate from the test modules.
+The module is separate from the tests, because worker processes must import it quickly.
 """
 
 import os

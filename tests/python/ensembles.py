@@ -1,4 +1,4 @@
-"""Ensembles and comparisons shared by several test files."""
+"""Ensembles of tops, and functions that compare results, shared by several test files."""
 
 import kreisel as kr
 import numpy as np

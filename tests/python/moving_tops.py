@@ -1,4 +1,4 @@
-"""Scenes with moving supports and friction, and their motion computed by SciPy.
+"""Problems with moving supports and friction, and SciPy solutions for comparison.
 
 The equations of docs/theory/supports.md are integrated in the space frame. The integration uses
 only the numerical attributes of scenes.
@@ -85,7 +85,7 @@ class Motion:
         return -(self.apex @ change) / (self.apex @ self.inverse @ self.apex)
 
     def rates(self, t, y, friction):
-        """Return the time derivative of the state for a given friction torque about the apex."""
+        """Return the time derivative of the state for a friction torque about the top's axis."""
         q = tuple(y[:4])
         torque = np.array(turn(q, tuple(self.torque(t, y) + friction * self.apex)))
         torque -= np.cross(self.scene.turning, y[4:])
@@ -131,7 +131,7 @@ def integrate(scene, t):
 
 
 def compare_methods(scene, end, fewest):
-    """Compare the solutions of all applicable methods with a SciPy solution."""
+    """Check the results of all applicable methods against a SciPy solution."""
     q, m = integrate(scene, end)
     tolerance = {0: 3e-9, 1: 0.03, 2: 3e-5, 4: 1e-8, 6: 1e-9, 8: 1e-9}
     suited = [method for method in kr.methods.values() if method.suits(scene)]
@@ -150,7 +150,7 @@ def integral_of(values, t):
 
 
 def check_members(tops, t, **options):
-    """Check that each member of an ensemble agrees bitwise with an individual solution."""
+    """Check that each ensemble member agrees bitwise with the solution for a single top."""
     paths = kr.solve(tops, t, "taylor", **options)
     assert not paths.status.any()
     for i, path in enumerate(paths):
@@ -177,7 +177,7 @@ def check_resumed(scene, words, t=(0.7, 1.6)):
 def compare_tangents(scene, end, columns, digits=16, step=1e-6):
     """Compare derivatives with central differences.
 
-    `columns` contains pairs of a tangent's name and a function that perturbs the scene.
+    Each pair in `columns` contains the name of a tangent and a function that perturbs the scene.
     """
     names = tuple(dict.fromkeys(name for name, _ in columns))
     path = kr.solve(scene, [0.0, end], "taylor", tangents=names, digits=digits)

@@ -108,7 +108,7 @@ def calls():
 
 
 def functions(space):
-    """Yield the public functions and classes that are defined in the module `space`."""
+    """Yield the public functions and classes defined in the module `space`."""
     for name in getattr(space, "__all__", None) or vars(space):
         thing = getattr(space, name)
         own = space is kr or getattr(thing, "__module__", "") == space.__name__

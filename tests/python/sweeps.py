@@ -30,7 +30,7 @@ def run_sweep(to, words=REDUCED, source=SOURCE, **more):
 
 
 def hash_rows(folder):
-    """Return a hash of all rows of a sweep.
+    """Return a hash of all rows in the files of a sweep.
 
     The hash does not depend on how the rows are divided among files.
     """

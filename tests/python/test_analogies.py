@@ -1,4 +1,4 @@
-"""Tests of the analogy with elastic rods, of apex traces and of scaled units."""
+"""Tests of the elastic-rod analogy, of apex traces, and of scaled units."""
 
 import kreisel as kr
 import numpy as np
@@ -88,10 +88,10 @@ def test_a_centre_of_mass_off_the_axes_has_no_rod():
 
 
 def nutation_by_quadrature(scene, n=400):
-    """Return the heights of the apex at the turning points, the period and the precession rate.
+    """Return the apex heights at the turning points, the nutation period and the precession rate.
 
     The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. The constants v
-    and c are the vertical and axial angular momentum; the energy h excludes the spin energy.
+    and c are the vertical and the axial angular momentum. The energy h excludes the spin energy.
     """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])

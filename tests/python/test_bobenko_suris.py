@@ -9,7 +9,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def million_steps(method, step, gravity, within=1e-12):
-    """Compute a million steps, and check that the momenta are conserved."""
+    """Integrate over a million steps, and check that the momenta are conserved."""
     top = scene("lagrange", gravity=gravity)
     path = kr.solve(top, 1e6 * step, method=method, step=step, every=1000)
     assert np.ptp(path.vertical_momentum) == 0
@@ -93,7 +93,7 @@ def test_bobenko_suris4_is_accurate_for_fast_tops():
 
 
 def test_the_maps_are_conjugate():
-    """Check that both Bobenko-Suris maps agree if momenta are shifted by h / 2 times the torque."""
+    """Check that the two Bobenko-Suris maps differ only by a shift of the momentum."""
     top, h = scene("lagrange"), 0.1
     start = kr.solve(top, [0.0])
     early = top.replace(momentum=start.m[0] - 0.5 * h * start.torque[0])
@@ -104,7 +104,7 @@ def test_the_maps_are_conjugate():
 
 
 def test_spin_is_exact_for_fast_tops():
-    """Check the rotation angle of a fast top, where the Cayley map alone would be inaccurate."""
+    """Check the rotation angle of a fast top, for which the Cayley map alone is inaccurate."""
     top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
     path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
     angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2

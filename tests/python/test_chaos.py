@@ -11,7 +11,7 @@ UP = (1.0, 0.0, 0.0, 0.0)
 
 
 def slope(scene, rate, period=None):
-    """Return the asymptotic growth rate of a tangent, averaged over whole periods."""
+    """Return the asymptotic growth rate of a tangent vector, averaged over whole periods."""
     t = np.array([200.0, 300.0]) / rate
     if period:
         t = period * np.round(t / period)

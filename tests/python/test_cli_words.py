@@ -1,4 +1,4 @@
-"""Tests of the options and usage errors of the command line."""
+"""Tests of command-line options and usage errors."""
 
 import csv
 import json
@@ -19,7 +19,7 @@ THESIS = kr.scenes.thesis
 
 
 def times(words):
-    """Return the times that the command line parses from `words`."""
+    """Return the output times of a command with the option --t and the value `words`."""
     line = f"solve thesis --t {words} --want nutation --csv -"
     return [float(row.split(",")[0]) for row in call(line).splitlines()[1:]]
 

@@ -169,7 +169,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """Return the contents written by each function, and the longest writing time [s]."""
+    """Return the file contents that each function writes, and the longest writing time [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()
@@ -202,7 +202,7 @@ def kill_writer(file, ways, seconds):
 
 
 def inspect_file(file, contents):
-    """Return the state of a file, and remove leftover temporary files."""
+    """Determine whether a file is old, complete or damaged, and remove leftover temporary files."""
     for name in filter(JUNK.fullmatch, os.listdir(file.parent)):
         os.unlink(file.parent / name)
     found = file.read_bytes() if file.is_file() else None

@@ -128,7 +128,7 @@ def test_events_agree_with_the_series(name):
 
 
 def rotation_vector(q, other):
-    """Return the rotation vector that takes `q` to `other`, to first order."""
+    """Return the first-order rotation vector from the attitude `q` to the attitude `other`."""
     w, x, y, z = q
     p, r, s, u = other
     vector = (

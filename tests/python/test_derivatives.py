@@ -54,7 +54,7 @@ SCENES = {
 
 
 def differences(scene, name, component, values_at, step=2.0**-9):
-    """Differentiate `values_at` numerically with respect to a parameter of the scene."""
+    """Return the numerical derivative of `values_at` with respect to a parameter of the scene."""
     total = 0.0
     for k, weight in WEIGHTS.items():
         ahead, behind = (change_number(scene, name, component, by * k * step) for by in (1, -1))
@@ -101,7 +101,7 @@ def continue_angles(values, near):
 
 
 def quantity_changes(name, reference):
-    """Return a function that evaluates the quantity `name`."""
+    """Return a function that computes the quantity `name` from states."""
     near = getattr(reference, name)
 
     def values_at(block, states, low):

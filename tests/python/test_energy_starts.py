@@ -24,7 +24,7 @@ NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), unphysical=True)
 def effective_potential(body, gravity, vertical, P):
     """Return the energy of a body that rotates only about the vertical.
 
-    `P` contains directions of the vertical in the body frame.
+    Each row of `P` is the vertical unit vector in the body frame.
     """
     inertia = np.array(body.inertia)
     inertia = np.diag(inertia) if inertia.ndim == 1 else inertia

@@ -146,7 +146,7 @@ def send_sigint(after):
 
 
 def short_and_long_times(n):
-    """Return short times for the first 40 tops, and very long times for the others."""
+    """Return short integration times for the first 40 tops, and very long ones for the others."""
     times = np.tile(LONG, (n, 1))
     times[:40] *= 1e-6
     return times

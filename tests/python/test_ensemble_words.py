@@ -1,4 +1,4 @@
-"""Tests of the parameters that vary, are scattered or are random in ensembles."""
+"""Tests of ensembles with varied, scattered or random parameters."""
 
 import math
 

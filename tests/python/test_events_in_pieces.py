@@ -27,7 +27,7 @@ WAYS = {
 
 
 def same(parts, whole):
-    """Assert that consecutive paths contain the same events as one path."""
+    """Assert that consecutive paths contain the same states and events as a single path."""
     for name in ("states", "which", "direction"):
         got = np.concatenate([getattr(part.events, name) for part in parts])
         assert np.array_equal(got, getattr(whole.events, name)), name
@@ -54,7 +54,7 @@ def test_a_stream_finds_the_events_of_solve(words, chunk, sign):
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
 @pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
 def test_a_saved_run_finds_the_events_of_solve(words, sign):
-    """Save and resume the run at events, and shortly before and after them."""
+    """Save and resume a run at each event, and shortly before and after it."""
     met = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
     near = np.concatenate([met, np.nextafter(met, 0.0), np.nextafter(met, sign * 99.0)])
     times = sign * np.unique(np.abs(np.concatenate([near, sign * np.linspace(0, 30, 17)])))

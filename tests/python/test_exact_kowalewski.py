@@ -1,4 +1,4 @@
-"""Tests of the closed form of Kowalewski tops.
+"""Tests of the closed-form solution for Kowalewski tops.
 
 test_exact_torus_forms.py has the laws of both closed forms on a torus.
 """

@@ -1,4 +1,4 @@
-"""Tests of closed forms for ensembles of Kowalewski and Goryachev-Chaplygin tops."""
+"""Tests of closed-form solutions for ensembles of Kowalewski and Goryachev-Chaplygin tops."""
 
 import signal
 

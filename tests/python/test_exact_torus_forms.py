@@ -1,4 +1,4 @@
-"""Tests of the Kowalewski and Goryachev-Chaplygin closed forms.
+"""Tests of the closed-form solutions for Kowalewski and Goryachev-Chaplygin tops.
 
 Each test runs for a Kowalewski top and for a Goryachev-Chaplygin top.
 """
@@ -14,7 +14,7 @@ import pytest
 
 @dataclass(frozen=True)
 class Form:
-    """A closed form, and a top whose motion it describes."""
+    """A type of closed-form solution, and a top to which it applies."""
 
     result: type
     scene: kr.Scene

@@ -1,4 +1,4 @@
-"""Tests of tangents of the Kowalewski and Goryachev-Chaplygin closed forms."""
+"""Tests of tangents of the closed-form solutions for Kowalewski and Goryachev-Chaplygin tops."""
 
 import pickle
 

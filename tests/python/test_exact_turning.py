@@ -1,4 +1,4 @@
-"""Tests of the turning points and motion types that closed forms report."""
+"""Tests of the turning points and motion types of closed-form solutions."""
 
 import copy
 import doctest
@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return a random top whose motion is close to the special motion `kind`."""
+    """Return a random top whose motion is close to a special motion of type `kind`."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True

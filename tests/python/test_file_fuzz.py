@@ -1,6 +1,6 @@
 """Tests that randomly modified files are either read correctly or rejected.
 
-Bytes of valid files are changed, deleted or duplicated, and words are replaced. Checksums are
+The tests change, delete or duplicate bytes of valid files, and replace words. Checksums are
 recomputed after each modification. The environment variable KREISEL_CALLS sets the number of
 examples.
 """

@@ -79,7 +79,7 @@ def test_a_stopped_search_leaves_a_valid_path(most, end):
 
 
 def turning_over():
-    """Return a free body whose errors are largest when it flips over."""
+    """Return a free body for which numerical errors are largest when it flips over."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
 
 
@@ -220,7 +220,7 @@ def energy_drift(scene, end, method, step):
 
 
 def load_published(name):
-    """Return a top from the literature, and its published data."""
+    """Return a test problem from the literature, and its published results."""
     pytest.importorskip("heyoka")
     from validation.parts.published import load_problems
 
@@ -239,7 +239,7 @@ def test_energy_errors_of_suzuki4_are_those_of_a_published_table():
 
 @pytest.mark.parametrize(("order", "bound"), [(2, 1e-9), (4, 1e-13), (6, 1e-13), (8, 1e-13)])
 def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
-    """Check the smallest energy error among methods of each order at the published step size."""
+    """Check the energy error of the best method of each order at the published step size."""
     scene, _ = load_published("simo_wong_fast_top")
     errors = [
         energy_drift(scene, 10, name, np.radians(26) / 50.0)
@@ -250,7 +250,7 @@ def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
 
 
 def test_a_hanging_top_with_rounding_errors_is_solved():
-    """Check that hanging tops are solved even if rounding puts their energy below the minimum."""
+    """Check hanging tops whose energy is below the minimum because of rounding errors."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)

@@ -1,4 +1,4 @@
-"""Tests that rounding errors do not affect which integrable case a body belongs to."""
+"""Tests that rounding errors do not change the integrable case of a body."""
 
 import kreisel as kr
 import numpy as np
@@ -14,7 +14,7 @@ NEARLY = {  # relative deviations of the moments from those of a Lagrange top
 
 
 def random_axes_body(moments, com, random):
-    """Return a body described in randomly rotated axes."""
+    """Return the description of a body in randomly rotated axes."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
     return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, unphysical=True)
@@ -117,7 +117,7 @@ def test_without_gravity_the_centre_of_mass_does_not_matter(words):
 @pytest.mark.parametrize("size", [1e-75, 1e-100, 1e-165, 1e-300])
 @pytest.mark.parametrize("words", [{"attitude": 1}, {"momentum": 1}, {"both": 1}])
 def test_a_top_with_a_tiny_tilt_falls(size, words):
-    """Check that the time to fall is proportional to the logarithm of the tilt.
+    """Check that a top falls after a time proportional to the logarithm of its tilt.
 
     The tilt is so small that its square underflows.
     """

@@ -1,4 +1,4 @@
-"""Accuracy tests of the closed form for numerically difficult Kowalewski tops.
+"""Accuracy tests of the closed-form solution for numerically difficult Kowalewski tops.
 
 The tops include the worst of 10,000 random tops examined by torus_accuracy.py.
 """
@@ -9,9 +9,9 @@ import pytest
 
 
 def make_top(odd, com, gravity, momentum, attitude):
-    """Return a Kowalewski top whose smallest moment of inertia belongs to a given axis.
+    """Return a Kowalewski top with the smallest moment of inertia about a given axis.
 
-    `odd` contains the index and the value of the smallest moment.
+    `odd` contains the index of this axis and the smallest moment.
     """
     axis, unit = odd
     moments = [2.0 * unit] * 3

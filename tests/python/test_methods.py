@@ -1,6 +1,7 @@
 """Tests that every method has the properties stated in the table of methods.
 
-All starts are tilted. An upright top experiences no torque, which would hide first-order errors.
+All starts are tilted. First-order errors would be hidden for an upright top, because no torque acts
+on it.
 """
 
 from itertools import pairwise
@@ -14,7 +15,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Return all pairs of a method with the given properties and a body that it applies to."""
+    """Return all pairs (method, body) in which the method has the given properties."""
     return [
         (name, body)
         for name, method in kr.methods.items()
@@ -25,7 +26,7 @@ def cases(wanted=lambda name, body: True, **flags):
 
 
 def has_visible_leading_error(name, body):
-    """Return True unless rounding errors may hide the leading error term."""
+    """Return True unless rounding errors may hide the leading term of the truncation error."""
     return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
 
 

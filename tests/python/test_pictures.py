@@ -50,7 +50,7 @@ def test_lines_show_the_data_of_the_path(degrees, back):
 
 @pytest.mark.parametrize("back", [False, True])
 def test_the_precession_is_interrupted_where_it_jumps(back):
-    """Check that the curve is interrupted each time the apex passes the vertical."""
+    """Check that the precession curve is interrupted each time the apex passes the vertical."""
     path = kr.solve(kr.scenes.thesis, np.linspace(0, -60 if back else 60, 3001))
     line = kr.plot(path, degrees=False)[2].lines[0]
     t, around = line.get_xdata(), line.get_ydata()

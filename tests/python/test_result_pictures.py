@@ -1,4 +1,4 @@
-"""Tests of the pictures of sections, spectra, chaos indicators and tables."""
+"""Tests of the figures that show sections, spectra, chaos indicators and tables."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Tests of impulses, resets and other changes in the middle of a run."""
+"""Tests of impulses, resets and other changes during a run."""
 
 import copy
 import math
@@ -18,7 +18,7 @@ NAMES = [*kr.methods, "taylor 16", "taylor 20", "taylor 30"]
 
 
 def start(name, **more):
-    """Return a new run for a specification such as "taylor 30"."""
+    """Start a run with a method and a number of digits, such as "taylor 30"."""
     method, _, digits = name.partition(" ")
     words = words_for(method) | ({"digits": int(digits)} if digits else {}) | more
     return kr.start(scene_for(method), method, **words)
@@ -158,7 +158,7 @@ def exact_sum(high, low):
 
 
 def exact_momentum(old, new, state):
-    """Return the exact momentum after `old` is replaced by `new` at unchanged angular velocity."""
+    """Return the exact momentum after a change of the body at constant angular velocity."""
     q = exact_matrix(exact_sum(state.q[0], state.q_low[0]))
     p, r = (q @ exact_matrix([Fraction(x) for x in body.axes]) for body in (old, new))
     first, second = (np.diag([Fraction(x) for x in body.moments]) for body in (old, new))

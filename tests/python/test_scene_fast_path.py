@@ -1,4 +1,4 @@
-"""Tests that scenes do not depend on the number types of their arguments."""
+"""Tests that scenes do not depend on the numeric types of their arguments."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Tests of the parts into which a sweep is divided."""
+"""Tests of the division of sweeps into parts."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Tests of the sources of sweeps, such as grids and random tops."""
+"""Tests of the sets of tops that a sweep can cover, such as grids and random tops."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Tests that chaos indicators and sections in sweeps agree with the public functions."""
+"""Tests that sweeps compute the same chaos indicators and sections as the public functions."""
 
 import json
 import multiprocessing

@@ -24,7 +24,7 @@ def neighbour(scene, size):
 
 
 def tangent(scene, t):
-    """Return a path and the derivatives of its states in the direction `CHANGE`."""
+    """Return a path, and the directional derivatives of its states along `CHANGE`."""
     path = kr.solve(scene, t, method="taylor", tangents="start")
     change = path.tangents @ np.concatenate([np.zeros(3), CHANGE])
     return path, change[:, :3], change[:, 3:]

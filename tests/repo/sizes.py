@@ -2,9 +2,9 @@
 
     python tests/repo/sizes.py > docs/sizes.md
 
-Each program is linked with kreisel.c, compiled for one instruction set. The linker option
---gc-sections removes unused functions. The size is that of the text and data sections, minus the
-size of an empty program. The C library is linked dynamically and is not counted.
+Each program is linked with an object file of kreisel.c for a single instruction set. The linker
+option --gc-sections removes unused functions. The size is that of the text and data sections, minus
+the size of an empty program. The C library is linked dynamically and is not counted.
 """
 
 import platform

@@ -41,7 +41,7 @@ def output(program, library, folder):
 
 
 def kernels_of(text):
-    """Return the output lines for each instruction set."""
+    """Return the lines of `text`, grouped by instruction set."""
     found = defaultdict(list)
     for line in text.splitlines():
         isa, bits = line.split(maxsplit=1)

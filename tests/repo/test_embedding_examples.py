@@ -19,7 +19,7 @@ MOMENTUM = SPIN * I3
 
 
 def solve_lagrange(t, tilt=TILT, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY * LEVER):
-    """Return the tilt, its rate and the precession angle of a Lagrange top at time `t`.
+    """Return the tilt, the tilt rate and the precession angle of a Lagrange top at time `t`.
 
     The initial angular velocity is a pure spin about the axis. `pull` is mass * gravity * lever.
     """
@@ -286,7 +286,7 @@ def test_a_cmake_project_builds_the_library_with_one_method(example, tmp_path):
 
 
 def test_fetch_content_clones_the_given_repository(tmp_path):
-    """Check that CMake fetches a repository, as an error in its CMakeLists.txt shows."""
+    """Check that CMake fetches the repository and runs its CMakeLists.txt."""
     need("cmake", "git")
     repository = tmp_path / "repository"
     run("git", "init", "-q", "-b", "main", repository)

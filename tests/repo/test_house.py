@@ -51,7 +51,7 @@ def test_the_binding_includes_only_the_public_header():
 
 
 def symbols(library, *options):
-    """Return the name, type and section of each symbol of a library, as listed by nm."""
+    """Return the name, type and section that nm prints for each symbol of a library."""
     rows = [
         line.split("|")
         for line in run("nm", "-f", "sysv", *options, library).splitlines()
@@ -115,7 +115,7 @@ STRICT = ["-std=c99", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"
 
 
 def test_wasm_c_compiles_without_warnings(tmp_path):
-    """Compile wasm.c, which otherwise only zig compiles, with warnings as errors.
+    """Check that gcc compiles wasm.c without warnings.
 
     .ci/test compiles all other files in the same way.
     """

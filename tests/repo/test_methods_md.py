@@ -23,7 +23,7 @@ def test_costs_are_relative_to_those_of_rk4(monkeypatch):
 
 
 def test_methods_md_is_up_to_date():
-    """Compare METHODS.md with the current table, except for measured costs.
+    """Check that METHODS.md agrees with the current table, apart from the measured costs.
 
     Run `kreisel methods --markdown > METHODS.md` to update the file.
     """

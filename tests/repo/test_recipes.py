@@ -133,7 +133,7 @@ def test_the_tests_of_the_recipes_pass(house):
 
 
 def test_references_are_counted_only_with_the_gil(house):
-    """Run the tests of threads in a build in which pybind11 checks that the GIL is held."""
+    """Run the thread tests in a build in which pybind11 checks that the GIL is held."""
     (extension,) = (house.folder / "python/kreisel").glob("_core*.so")
     assert b"PyGILState_Check" in extension.read_bytes()
     tests = [f"tests/python/test_{name}.py" for name in OF_THREADS]

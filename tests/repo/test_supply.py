@@ -79,7 +79,7 @@ def test_the_bill_of_materials_has_the_bundled_versions(requirements):
 
 @pytest.fixture
 def checkout(tmp_path):
-    """Copy the scripts that check a .venv, together with a .venv from another checkout."""
+    """Copy the scripts in .ci, and create a .venv that belongs to another checkout."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / ".venv/bin/activate").write_text("VIRTUAL_ENV=/somewhere/else/.venv\n")
@@ -88,7 +88,7 @@ def checkout(tmp_path):
 
 
 def need(checkout):
-    """Run .ci/need in an environment without tools."""
+    """Run .ci/need with only basic shell tools and a python3 that fails."""
     tools = checkout / "tools"
     tools.mkdir()
     for name in ("sh", "dirname", "grep", "ls", "rm", "cat", "mkdir"):

@@ -90,7 +90,7 @@ def need_gsl():
 
 
 def core_sources(csrc=CSRC):
-    """Return the C sources of the library, except the adapters to GSL and wasm.c."""
+    """Return the C sources of the library, except wasm.c and the adapters to GSL."""
     return sorted(
         file for file in csrc.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
     )

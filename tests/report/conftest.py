@@ -1,6 +1,6 @@
 """Fixtures for the tests of the report.
 
-The report has no time limit here, so that it is complete even on slow machines.
+The tests set no time limit, so that the report is complete even on slow machines.
 """
 
 from dataclasses import replace

@@ -82,7 +82,7 @@ def test_exact_drifts_keep_the_attitude_of_a_stiff_top():
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
-    """Check the verdict on a needle that turns by many radians per step of the midpoint rule."""
+    """Check the verdict on a run in which a needle turns by many radians per step."""
     cell = examine_case("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
     assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
 
@@ -111,7 +111,7 @@ def test_verdicts(error, shown, per_turn, expected):
 
 
 def test_attitudes_below_the_conditioning_are_lost_not_right():
-    """Check the verdict on an attitude that is determined entirely by rounding errors."""
+    """Check the verdict if rounding errors alone determine the computed attitude."""
     shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
     assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
@@ -211,7 +211,7 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
 )
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
-    """Check that a relative error of 0.001 in gravity is never reported as a correct result.
+    """Check that a relative error of 0.001 in gravity is classified as a silent error.
 
     Only methods that are accurate enough to resolve the error are tested.
     """

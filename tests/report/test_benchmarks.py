@@ -31,7 +31,7 @@ def test_a_program_describes_its_measurement(name, capsys):
 
 
 def test_the_core_is_compiled_like_the_library():
-    """Check that the benchmarks compile the same files with the same options as CMakeLists.txt."""
+    """Check that the benchmarks compile the same files as CMakeLists.txt, with the same options."""
     said = (ROOT / "CMakeLists.txt").read_text()
     isas = (ROOT / "cmake/isa.cmake").read_text()
     assert compiling.core_files() == core_sources()

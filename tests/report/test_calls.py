@@ -17,7 +17,7 @@ NAME = "goryachev_chaplygin"
 
 @pytest.fixture(scope="module")
 def findings():
-    """Return quick measurements of one scene."""
+    """Return the results of a quick measurement for one scene."""
     return [calls.measure_scene(NAME, 2, (1e-6, 0.0), quick=True)]
 
 
@@ -67,7 +67,7 @@ def test_each_order_of_heyoka_has_one_tolerance():
 
 
 def test_times_are_interpolated_between_adjacent_settings():
-    """Check the interpolation of times that follow a power law of the error."""
+    """Check the interpolation of run times that depend on the error by a power law."""
     ladder = [(k, error) for k, error in enumerate((1e-2, 1e-5, 1e-5, 1e-8, 1e-8, 1e-11))]
 
     def time_at(target):

@@ -43,7 +43,7 @@ def test_no_two_methods_of_a_panel_share_a_colour():
 
 
 def test_a_program_looks_the_same_in_all_figures():
-    """Check that the style of a program does not depend on the other programs in a figure."""
+    """Check that each program has the same line style in all figures."""
     lead = choose_line_styles(["kreisel"], ["heyoka", "GSL rk8pd", "SciPy DOP853"])
     many = choose_line_styles(["exact", "taylor"], ["heyoka, batches", "gsl_rk8pd"])
     family = choose_line_styles(["extrap", "taylor"], ["gsl_bsimp", "gsl_rk8pd", "heyoka"])

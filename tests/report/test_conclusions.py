@@ -95,7 +95,7 @@ def test_similar_times_are_a_tie():
 
 
 def test_only_faster_runs_recover_the_compile_time():
-    """Check the conclusion if heyoka is faster, if heyoka is slower, and if heyoka does not run."""
+    """Check the sentence about heyoka's compile time for fast, slow and missing runs of heyoka."""
     rows = [run("lost", "taylor", 1.25), run("won", "taylor", 0.5)]
     peers = [run("lost", "heyoka", 1.0), run("won", "heyoka", 1.0)]
     for peer in peers:

@@ -52,7 +52,7 @@ def test_other_integrators_start_from_the_same_states(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_conditioning_agrees_with_the_references(kind):
-    """Compare the conditioning of ensemble members with that computed for reference solutions."""
+    """Compare the conditioning computed for ensembles with that computed for single tops."""
     tops = tops_of.draw_tops(kind, 2, end=10.0)
     for k, own in enumerate(tops_of.compute_conditioning(tops)):
         (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")
@@ -106,7 +106,7 @@ def test_ratios_are_medians_of_rounds():
 
 
 def test_the_tightest_common_error_is_reached_by_both_programs():
-    """Check the common error of two programs if the tightest tolerance is not the most accurate."""
+    """Check the smallest error that two programs reach if errors do not decrease monotonically."""
     scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
     target = equal_error.tightest_common_error(straight, scattered)

@@ -52,7 +52,7 @@ def test_the_error_of_c_does_not_vanish_with_the_step():
 
 
 def test_the_error_of_c_has_no_effect_in_the_scene_of_the_thesis():
-    """Check that the erratum on the constant c has no effect on the example of the thesis.
+    """Check that the erratum on the constant c does not affect the example of the thesis.
 
     In this scene a0 = e3, hence <m, p> / g equals <m, a>, and g = p = 1 before scaling.
     """

@@ -13,7 +13,7 @@ from validation.references.problems import load_problem
 
 @pytest.fixture(scope="module")
 def findings():
-    """Return quick measurements of one scene."""
+    """Return the results of a quick measurement for one scene."""
     return [many_starts.measure_scene(load_problem("thesis"), replace(BUDGETS["quick"], members=2))]
 
 
@@ -38,7 +38,7 @@ def test_a_start_keeps_the_character_of_the_motion():
 
 
 def make_findings(times, scene="thesis"):
-    """Return results for one scene with the given computing times.
+    """Return results for one scene, given the run times of all programs.
 
     An infinite time means that the program fails.
     """
@@ -53,9 +53,9 @@ def make_findings(times, scene="thesis"):
 
 
 def test_the_conclusion_states_the_ratios_of_the_figure():
-    """Check the ratios of medians when some programs fail.
+    """Check the ratios of median run times if some programs fail.
 
-    GSL and SciPy fail on half of the initial states, which the conclusion must mention.
+    The conclusion must mention that GSL and SciPy fail for half of the initial states.
     """
     programs = list(many_starts.list_programs())
     titles = list(many_starts.list_programs().values())
@@ -105,7 +105,7 @@ def make_row(scene, method, seconds, step=None):
 
 
 def test_the_advice_names_the_winner_of_each_group_with_its_ratios():
-    """Check the advice for two scenes with different fastest methods."""
+    """Check the recommended methods for two scenes whose fastest methods differ."""
     scenes = {"thesis": ("exact", 1e-6), "asymmetric": ("taylor", 1e-5)}
     rows = []
     for scene, (method, seconds) in scenes.items():

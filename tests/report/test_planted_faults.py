@@ -1,7 +1,7 @@
 """Tests that the report detects artificial faults in every method.
 
 A faulty result must be classified as silently wrong. A user cannot detect an error that is the same
-in both runs.
+in the coarse and in the fine run.
 """
 
 import re
@@ -42,7 +42,7 @@ LATE = Case(
 
 
 def offset(angle):
-    """Return a fault that rotates all states but the first about e3."""
+    """Return a function that rotates all states but the first about e3."""
     turn = np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)
 
     def plant(q, true):
@@ -135,7 +135,7 @@ def test_runs_without_faults_are_not_silent(family):
 @pytest.mark.parametrize("fault", SIZES)
 @pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
 def test_faults_in_both_runs_are_silent(family, fault):
-    """Check that large faults in both runs are classified as silently wrong.
+    """Check that large faults in both runs are classified as silent errors.
 
     Errors within the requested tolerance are not counted as faults.
     """
@@ -175,7 +175,7 @@ def compute_earlier_attitudes(scene, times, share):
 
 
 def make_faulty_closed_form(name, fault):
-    """Return a closed form with an artificial fault."""
+    """Return a method that adds an artificial fault to a closed-form solution."""
 
     def run(problem, scene, times, setting):
         q = fault(scene, times, kr.exact(scene)(times).q)
@@ -186,7 +186,7 @@ def make_faulty_closed_form(name, fault):
 
 @cache
 def find_late_cells():
-    """Return the results of closed forms with artificial faults at a late time.
+    """Return the results of closed-form solutions with artificial faults for a large final time.
 
     One of the faults is a relative error in the time.
     """
@@ -201,15 +201,15 @@ def find_late_cells():
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_faults_of_closed_forms_are_silent_at_late_times(fault):
-    """Check that faults are classified as silently wrong unless rounding errors explain them."""
+    """Check that faults are classified as silent errors unless rounding errors explain them."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
     assert is_silent(find_late_cells()[fault]) != told_by_data
 
 
 def test_all_methods_refuse_unresolvable_times():
-    """Check that every method rejects a time at which doubles cannot resolve the attitude.
+    """Check that every method rejects times so large that the attitude cannot be resolved.
 
-    A run that ends too early must be classified as lost.
+    A method that returns earlier attitudes must receive the verdict "lost".
     """
     goes_on = atlas_cells.Candidate(
         "goes on",

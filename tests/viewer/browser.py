@@ -111,7 +111,7 @@ def wait_until_time(page, t):
 
 
 def drag(page, kind, by, number=0, button="left", key=None):
-    """Drag a handle, and return its positions before and after the drag."""
+    """Drag a handle in the viewer, and return its positions before and after the drag."""
     where = f"kreisel.locate('{kind}', 0, {number})"
     x, y = page.evaluate(where)
     if key:
@@ -134,7 +134,7 @@ def read_scene(page):
 
 
 def list_changes(before, after):
-    """Return the keys whose values differ between two scenes, except the name and description."""
+    """Return the keys with different values in two scenes, except the name and description."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 
@@ -153,7 +153,7 @@ def measure_top(page, top, name):
 
 
 def read_record(page, top, name):
-    """Return the recorded values of the quantity `name` of a top."""
+    """Return all values that the viewer has recorded for the quantity `name` of a top."""
     values = page.evaluate(f"kreisel.simulation.getRecord({top}, '{name}')")
     return np.array(values, float)
 

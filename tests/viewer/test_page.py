@@ -180,7 +180,7 @@ def test_presets_conserve_their_integrals(page, preset):
 
 
 def heights_until(page, end):
-    """Return the apex heights of all tops at each whole unit of time."""
+    """Return the apex heights of all tops at integer times up to `end`."""
     told = page.evaluate(
         """(end) => Array.from({length: end + 1}, (_, t) => {
             kreisel.advance(t);

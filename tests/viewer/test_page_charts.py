@@ -157,8 +157,8 @@ def test_charts_of_integrals_show_changes_and_others_show_values(page, each):
 def read_table(page):
     """Return the displayed values and changes of the integrals of motion.
 
-    The integrals are the energy, the vertical and axial momentum, and a fourth integral if one is
-    conserved.
+    The integrals are the energy, the vertical and axial momentum, and a fourth integral if there is
+    one.
     """
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
@@ -255,7 +255,7 @@ PUSH = """kreisel.page.pushTop(kreisel.page.tops[0], (s) => (s.momentum[0] += 2)
 
 
 def read_earlier(page, chart=0):
-    """Return the times and values of the curves of earlier motions in a chart."""
+    """Return the times and values of the curves that show earlier motions in a chart."""
     return np.array(
         page.evaluate(f"""(({{times, curves}}) => [times, ...curves.map(({{values}}) => values)])(
             kreisel.charts.plots[{chart}].earlier)"""),
@@ -303,7 +303,7 @@ def test_error_charts_have_room_for_curves_before_a_change(page, log):
 
 
 def count_pixels(page):
-    """Count the coloured pixels of the first chart, with and without earlier curves."""
+    """Count the coloured pixels of the first chart, with and without earlier motions."""
     return page.evaluate("""async () => {
         const [{ctx, earlier, redraw}] = kreisel.charts.plots, draw = earlier.draw;
         const count = async () => {

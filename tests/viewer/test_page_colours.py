@@ -1,7 +1,7 @@
 """Tests of colour contrast and of colours for colour-blind users.
 
-WCAG 2.2 requires a contrast of 3 for lines and of 4.5 for text. A distance of 10 in CIELAB is
-noticed immediately.
+WCAG 2.2 requires a contrast of 3 for lines and of 4.5 for text. A colour difference of 10 in CIELAB
+is noticed immediately.
 """
 
 import itertools

@@ -1,4 +1,7 @@
-"""Tests of drags. Tests that each drag changes only the dragged part of the scene."""
+"""Tests of dragging the handles in the viewer.
+
+Each drag must change only the dragged object.
+"""
 
 import numpy as np
 import pytest

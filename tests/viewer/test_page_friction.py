@@ -39,7 +39,7 @@ def differentiate(_, state, moments, lever, damping, friction):
 
 
 def solve_fall(given, contact):
-    """Integrate by SciPy until a top reaches the tilt `contact`, and return the time."""
+    """Integrate with SciPy until the tilt of a top equals `contact`, and return the time."""
     scene = scene_in_python(given)
     body = scene.body
 

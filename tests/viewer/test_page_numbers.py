@@ -46,7 +46,7 @@ def open_exercise(page, ask):
 
 
 def read_numbers(page):
-    """Return the numbers shown over the picture and the notes below the numbers."""
+    """Return the numbers displayed over the picture, and the notes below them."""
     return dict(
         page.evaluate("""(kreisel.view.isDirty = true,
             [...document.querySelectorAll('#numbers div')].map((box) => [

@@ -1,4 +1,4 @@
-"""Tests of the recipes for new presets and quantities."""
+"""Tests of the recipes for adding presets and quantities to the viewer."""
 
 import sys
 

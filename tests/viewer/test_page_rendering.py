@@ -21,7 +21,7 @@ TOP = "kreisel.view.tops[0]"
 
 
 def read_camera(page):
-    """Return the camera position relative to its target, the target, and the zoom factor."""
+    """Return the camera position relative to the target, the target position, and the zoom."""
     offset, target, zoom = page.evaluate("""(({camera, orbit: {target}}) => [
         camera.position.clone().sub(target).toArray(), target.toArray(), camera.zoom,
     ])(kreisel.view)""")
@@ -194,7 +194,7 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
 
 
 def read_rings(page):
-    """Return the points on the surface of the rod, newest first."""
+    """Return the points on the surface of the rod, beginning with the newest."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
     return np.reshape(places, (-1, ROD_SIDES, 3))[: count // (6 * ROD_SIDES) + 1]

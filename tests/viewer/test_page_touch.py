@@ -1,4 +1,4 @@
-"""Tests of the toolbar, of touch and of keyboard input."""
+"""Tests of the toolbar and of touch and keyboard input."""
 
 import kreisel as kr
 import numpy as np

@@ -2,13 +2,13 @@
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-The tests cover kr.solve, ensembles, kr.stream, and runs that are saved and resumed. Events,
-sections, tangents and Lyapunov exponents are also tested. All tested functions use the default
-precision. The reference solutions are computed by the Taylor method in 20-digit arithmetic. The
-attitude error must not exceed a small multiple of the conditioning plus a constant. The
-conditioning is the change in attitude caused by one rounding error in each initial value and
-parameter. The program prints one line for each type of top and for each error that is too large.
-The program exits with status 1 if any results disagree.
+The tests cover kr.solve, ensembles, kr.stream, and saved and resumed runs. Events, sections,
+tangents and Lyapunov exponents are also tested. All tested functions use the default precision. The
+reference solutions are computed by the Taylor method in 20-digit arithmetic. The attitude error
+must not exceed a small multiple of the conditioning plus a constant. The conditioning is the change
+in attitude when each initial value and parameter is perturbed by one rounding error. The program
+prints one line for each type of top and for each error that is too large. The program exits with
+status 1 if any results disagree.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def random_moments(rng):
 
 
 def permute(rng, *vectors):
-    """Permute the axes of all vectors in the same random way."""
+    """Apply the same random permutation of the axes to all vectors."""
     order = rng.permutation(3)
     return [np.asarray(v)[order] for v in vectors]
 
@@ -117,7 +117,7 @@ def general_in_rotated_axes(rng):
 
 
 def nearly_upright(rng):
-    """Draw a top with its centre of mass on a random axis, nearly above the fixed point."""
+    """Draw a nearly upright top whose centre of mass lies on a random principal axis."""
     k = rng.integers(3)
     moments, com = random_moments(rng), 0.5 * np.eye(3)[k]
     # turns the axis of the centre of mass to the vertical
@@ -208,7 +208,7 @@ def apex_range(scene):
 
 
 def is_generic(scene):
-    """Return False if the apex hardly moves, so that its height is dominated by rounding errors."""
+    """Return False if the height of the apex varies so little that rounding errors dominate."""
     return apex_range(scene) > 1e-8
 
 

@@ -43,7 +43,7 @@ class Top(NamedTuple):
 
 
 def draw_body(ratio, number, rng):
-    """Return a random body with two equal principal moments, and a gravity and attitude for it."""
+    """Return a random body with two equal principal moments, and a random gravity and attitude."""
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLE[number % 3]
     across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
     com = np.zeros(3)

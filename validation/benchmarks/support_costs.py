@@ -62,7 +62,7 @@ def time_members(tops, digits, share):
 
 
 def find_ratios(measure, plain, others, rounds):
-    """Return each scene's median time relative to `plain`, and the median time of `plain`."""
+    """Return the cost of each scene relative to `plain`, and the median run time of `plain`."""
     bases, ratios = [], {name: [] for name in others}
     for _ in range(rounds):
         for name, other in others.items():

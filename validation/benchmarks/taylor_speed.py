@@ -8,7 +8,7 @@ from ..competitors import timing
 def median_times(calls, rounds=41):
     """Return estimates of the run times of several functions, which are called alternately.
 
-    Each estimate is the first function's median time multiplied by a median ratio of times.
+    The median time of the first function is scaled by median time ratios for the other functions.
     """
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = timing.time_in_turn(calls, about, rounds)

@@ -131,7 +131,7 @@ def time_drag_events(browser, page, *held):
 
 
 def time_drag(page):
-    """Return the delay of the picture after 100 mouse movements, in frames and milliseconds."""
+    """Return the delays between 100 mouse movements and the picture, in frames and milliseconds."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)

@@ -1,8 +1,8 @@
-"""Fits of a heavy top to gyroscope measurements with SciPy, lmfit and kreisel.
+"""Fits of a heavy top to gyroscope measurements, computed by SciPy, lmfit and kreisel.
 
-For SciPy and lmfit, the equations of Euler and Poisson are integrated numerically. SciPy and lmfit
-use the Levenberg-Marquardt method with finite differences. The ten unknowns are the initial
-attitude and angular velocity, the principal moments, and the lever arm.
+For SciPy and lmfit, the Euler-Poisson equations are integrated numerically. SciPy and lmfit use the
+Levenberg-Marquardt method with finite differences. The ten unknowns are the initial attitude and
+angular velocity, the principal moments, and the lever arm.
 """
 
 import warnings

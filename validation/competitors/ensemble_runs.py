@@ -2,7 +2,7 @@
 
 Each integrator is wrapped in a function that takes no arguments and returns the final attitudes.
 The heyoka integrators are compiled with the constants of the body. A heyoka integrator advances
-eight tops at a time with SIMD instructions. Either each thread has its own integrator, or heyoka's
+eight tops at a time with SIMD instructions. Each thread has its own integrator, unless heyoka's
 ensemble function is used.
 """
 
@@ -109,7 +109,7 @@ def make_scipy_call(tops, setting, threads):
 class Mover:
     """An integrator for many tops, with tolerances or step sizes in order of increasing accuracy.
 
-    Slow integrators are applied to only some of the tops, because times are reported per top.
+    Slow integrators compute only some of the tops, since all times are averages per top.
     """
 
     name: str

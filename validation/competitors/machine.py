@@ -54,7 +54,7 @@ def commit_name():
 def fingerprint(*more):
     """Return a list of everything that influences measurements.
 
-    The list contains a hash of the code, the versions, the machine, and the strings `more`.
+    The list describes the code, the machine and the versions, and includes the arguments `more`.
     """
     here = Path(__file__).parents[1]
     files = [
@@ -83,7 +83,7 @@ def describe_machine():
 
 
 def describe_peers(gsl, today):
-    """Return the versions of the other integrators and the date, as a caption for a figure."""
+    """Return a figure caption with the versions of the other integrators and the date."""
     peers = [f"heyoka {version('heyoka')}", f"SciPy {version('scipy')}"]
     if "version" in gsl:
         peers.append(f"GSL {gsl.split()[-1]}")
@@ -91,7 +91,7 @@ def describe_peers(gsl, today):
 
 
 def describe_gsl():
-    """Describe whether GSL is included, and name its version if known."""
+    """Return a text that says whether GSL is included, with its version if known."""
     if not has_gsl():
         return GSL_MISSING
     ask = ["pkg-config", "--modversion", "gsl"]

@@ -32,7 +32,7 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return the number of floating-point operations for all Taylor-series products along a path.
+    """Return the number of floating-point operations in a run's products of Taylor series.
 
     Each fused multiply-add counts as two operations.
     """

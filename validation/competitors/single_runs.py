@@ -4,7 +4,7 @@ All integrators have the same interface. The method `solve()` integrates the equ
 returns the final attitude. `attitude()` returns the final attitude with respect to the principal
 axes. `record(times)` returns the attitudes and momenta at `times`. `steps` is the number of steps.
 `evaluations` counts evaluations of the right-hand side or of the torque. `setup` is the preparation
-time in seconds, or None. A number that does not apply to a method is None.
+time in seconds, or None. A number is None if it is not defined for the method.
 """
 
 import math
@@ -65,7 +65,7 @@ class KreiselRun:
 
 
 class HeyokaRun:
-    """An integration by heyoka with equations that contain the constants of the body."""
+    """An integration by heyoka, with the parameters of the body compiled as constants."""
 
     evaluations = None
 
@@ -209,7 +209,7 @@ def control_of(method):
 
 
 def choose_setting(method, step, tol):
-    """Return a setting that contains either `step` or `tol`, as the method requires."""
+    """Return the setting that a method uses: a step size, a tolerance, or neither."""
     return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 

@@ -68,7 +68,7 @@ def draw_section_and_rotation(panel, title, rotation):
 def draw_regions(borders, points, greatest, highest, close):
     """Draw numbered points in the plane of vertical momentum and energy.
 
-    An inset enlarges the rectangle whose opposite corners are given by `close`.
+    `close` contains two opposite corners of the rectangle that an inset enlarges.
     """
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")

@@ -68,7 +68,7 @@ class Trial:
             raise TrialError(f"{test} fails with nothing changed")
 
     def time_baseline(self, how):
-        """Return the run time of each test without mutations [s], in increasing order."""
+        """Return the run time [s] of each test on the original source, in increasing order."""
         seconds = {}
         for name in self.programs:
             done = self.run_program(name, {}, 600, how)

@@ -43,7 +43,7 @@ class ModuleUsage:
     def rank_tests(self, file, lines):
         """Return (line count, module, test) for each test that executes one of the given lines.
 
-        A test that executes few lines usually checks each of them more closely.
+        A test that executes few lines is likely to check each of them thoroughly.
         """
         tests = self.lines.get(file, {}).items()
         used = [test for test, own in tests if test != SET_UP and not lines.isdisjoint(own)]
@@ -54,7 +54,7 @@ class ModuleUsage:
 
 
 def measure_usage(root, modules, folder):
-    """Return the lines executed by each test module, measured in parallel."""
+    """Run all test modules in parallel, and return the lines that each of them executes."""
     folder.mkdir(parents=True, exist_ok=True)
     (root / "site/coverage.ini").write_text(SETTINGS)
     texts = compute_digests(root, modules)

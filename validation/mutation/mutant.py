@@ -31,7 +31,7 @@ class Mutant:
 
     @property
     def name(self):
-        """A unique name, which contains the text of the changed line."""
+        """A unique name that contains the text of the changed line."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
         return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 

@@ -45,7 +45,7 @@ def list_mutants(file, text):
 
 
 def find_annotations(tree):
-    """Yield all type annotations in a syntax tree."""
+    """Yield all type annotations in a Python syntax tree."""
     for node in ast.walk(tree):
         for field in ("annotation", "returns"):
             if part := getattr(node, field, None):

@@ -134,7 +134,7 @@ def collect_notes(found):
 
 
 def count_verdicts(found):
-    """Yield the number of times that each method receives each verdict."""
+    """Yield the counts of all verdicts on each method."""
     for name in column_names(found):
         own = [cell for cell in found if cell["method"] == name]
         known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]

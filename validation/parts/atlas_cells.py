@@ -29,8 +29,8 @@ class Candidate:
     """A method of kreisel, or another integrator, that is tested in the stability atlas.
 
     The function `run` takes a problem, a scene, the output times, and a step size or tolerance. The
-    function returns attitudes of the principal axes, space-frame momenta, and the numbers of steps
-    and evaluations.
+    function returns the attitudes, the momenta, and the numbers of steps and evaluations. Attitudes
+    are those of the principal axes, and momenta are given in the space frame.
     """
 
     name: str
@@ -56,7 +56,7 @@ def make_peer_candidate(name):
 
 
 def list_candidates(scene, radians):
-    """Return all methods that can integrate a scene over an angle of `radians`."""
+    """Return all methods that can integrate a motion through a total angle of `radians`."""
     found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
     return found + [
         who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
@@ -64,7 +64,7 @@ def list_candidates(scene, radians):
 
 
 def choose_settings(case, who, step):
-    """Return the requested step size or tolerance, and a smaller one."""
+    """Return two settings for a method: the requested one and a more accurate one."""
     if who.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]

@@ -1,7 +1,6 @@
 """The tasks of a report, and limits on its run time.
 
-The run time is limited to some seconds ("quick"), to some minutes ("default"), or not at all
-("full").
+The run time is limited to seconds ("quick") or minutes ("default"), or is unlimited ("full").
 """
 
 from collections.abc import Callable
@@ -41,7 +40,7 @@ class Task:
 
 
 class Clock:
-    """A clock that counts the computations skipped for lack of time."""
+    """A timer that counts the computations that are skipped for lack of time."""
 
     def __init__(self, budget):
         self.begin, self.budget, self.missed = perf_counter(), budget, 0

@@ -4,8 +4,8 @@ Two uses of kreisel are timed: calling kr.solve, and resetting an existing kr.Ru
 heyoka is compiled only once. For SciPy's DOP853, the right-hand side of the equations is compiled
 by heyoka. Processor times are measured, because other programs hardly affect them.
 
-Run times at equal error are interpolated linearly in the logarithms of time and error. For all
-tolerances that lead to the same order of the Taylor series, heyoka is timed only once.
+Run times at equal error are interpolated linearly in the logarithms of time and error. If several
+tolerances give the same order of the Taylor series, heyoka is timed only once.
 """
 
 import time
@@ -117,7 +117,7 @@ def sample_in_turn(calls, rounds):
 def make_ladder(runs, truth):
     """Return pairs of a run and its error, in order of decreasing tolerance.
 
-    A run is assigned the largest error among all runs with the same or a smaller tolerance.
+    Each run is assigned the largest error of all runs whose tolerance is not larger.
     """
     errors = [attitude_error(run.solve(), truth) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1].tolist(), strict=True))
@@ -157,7 +157,7 @@ def time_function(problem, end, truth):
 
 
 def measure_scene(name, rounds, targets=TARGETS, quick=False):
-    """Return the run times of all programs on one scene for several errors."""
+    """Return the run times of all programs for one scene and several errors."""
     end, problem = ENDS[name], load_problem(name)
     (state,) = reference.integrate_states(problem, [end], fp=reference.FINER)
     truth = np.array(state[:4], np.longdouble)
@@ -212,7 +212,7 @@ def count_operations(run):
 
 
 def compare(band, name):
-    """Return the ratio of heyoka's run time to kreisel's, as a median and for shortest times."""
+    """Return heyoka's run time relative to kreisel's: the median ratio and the ratio of minima."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 
@@ -225,7 +225,7 @@ def compute_share(scene, band):
 
 
 def count_paying_runs(band):
-    """Return the number of runs after which heyoka has made up for its compile time."""
+    """Return the number of runs after which heyoka's compile time has paid off."""
     gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
     return band["compiling"] / gain if gain > 0 else inf
 

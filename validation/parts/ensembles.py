@@ -40,7 +40,7 @@ ABOUT = {
 def compute_sleeping_map(side):
     """Return the largest nutation [rad] of symmetric tops, as a function of spin and initial tilt.
 
-    If the spin exceeds 4 [T^-1], an upright top of this shape is stable.
+    An upright top of the given shape is stable if its spin exceeds 4 [T^-1].
     """
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)

@@ -13,7 +13,7 @@ def number_word(n):
 
 
 def count_word(n):
-    """Return a small number as a word, such as none, one or two."""
+    """Return the English word for a small number."""
     return number_word(n) if n else "none"
 
 

@@ -11,9 +11,9 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 def measure_rotation(orbits, name):
     """Return the axial momentum and the rotation number of each orbit.
 
-    The axial momentum is taken where the spin angle is closest to zero. The rotation number is the
-    angle of precession per nutation period, without whole turns. The change of the rotation number
-    between the two halves of an orbit is also returned.
+    The axial momentum is that of the state whose spin angle is closest to zero. The rotation number
+    is the angle of precession per nutation period, without whole turns. The change of the rotation
+    number between the two halves of an orbit is also returned.
     """
     tops = kr.starts(
         section_data.make_body(name),

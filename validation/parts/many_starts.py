@@ -58,7 +58,7 @@ def list_programs():
 def rotate_start(problem, random):
     """Return a problem with a random initial state.
 
-    If the momentum is horizontal, it remains horizontal.
+    If the original momentum is horizontal, the new momentum is also horizontal.
     """
     axis = random.normal(size=3)
     half = random.uniform(0.0, ROTATION) / 2
@@ -78,7 +78,7 @@ def draw_starts(problem, number):
 
 
 def make_runs(starts, end, tol):
-    """Yield the runs of each integrator for all initial states, and the compile time [s]."""
+    """Yield each integrator with its runs for all initial states and its compile time [s]."""
     setting = Setting(tol=tol)
     compiled = HeyokaRun(starts[0], end, setting)
     for name in list_programs():
@@ -93,7 +93,7 @@ def make_runs(starts, end, tol):
 
 
 def restart(compiled, start):
-    """Return a run that starts from another initial state and uses the same compiled integrator."""
+    """Return a run that reuses the compiled integrator for another initial state."""
     run = object.__new__(HeyokaRun)
     vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
     return run
@@ -165,7 +165,7 @@ def compute_quantile(times, part):
 
 
 def group_starts(found):
-    """Return the results for symmetric tops, which have a closed form, and for other tops."""
+    """Return the results separately for symmetric tops and for all other tops."""
     groups = {SYMMETRIC: [], OTHERS: []}
     for each in found:
         is_symmetric = load_problem(each["scene"]).symmetric
@@ -178,7 +178,7 @@ def count_starts(found):
 
 
 def make_bands(found):
-    """Return the errors, and the median and quantiles of the run time, for each program."""
+    """Return the median and quantiles of each program's run time for several errors."""
     bands = {}
     for program, title in list_programs().items():
         times = [times_to_error(found, program, target) for target in CURVE]
@@ -201,7 +201,7 @@ def draw_groups(found):
 
 
 def summarize_programs(found):
-    """Yield a row of the table for each error, with the median run times of all programs."""
+    """Yield a table row with the median run times of all programs for each target error."""
     for target in SHOWN:
         times = {name: times_to_error(found, name, target) for name in list_programs()}
         yield {
@@ -226,7 +226,7 @@ def finite_or_none(x):
 
 
 def compare_medians(found, target):
-    """Return the median run time of kreisel [s], and the ratios of the other medians to this time.
+    """Return kreisel's median run time [s], and the other programs' medians relative to it.
 
     A program is omitted if it fails to reach the error for more than a quarter of the initial
     states. If kreisel is omitted, the median run time is None.

@@ -92,7 +92,7 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield the name of each omission, a function for the full run, and one for the reduced run.
+    """Yield the name of each omission, and functions for the full and the reduced computation.
 
     The functions return the memory [bytes] needed for the results.
     """

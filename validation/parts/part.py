@@ -1,8 +1,8 @@
 """The interface that all parts of the report implement.
 
 The page, the tables and the command line of the report are built from a list of parts. A new part
-needs a Python file that ends with a `Part`, a template with the same name, and a line in
-report/contents.py.
+needs a Python file, a template with the same name, and a line in report/contents.py. The Python
+file ends with a `Part` object.
 """
 
 import csv

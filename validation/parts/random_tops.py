@@ -79,7 +79,7 @@ def time_solve(problems, name, setting):
 
 
 def fit_setting(method, some):
-    """Find a step size or tolerance for which the run time is close to the intended one."""
+    """Find a step size or tolerance for which a run takes about the intended time."""
 
     def seconds(setting):
         return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))

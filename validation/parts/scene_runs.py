@@ -51,7 +51,7 @@ class Measurement:
 
     @property
     def seconds(self):
-        """The shortest run time of all rounds [s], because other programs only slow a run down."""
+        """The shortest run time [s], which is the least affected by other programs."""
         return min(self.samples, default=self.about)
 
     @property
@@ -72,7 +72,7 @@ def turn_length(problem):
 
 
 def energy_times(end, step):
-    """Return the times at which the energy is evaluated, about the same number for every run."""
+    """Return equally spaced times for evaluating the energy, at least as far apart as the steps."""
     every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
     return every * np.arange(int(end / every) + 1)
 

@@ -39,7 +39,7 @@ def kind_of(method):
 
 
 def solve_or_stop(scene, times, method, step):
-    """Return the path until the end or until a failure, and the error message."""
+    """Return the computed path, and the error message if the integration failed."""
     words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
     try:

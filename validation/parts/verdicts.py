@@ -98,8 +98,8 @@ def find_sign(error, shown, per_turn, explained):
 
     The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
     per turn, which is infinite for adaptive methods. The argument `explained` contains errors that
-    can be caused by rounding or by the tolerance. An error that is equal in both runs cannot be
-    noticed.
+    rounding or the tolerance can cause. An error that is equal in two runs cannot be noticed by
+    comparing them.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART

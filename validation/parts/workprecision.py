@@ -95,7 +95,7 @@ def summarize_setup(rows):
 
 
 def describe_payment(rows, scenes):
-    """Describe the number of runs after which heyoka's compile time pays off.
+    """Describe after how many runs heyoka's compile time pays off.
 
     Only scenes and target errors that both programs can reach are included.
     """

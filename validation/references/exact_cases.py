@@ -1,4 +1,4 @@
-"""Lagrange tops and free bodies in degenerate motions, for tests of closed-form solutions."""
+"""Degenerate motions of Lagrange tops and free bodies, for tests of closed-form solutions."""
 
 import math
 
@@ -138,7 +138,7 @@ def normalize(q):
 
 
 def digits(case):
-    """Return the number of digits with which the reference solution must be computed."""
+    """Return the number of digits needed to compute the reference solution."""
     least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
     return 50 if least > 1e-12 else 50 - int(5 * math.log10(least))
 

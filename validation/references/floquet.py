@@ -28,7 +28,7 @@ _AXES = np.eye(3)
 
 
 def _add_as_decimals(high: Array, low: Array | None = None) -> Decimals:
-    """Return the sum of high and low words as decimal numbers."""
+    """Return the sums of high and low parts as decimal numbers."""
     return _to_decimals(high) if low is None else _to_decimals(high) + _to_decimals(low)
 
 
@@ -135,7 +135,8 @@ class _Point(NamedTuple):
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
         """Return functions of the state that are periodic in time.
 
-        For a symmetric body, these functions are invariant under rotations about the symmetry axis.
+        For a symmetric body, the periodic functions are invariant under rotations about the
+        symmetry axis.
         """
         if axis is None:
             return self.momentum

@@ -53,7 +53,7 @@ def layer_half_width():
 
 
 def measure_swings(e, n):
-    """Return the spin angles at the lowest points and the axial momenta at the highest points.
+    """Return spin angles at the lowest points of swings, and axial momenta at the highest points.
 
     Several tops are pushed from the upright position and make n swings each. The results have the
     shapes (tops, n) and (tops, n + 1).

@@ -14,7 +14,7 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 
 
 def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
-    """Return a scene with a top that is not upright.
+    """Return a scene in which the top is not upright.
 
     An upright top would hide first-order errors, because no torque acts on it.
     """
@@ -33,7 +33,7 @@ def fit_slope(steps, errors, rounding):
 def compute_errors(path, truth):
     """Return the largest errors of attitude and momentum over several times.
 
-    The error at a single time may vanish by accident.
+    The error at a single time may vanish by coincidence.
     """
     apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
     return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])
@@ -42,7 +42,7 @@ def compute_errors(path, truth):
 def measure_order(name, body):
     """Return the observed orders of convergence of attitude and momentum.
 
-    Methods of high order are tested on a fast top. On a slow top, rounding errors would hide the
+    Methods of high order are tested with a fast top. For a slow top, rounding errors would hide the
     truncation error.
     """
     high = kr.methods[name].order > 4

@@ -62,7 +62,7 @@ class Problem:
 
     @property
     def symmetric(self):
-        """True if the body is a Lagrange top, without any tolerance for rounding."""
+        """True if the body is exactly a Lagrange top."""
         return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
 
     @property
@@ -114,7 +114,7 @@ class Problem:
     def scale_to_internal_units(self):
         """Convert the problem to internal units, and return the units of moment and rate.
 
-        In internal units, the largest moment and the typical angular velocity are about one. The
+        Return the problem in internal units, and the units of inertia and angular velocity. The
         units are powers of two, so that the conversion is exact.
         """
         moment, rate = (

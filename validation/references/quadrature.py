@@ -211,10 +211,10 @@ class Lagrange:
 
 
 class Euler:
-    """The motion of a free rigid body with three different moments as a function of time.
+    """The motion of a free asymmetric body as a function of time.
 
-    A permanent rotation is not allowed. If the body rotates nearly about the middle axis, `digits`
-    must be larger.
+    The motion must not be a permanent rotation. More digits are needed if the rotation is nearly
+    about the middle principal axis.
     """
 
     def __init__(self, inertia, q, m, digits=DIGITS):

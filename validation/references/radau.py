@@ -165,7 +165,7 @@ def first_step(top):
 
 
 def integrate(problem, times, tol=TOL, **effects):
-    """Return the attitudes (n, 4) and the body momenta (n, 3) at ascending positive times.
+    """Return attitudes (n, 4) and body-frame momenta (n, 3) at positive times in ascending order.
 
     The argument `tol` limits the relative truncation error of each step. Optional effects are the
     rotor momentum, the angular velocity `turning` of the support, and `shaking`. The tuple

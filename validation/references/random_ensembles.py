@@ -1,7 +1,7 @@
 """Ensembles of random tops with their reference solutions.
 
-The initial momenta are normally distributed about the momentum of a test scene. Larger ensembles
-with the same seed begin with the same tops.
+The initial momenta are normally distributed about the momentum of a test scene. With the same seed,
+a larger ensemble begins with the tops of a smaller one.
 """
 
 from dataclasses import dataclass, replace

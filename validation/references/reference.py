@@ -5,9 +5,9 @@ validation.references.reference`.
 
 Each solution is computed from two forms of the equations in 128-bit arithmetic, and once in 80-bit
 arithmetic. The differences between these computations show how accurate the solution is. The
-conditioning is the change of the attitude caused by one rounding error of a double in each
-parameter and initial value. No method in double precision can be expected to have a smaller error
-than the conditioning.
+conditioning is the change in attitude caused by perturbing each parameter and initial value by one
+double-precision rounding error. No method in double precision can be expected to have a smaller
+error than the conditioning.
 """
 
 import argparse
@@ -53,7 +53,7 @@ def build_integrator(fp, coefficients):
 
 
 def attitude_and_momentum(problem, form, t, q, s):
-    """Return the attitude and the body momentum from the variables of the integrator.
+    """Convert the variables of the integrator to the attitude and the body-frame momentum.
 
     If `form` is "symmetric", the uniform rotation about the symmetry axis is added.
     """
@@ -77,7 +77,7 @@ def equivalent_sphere(problem):
 def integrate_states(problem, times, form="velocity", fp=hy.real128):
     """Return the attitude and the body momentum at `times` in multiprecision.
 
-    The argument `form` is "velocity", "momentum" or, for Lagrange tops, "symmetric".
+    The argument `form` is "velocity" or "momentum", or "symmetric" for Lagrange tops.
     """
     own, moment, rate = problem.scale_to_internal_units()
     model = equivalent_sphere(own) if form == "symmetric" else own
@@ -153,7 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the change in attitude [rad] caused by one rounding error in each parameter."""
+    """Return the change in attitude [rad] if each number of the problem is rounded once."""
     own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -237,7 +237,7 @@ def conditioning_by_differences(problem, times):
 def truth_by_quadrature(problem, end):
     """Return the reference solution of a Lagrange top or a free rigid body.
 
-    The final time can be very large, because the solution is computed without time steps.
+    The final time may be very large, because the solution requires no time steps.
     """
 
     def state(top, t):
@@ -306,7 +306,7 @@ def compare_computations(problem, end, kept):
 
 
 def compute_entry(problem, times):
-    """Return reference solutions at several times, and numbers that show their accuracy."""
+    """Return reference solutions at several times, together with estimates of their accuracy."""
     form = "symmetric" if problem.symmetric else "velocity"
     found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
     moved = compute_conditioning(problem, times, form)

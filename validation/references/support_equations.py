@@ -47,7 +47,7 @@ def _block(first, n=3):
 
 
 class _Equations:
-    """The equations of motion, the spin, and the friction that would keep the spin constant."""
+    """Expressions for the equations of motion, the spin, and the friction at constant spin."""
 
     def __init__(self):
         q, M = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")
@@ -107,7 +107,7 @@ class SupportIntegrator:
         return float(spin), float(needed)
 
     def __call__(self, scene, t):
-        """Return the attitude (principal axes to space) and the momentum in the space frame at `t`.
+        """Return the attitude of the principal axes, and the momentum in the space frame, at `t`.
 
         Returns None if the motion backward in time is not unique, because friction holds the spin
         at zero.
@@ -127,7 +127,7 @@ class SupportIntegrator:
         return top, outcome == hy.taylor_outcome.time_limit
 
     def _with_friction(self, friction, state, pars, t):
-        """Integrate interval by interval, from one change between sliding and rest to the next."""
+        """Integrate from each change between sliding and rest to the next change."""
         self.smooth.state[:], self.smooth.pars[:], self.smooth.time = state, pars, FP(0)
         spin, needed = self._measure(self.smooth)
         begin = FP(0)

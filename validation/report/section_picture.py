@@ -1,7 +1,7 @@
 """A figure for docs/theory/tangents.md that shows Poincare sections of regular and chaotic motions.
 
-All tops have the same body, energy and vertical momentum. A point marks each lowest position of the
-apex, and the colour shows whether the motion is chaotic. Each panel shows a different value of
+All tops have the same body, energy and vertical momentum. Each point marks a lowest position of the
+apex, and its colour shows whether the motion is chaotic. Each panel shows a different value of
 gravity.
 
     python -m validation.report.section_picture [validation/report/section.png]

@@ -1,9 +1,10 @@
 """The reliability of MEGNO as an indicator of chaos, for several durations.
 
 The reference is the classification after 30000 turns. If the value of MEGNO is near the threshold,
-the top is counted as doubtful. All other wrong classifications are counted separately. Conclusion:
-with a threshold of 4 and a doubtful range from 2.5 to 8, no regular top is classified as chaotic.
-Few chaotic tops are classified as regular, and their number decreases with the duration.
+the top is counted as doubtful. Wrong classifications of tops that are not doubtful are counted
+separately. Conclusion: with a threshold of 4 and a doubtful range from 2.5 to 8, no regular top is
+classified as chaotic. Few chaotic tops are classified as regular, and their number decreases with
+the duration.
 
     python -m validation.studies.chaos_verdicts --families 15
 """
@@ -25,7 +26,7 @@ BOX = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
 
 
 def draw_families() -> Iterator[kr.Ensemble]:
-    """Yield ensembles of tops that share a body; there are 1600 tops in total."""
+    """Yield ensembles of tops with the same body, 1600 tops in total."""
     for gravity in (1.0, 2.0, 3.0, 4.0):
         yield kr.starts(BOX, energy=2.0, vertical=1.0, n=200, seed=SEEDS[0], gravity=gravity)
     rng = np.random.default_rng(SEEDS[1])

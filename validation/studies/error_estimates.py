@@ -1,7 +1,7 @@
 """The accuracy of the error estimate path.error.
 
-Conclusion: the estimate differs from the true error by at most a factor of 3, except at rounding
-level. With method='geometric', the true error never exceeds the requested error.
+Conclusion: the estimate differs from the true error by at most a factor of 3, unless rounding
+errors dominate. With method='geometric', the true error never exceeds the requested error.
 
     python -m validation.studies.error_estimates [--scenes 100] [--seed 5]
 
@@ -55,7 +55,7 @@ def estimate_ratio(scene, times, truth, way):
 
 
 def collect_ratios(scenes, seed):
-    """Return the ratios of estimated to true errors for each kind of top and each method."""
+    """Return the ratios of estimated to true errors, grouped by kind of top and method."""
     rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
     found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
     for i in range(scenes):

@@ -4,9 +4,9 @@ Conclusion: csrc/ensemble/lane_scheduler.c uses the fastest order that does not 
 
     python -m validation.studies.lane_orders [orders isas limits]
 
-For each tolerance, all orders are timed, and their errors are compared with those for single tops.
-The reference solutions are computed in 20-digit arithmetic. All integrations are timed in C,
-alternately in one process and on one thread.
+For each tolerance, all orders are timed, and their errors are compared with the errors for single
+tops. The reference solutions are computed in 20-digit arithmetic. All integrations are called from
+C and timed alternately on one thread of one process.
 """
 
 import argparse
@@ -89,7 +89,7 @@ def error_quantiles(q, truth):
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
     """Find the largest tolerance for which the errors are acceptable.
 
-    Returns the binary logarithm of the reduction of the tolerance, a function that integrates the
+    Returns by how many powers of two the tolerance is reduced, a function that integrates the
     scenes, and the errors. Returns None if all tolerances are too large.
     """
     for less in LESS:

@@ -2,19 +2,19 @@
 
     python -m validation.studies.real_tops [--tops 2000] [--seed 1]
 
-Each top has a body of a random kind, described in rotated or permuted axes. A rotor, damping,
-turning, shaking and friction each occur with probability 1/2. If a top is damped, the damping is
-strong with probability 1/4. Times may be negative, unless the damping is strong. The reference is
-computed by heyoka in 128-bit arithmetic (validation/references/support_equations.py). The reference
-shares no code with kreisel; it uses only the attributes of the scene. Every top is solved with 16,
-20 and 30 digits, as a member of an ensemble, and by a run that is saved and resumed. The closed
-form is also tested if there is one.
+Each top has a random type of body, which is described in rotated or permuted axes. A rotor,
+damping, friction, a turning support and a shaken support each occur with probability 1/2. If a top
+is damped, the damping is strong with probability 1/4. Times may be negative, unless the damping is
+strong. The reference is computed by heyoka in 128-bit arithmetic
+(validation/references/support_equations.py). The reference shares no code with kreisel; it uses
+only the attributes of the scene. The motion of every top is computed with 16, 20 and 30 digits, in
+an ensemble, and by a run that is saved and resumed. The closed form is also tested if there is one.
 
-The conditioning of a state is its largest first-order change if each number of the scene is rounded
-once. The value used is the larger of two sums over the tangents: `path.conditioning`, and the same
-sum for the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +-
-2^-30 with random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed
-the conditioning.
+The conditioning of a state is its largest first-order change when all numbers of the scene are
+rounded once. The conditioning is computed as the larger of `path.conditioning` and the same sum for
+the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +- 2^-30 with
+random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed the
+conditioning.
 
 Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment
 times the rate of the top. All errors should be at most 10 times the conditioning. For solutions
@@ -78,9 +78,9 @@ def draw_body(rng, kind, has_rotor):
 
 
 def draw_damping(rng):
-    """Draw the damping about each axis.
+    """Return random damping coefficients for the three axes.
 
-    In one of four draws, the damping is strong about some axes.
+    With probability 1/4, the damping is strong about some of the axes.
     """
     if rng.random() < 0.25:
         strong = 10.0 ** rng.uniform(1.0, 4.0, 3) * (rng.random(3) < 0.8)
@@ -89,7 +89,7 @@ def draw_damping(rng):
 
 
 def draw_top(rng):
-    """Draw a scene, the names of its nonzero parameters, and a time."""
+    """Return a random scene, the names of its nonzero parameters, and a random time."""
     has = {word: rng.random() < 0.5 for word in WORDS}
     kind = KINDS[rng.integers(len(KINDS))]
     body = draw_body(rng, kind, has["rotor"])
@@ -170,7 +170,7 @@ def bound_conditioning(scene, t, scale):
 
 
 def measure_change(truth, scene, t, end, scale, rng):
-    """Return the largest change of the reference if all numbers change by a relative 2^-53."""
+    """Return the largest change of the reference state for relative input changes of 2^-53."""
     most = max(differ(truth(Nudged(scene, rng), t), end, scale) for _ in range(NUDGES))
     return most / NUDGE * 2.0**-53
 
@@ -197,7 +197,7 @@ class Top:
 
 @dataclass
 class Tally:
-    """The number of tops of each kind, and the largest errors in units of the conditioning."""
+    """Numbers of results, and the largest errors in units of the conditioning."""
 
     counts: Counter = field(default_factory=Counter)
     worst: dict = field(default_factory=dict)
@@ -223,7 +223,7 @@ def resume_midway(scene, t):
 
 
 def check_top(top, tally):
-    """Compare the states of one top, computed in several ways, with the reference."""
+    """Compute a state of one top in several ways, and compare all results with the reference."""
     scene, t = top.scene, top.t
     ways = {"16 digits": lambda: kr.solve(scene, [t], "taylor")}
     ways["resumed"] = lambda: resume_midway(scene, t)

@@ -1,6 +1,6 @@
 """Speed and accuracy of the Taylor method for various orders and tolerances.
 
-Conclusion: the tolerance selects one of the orders 12, 16, 18, 22 and 28. For 20 digits, the first
+Conclusion: the order is 12, 16, 18, 22 or 28, depending on the tolerance. For 20 digits, the first
 8 of 28 coefficients are computed in double-double arithmetic, and the tolerance is 2^-70. For 30
 digits, the first 20 of 36 coefficients are computed in double-double arithmetic, and the tolerance
 is 2^-100.
@@ -52,7 +52,7 @@ def attitude_error(truth, states):
 
 
 def count_operations(order):
-    """Return the numbers of vector operations per step in sums of products and elsewhere.
+    """Return how many vector operations of a step belong to sums of products, and how many do not.
 
     A sum takes 7 operations for each pair of products and 5 for a middle term. Each coefficient
     requires 27 other operations. The 27 operations are 3 additions, 17 for the derivatives of q, P

@@ -41,7 +41,7 @@ class TaylorKernels:
         self.orders = read_list(self.library.kr_bench_order)
 
     def run(self, block, isa, kernel, log2_tol, t, steps=None):
-        """Return a function that integrates to time `t` and returns high and low words.
+        """Return a function that integrates to time `t` and returns states as high and low parts.
 
         The number of steps is stored in `steps`.
         """

@@ -2,9 +2,9 @@
 
     python -m validation.studies.torus_accuracy [kowalewski|goryachev_chaplygin] [--tops 10000]
 
-The tops are drawn as in validation/benchmarks/kowalewski_speed.py. The natural unit of time of a
-top is tau. The reference solutions are computed by the Taylor method in 30-digit arithmetic. The
-error of each top is measured at one random time between 0.1 and `--longest` tau, forward or
+Random tops are generated as in validation/benchmarks/kowalewski_speed.py. The natural unit of time
+of a top is tau. The reference solutions are computed by the Taylor method in 30-digit arithmetic.
+The error of each top is measured at one random time between 0.1 and `--longest` tau, forward or
 backward. The errors of a few tops are also measured at times up to 1e6 tau. The conditioning is the
 change of a state if the initial state is perturbed by one rounding error in a random direction. The
 drift of the conserved quantities is measured up to 1e6 tau.
@@ -103,7 +103,7 @@ def drift_of_integrals(top, tau, rng, scale):
 
 
 def compare_restarted(scene, top, tau, rng, scale):
-    """Return the difference between closed forms that are computed from two states of a motion.
+    """Return the difference between closed-form solutions computed from two states of a motion.
 
     The difference is divided by the conditioning. Returns None if the closed form is rejected for
     the second state.
@@ -218,7 +218,7 @@ def plan_tops(kind, chosen):
 
 
 def measure(kind, chosen):
-    """Compute and print errors for random tops of one kind."""
+    """Run the study for random tops of one kind, and print the errors."""
     ratio, limit = KINDS[kind]
     rng, refused, found = np.random.default_rng(chosen.seed), Counter(), Findings()
     for number in range(chosen.tops):

@@ -6,9 +6,9 @@ Each family of motions depends on a parameter eps, and the motion for eps = 0 is
 each eps, the largest error at five times up to 1000 / max(1, rate) is printed. The reference
 solutions are computed by the Taylor method in 30-digit arithmetic. The letter c precedes the error
 estimate of the closed form (its certificate). If the error exceeds 3e-14, the conditioning is also
-printed. An exclamation mark precedes the conditioning if the conditioning is less than a tenth of
-the error. The conditioning is the change of a state caused by one rounding error in the initial
-state. If the closed form is rejected, the reason is printed.
+printed. A conditioning less than a tenth of the error is marked by an exclamation mark. The
+conditioning is the change of a state caused by one rounding error in the initial state. If the
+closed form is rejected, the reason is printed.
 """
 
 import argparse
@@ -85,7 +85,7 @@ def discriminant(h, vertical, c):
 
 
 def find_size(value, velocity, up, kind):
-    """Scale a velocity so that the function `value` is zero, and return the factor or None."""
+    """Return the factor by which to scale a velocity so that `value` is zero, or None."""
     sizes = np.linspace(0.1, 2.5, 25)
     values = [value(make_scene(kind, x * velocity, up)) for x in sizes]
     for i in range(len(sizes) - 1):
@@ -141,7 +141,7 @@ def separatrix(scene):
 
 
 def near(kind, velocity, up):
-    """Return a family of initial states near a given one, with random perturbations of size eps."""
+    """Return a family of initial states with random deviations of size eps from a given one."""
 
     def make(eps, v):
         return make_scene(

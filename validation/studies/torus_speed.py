@@ -1,12 +1,12 @@
-"""The speed of the closed forms of Kowalewski and Goryachev-Chaplygin tops.
+"""The speed of closed-form solutions for Kowalewski and Goryachev-Chaplygin tops.
 
     python -m validation.studies.torus_speed [kowalewski|goryachev_chaplygin] [--tops 400]
 
-The tops are drawn as in validation/benchmarks/kowalewski_speed.py. The preparation and the
-evaluation of closed forms are timed alternately with the Taylor method in C. Closed forms are
-evaluated at random times up to 1000 units of time, individually and in batches. The Taylor method
-is timed up to `--longest` units of time. The run time of the Taylor method is extrapolated linearly
-to 1e6 units of time.
+Random tops are generated as in validation/benchmarks/kowalewski_speed.py. All functions are timed
+in C: the preparation of closed forms, their evaluation, and the Taylor method. Closed forms are
+evaluated at random times from 0 to 1000 units, one by one and in batches. The Taylor method is
+timed up to `--longest` units of time. The run time of the Taylor method is extrapolated linearly to
+1e6 units of time.
 
 For some tops, kreisel.solve with the method 'auto' is also timed against heyoka. The errors of
 heyoka and of the closed form are measured after 1e4 units of time. The run time of heyoka is also
@@ -80,7 +80,7 @@ class TorusBench:
 def measure_tops(
     bench: TorusBench, kind: str, tops: int, longest: float, seed: int
 ) -> Iterator[Row]:
-    """Yield the run times of all tops that have a closed form."""
+    """Yield the run times for all tops whose motion has a closed form."""
     rng = np.random.default_rng(seed)
     for _ in range(tops):
         scene, tau = draw_top(rng, RATIOS[kind])

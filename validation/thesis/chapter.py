@@ -171,7 +171,7 @@ def make_units_table():
 
 
 def describe_run(results, seconds):
-    """Return a description of the computer, and of the accuracy of extrap in experiment 6.2."""
+    """Describe the computer, and the accuracy of extrap in experiment 6.2."""
     timed = results.timed
     extrap = Trajectory(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
     return machine.describe_machine() | {

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Erratum:
     """An erratum.
 
-    The numerical errors of the printed text and of the correction are `text` and `right`. The text
-    `measure` describes how these errors are measured.
+    `text` is the numerical error of the printed text, and `right` is that of the correction. The
+    text `measure` describes how these errors are measured.
     """
 
     number: int

@@ -60,7 +60,7 @@ class FourTops(Comparison):
 
     @cached_property
     def L(self):
-        """The frame errors of all trajectories, relative to the reference and to each other."""
+        """The frame errors of all trajectories, relative to the reference and to one another."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -70,7 +70,7 @@ class FourTops(Comparison):
 
     @cached_property
     def term(self):
-        """The energy error of the Bobenko-Suris method, by the formula of section 6.1.4.
+        """The energy error of the Bobenko-Suris method, computed as in section 6.1.4.
 
         In scaled units, the energy error is the change of -I1 eps2/2 <a x m, p> since the initial
         time.
@@ -159,7 +159,7 @@ class EqualTime(Comparison):
 
 
 def solve_in_periods(substeps, end, method=None):
-    """Integrate the motion of experiment 6.2 with theorem 4.2 or with a method of kreisel."""
+    """Integrate experiment 6.2 by a method of kreisel, or by theorem 4.2 if `method` is None."""
     step = PERIOD / substeps
     return (
         solve_fixed_step(SCENE, method, step, end, substeps)

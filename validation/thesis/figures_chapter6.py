@@ -1,7 +1,7 @@
 """The figures of chapter 6, redrawn.
 
-The left panels show the same curves as the figures in the thesis. Some figures have a right panel
-on a logarithmic scale, with additional methods.
+The left panels show the same curves as the figures in the thesis. Some figures have a right panel,
+which shows additional methods on a logarithmic scale.
 """
 
 import numpy as np

@@ -84,8 +84,8 @@ def draw_cuboid(axes, corners, top):
 def draw_vectors(axes, top, origin, behind):
     """Draw the momentum in green and the angular velocity in blue.
 
-    If `behind` is true, only vectors pointing away from the viewer are drawn, and otherwise only
-    those pointing towards the viewer.
+    Only vectors that point away from the viewer are drawn if `behind` is true, and only the others
+    if it is false.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()

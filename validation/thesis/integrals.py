@@ -42,7 +42,7 @@ def measure_fourth_integral(kind):
 
 
 def compute_k_values():
-    """Return the Kowalewski integral of two cuboids in two systems of units.
+    """Return the value of the Kowalewski integral for two cuboids in two systems of units.
 
     The thesis sets I1 = 1 in the Hamiltonian, but it does not specify the unit of time.
     """

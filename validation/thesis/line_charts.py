@@ -13,7 +13,7 @@ POINTS = 500
 
 
 def thin_out(t, values, points=POINTS):
-    """Reduce a long curve to the smallest and the largest value in short intervals."""
+    """Keep only the smallest and the largest value of a curve in each of many short intervals."""
     n = len(t)
     if n <= 2 * points:
         return t, values
@@ -73,7 +73,7 @@ def draw_two_scales(t, left, right, labels, colours):
 
 
 def draw_geodesic():
-    """Draw figure 6.5, a sphere with the shorter geodesic between two points."""
+    """Draw figure 6.5, which shows a sphere and the shorter geodesic between two points."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
     x, y = 0.8 * np.sin(end), np.cos(end)
@@ -99,7 +99,7 @@ def draw_mark(axes, point, text, offset, ha="left"):
 
 
 def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Draw figure 5.12, the steps of two methods with a common final time."""
+    """Draw figure 5.12, which shows the steps of two methods with a common final time."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (

@@ -1,6 +1,6 @@
 """Conversion to and from the scaled units of Bobenko and Suris for the Lagrange top.
 
-Section 4.2.1 of the thesis (Bodack 2008) describes these units.
+The scaled units are described in section 4.2.1 of the thesis (Bodack 2008).
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ class Units:
     mass: float
 
     def into(self, scene: kr.Scene) -> kr.Scene:
-        """Convert a scene to these units."""
+        """Convert a scene to the scaled units."""
         return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
-        """Convert a scene from these units back to the original units."""
+        """Convert a scene from the scaled units back to the original units."""
         return _scale_scene(scene, self.length, self.mass)
 
 
@@ -63,7 +63,7 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
 
 
 def _lagrange_moments(body: kr.Body) -> tuple[float, float]:
-    """Return the two equal moments as one number, and the moment about the symmetry axis."""
+    """Return the moments of inertia I1 = I2 and I3 of a Lagrange top."""
     if body.kind != "lagrange":
         raise ValueError(
             f"the scaled units are for Lagrange tops, not for a body of kind {body.kind!r}"

@@ -167,7 +167,7 @@ def check_fourth_integrals(k, g, values):
 
 
 def measure_discrete_rod(eps=0.05, end=20.0):
-    """Return the distance of the discrete rod from its centre line for two step sizes.
+    """Return the distance of the discrete rod from the continuous centre line for two step sizes.
 
     The distance is measured at the end of the rod. Each frame of the discrete rod is displaced from
     the previous one by eps along T.

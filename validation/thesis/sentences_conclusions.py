@@ -108,7 +108,7 @@ def check_equal_time(timed):
 
 
 def find_overtaking(timed):
-    """Return the first time at which extrap is less accurate than Bobenko-Suris, or None.
+    """Return the time from which extrap is less accurate than the Bobenko-Suris method, or None.
 
     The two methods are compared at equal run time.
     """

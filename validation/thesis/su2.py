@@ -1,4 +1,4 @@
-"""The Lie algebra su(2) and the group SU(2) as in the thesis, and theorem 4.2 with its errata."""
+"""The Lie algebra su(2), the group SU(2), and theorem 4.2 in the notation of the thesis."""
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def from_quaternion(q):
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
     """Return xi_k of theorem 4.2 from m = m_(k+1), a = a_k and b = a_(k+1).
 
-    The thesis prints 2/c instead of 2/eps in the second form.
+    The thesis gives two forms of xi_k, and prints 2/c instead of 2/eps in the second.
     """
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
@@ -65,10 +65,10 @@ def make_step(m, a, eps, g):
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Return the final attitude computed with theorem 4.2.
 
-    The argument `c_of` selects the vector in the formula for c: 'a', or 'p' as in the printed
-    thesis. The argument `side` is the side on which the quaternion is multiplied by w_k. If `side`
-    is 'inverse', the quaternion g rotates from the inertial frame to the body frame. If `text` is
-    True, the factor 2/c is used in the second form, as printed in the thesis.
+    The argument `c_of` names the vector in the formula for c, which is 'p' in the printed thesis
+    and 'a' in the correction. The argument `side` is the side on which the quaternion is multiplied
+    by w_k. If `side` is 'inverse', the quaternion g rotates from the inertial frame to the body
+    frame. If `text` is True, the factor 2/c is used in the second form, as printed in the thesis.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity

@@ -49,7 +49,7 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Compute a trajectory by a closed form if one exists, or else with the tolerance 1e-13."""
+    """Compute a trajectory from a closed form if one exists, or else with the tolerance 1e-13."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
@@ -80,8 +80,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Integrate with extrap, and restart after each interval as the program of the thesis does.
 
     An interval is the time between two pictures in the program of the thesis. After each restart,
-    the initial step size is used again. The state is recorded once per `every`
-    intervals.
+    the initial step size is used again. The state is recorded once per `every` intervals.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
@@ -96,7 +95,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Return half the angle [rad] between the attitudes, which the thesis calls L.
+    """Return half the angle [rad] between two attitudes, which the thesis denotes by L.
 
     Raises ValueError if the times differ.
     """
