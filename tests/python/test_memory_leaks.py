@@ -133,6 +133,13 @@ def error_calls():
     }
 
 
+@pytest.fixture(scope="module", autouse=True)
+def frozen():
+    """Exclude the objects of all other tests from garbage collection, which they make slow."""
+    gc.collect()
+    gc.freeze()
+
+
 def measure_growth(call):
     """Repeat a call, and return the growth of the number of Python's memory blocks."""
     for _ in range(20):
