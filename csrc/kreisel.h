@@ -5,13 +5,13 @@
  *
  * with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken support.
  *
- * Frames:  Space has the axes e1, e2, e3, with gravity along -e3. If the support rotates, these
+ * Frames:  The space axes are e1, e2 and e3; gravity acts along -e3. If the support rotates, these
  *          axes rotate with it. The body has two frames: the frame of description, in which the
  *          user describes it, and the principal axes at the fixed point (N, B, T). An attitude q
  *          rotates vectors from the frame of description into space: v_space = q v q*. The angular
  *          momentum m has components in space. The apex is the direction from the fixed point to
  *          the centre of mass, or T if these points coincide.
- * Units:   Any consistent set of units. Dimensions are given in brackets, as powers of mass M,
+ * Units:   Any consistent units can be used. Dimensions are given in brackets, as powers of mass M,
  *          length L and time T.
  * Memory:  Only kr_top_create and kr_worker_create allocate memory (GSL also allocates for the
  *          optional GSL methods).
@@ -56,18 +56,18 @@ extern "C" {
                                   "resolve")                                                      \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                       \
     X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")            \
-    X(ERR_CHECKPOINT,  INPUT,     "not a checkpoint of such a top: damaged, or of another "       \
-                                  "version, machine, scene or method")                            \
+    X(ERR_CHECKPOINT,  INPUT,     "the checkpoint is damaged, or belongs to another version, "    \
+                                  "machine, scene or method")                                     \
     X(ERR_MEMORY,      MEMORY,    "out of memory")                                                \
     X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                   \
     X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                      \
-    X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large for its start")      \
+    X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large for its state")      \
     X(ERR_NOT_FINITE,  FAILURE,   "the state is no longer finite")                                \
     X(ERR_EVENT,       FAILURE,   "the event did not occur within the time limit")                \
     X(ERR_TANGENT,     FAILURE,   "a tangent exceeded the range of doubles, or grew too fast for " \
                                   "its series")                                                   \
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")                                                  \
-    X(ERR_NO_METHOD,   INPUT,     "there is no method: it is NULL, which kr_method_find returns " \
+    X(ERR_NO_METHOD,   INPUT,     "the method is NULL, which is what kr_method_find returns "     \
                                   "for an unknown name")                                          \
     X(ERR_NO_STEP,     INPUT,     "there is no step: a fixed-step method needs one")              \
     X(ERR_NOT_BUILT,   INPUT,     "this build does not include the method, more than 16 digits, " \
@@ -107,10 +107,10 @@ typedef struct kr_body {
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
     /* Relative tolerance of the triangle inequality, for rounded values from the literature: the
      * largest moment may exceed the sum of the other two by this fraction. The moments are used as
-     * given. At least 0 and less than 1; values below 1e-12 are treated as 1e-12. */
+     * given. The tolerance is in [0, 1); values below 1e-12 are treated as 1e-12. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The momentum m includes it. The moments are those with locked rotors. */
+     * L^2 T^-1]. The momentum m includes that of the rotors. The moments apply to locked rotors. */
     kr_vec3 rotor;
 } kr_body;
 
@@ -141,33 +141,33 @@ typedef struct kr_scene {
     kr_vec3 turning;
     kr_shaking shaking;
     /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
-     * T^-2]. If the spin is zero, friction keeps it zero as long as this needs no larger torque. */
+     * T^-2]. A spin of zero stays zero as long as this torque suffices. */
     double friction;
 } kr_scene;
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
- * inertia tensor is diagonal, the given axes are the principal axes. Otherwise, the principal axes
- * are right-handed and as near as possible to the frame of description. For a Lagrange top, T is
- * the axis of symmetry. */
+ * inertia tensor is diagonal, its coordinate axes are the principal axes. For other tensors, the
+ * principal axes form the right-handed frame nearest to the coordinate axes. For a Lagrange top, T
+ * is the axis of symmetry. */
 
-/* Makes a cuboid, given its density [M L^-3], its half edges, and the fixed point relative to its
- * centre [L]. */
+/* Makes a homogeneous cuboid from its density [M L^-3], its half-edge lengths [L], and its fixed
+ * point relative to the centre [L]. */
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
-/* Makes a body that is symmetric about T. The moments at the fixed point are i3 about T, and i1
+/* Makes a body with the symmetry axis T. The moments at the fixed point are i3 about T, and i1
  * about axes normal to T [M L^2]. `height` is the position of the centre of mass on T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Lower limit of the ratio of the smallest to the largest moment of a tensor that is not diagonal.
- * Below this limit, rounding errors leave too few correct digits of the smallest moment. */
+/* Smallest permitted ratio of the smallest to the largest moment, for tensors that are not
+ * diagonal. If the ratio were smaller, the smallest moment would have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
-/* Makes a body from its inertia tensor at the fixed point, stored by rows [M L^2]. Also returns
- * KR_ERR_BODY if the ratio of the moments is below KR_TENSOR_MIN_RATIO. */
+/* Makes a body from its inertia tensor at the fixed point, stored by rows [M L^2]. Returns
+ * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
 /* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
-/* Makes a body from an inertia tensor at the fixed point that has been rounded, with the relative
- * tolerance `rounded` (see kr_body.rounded). */
+/* Makes a body from a rounded inertia tensor at the fixed point, with the relative tolerance
+ * `rounded` (see kr_body.rounded). */
 KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                              double rounded, kr_body *body);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
@@ -179,7 +179,7 @@ KR_API kr_status kr_body_check(const kr_body *body);
  * many tops in the literature have fictitious masses and lever arms. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
-/* Kinds of tops: X(kind, name). */
+/* The kinds (integrable cases) of tops, listed as X(kind, name). */
 /* clang-format off */
 #define KR_KIND_LIST(X)                                                                           \
     X(GENERAL,             "general")             /* also all rotors off the axis of symmetry */  \
@@ -194,27 +194,27 @@ typedef enum kr_kind {
     KR_KIND_COUNT
 } kr_kind;
 /* clang-format on */
-/* Returns the name of a kind. */
+/* Returns the name of a kind of top. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance with which the library determines the kind: 32 units in the last place. The
+/* The relative tolerance for determining the kind of a top: 32 units in the last place. The
  * tolerance allows for rounding errors of the moments and of `com`. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
-/* Returns the kind of a body. Numbers within the relative tolerance `rtol` are treated as equal. */
+/* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
-/* Returns the scene of chapter 6 of the thesis (Bodack 2008), a cuboid. */
+/* Returns the default scene: the cuboid studied in chapter 6 of the thesis (Bodack 2008). */
 KR_API kr_scene kr_scene_default(void);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
-/* The constant table of the quantities of a state. Vectors have components in space, or in the
- * frame of description if their name begins with body_. The Euler angles are z-x-z. They rotate the
- * space axes to a body-fixed frame. The rotations are by precession_angle about e3, by nutation
- * about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed frame is
- * the frame of description after the shortest rotation that takes its third axis to the apex. If
- * this rotation exceeds 120 degrees, a half turn about the first axis precedes it. If the apex is
- * vertical, precession_angle and spin_angle are equal up to sign. */
+/* The table of physical quantities that can be computed from a state. Vectors have components in
+ * space, or in the frame of description if their name begins with body_. The Euler angles (z-x-z)
+ * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
+ * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
+ * frame is the frame of description after the shortest rotation that takes its third axis to the
+ * apex. A rotation by more than 120 degrees is preceded by a half turn about the first axis. If the
+ * apex is vertical, precession_angle and spin_angle are equal up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -246,7 +246,7 @@ KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scen
 KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
 enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
 /* Returns the index of the component with this name, such as "apex_z", "q_w" or "spin". Returns -1
- * if there is no such component of a quantity with KR_QUANTITY_IN_EVENTS. */
+ * if no component with this name can be used in events. */
 KR_API int kr_component_find(const char *name);
 
 /* Returns the angular velocity relative to the support [T^-1]. */
@@ -261,8 +261,8 @@ KR_API void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 fra
 KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
 /* Returns the kinetic energy relative to the support [M L^2 T^-2]. */
 KR_API double kr_state_kinetic(const kr_scene *scene, const kr_state *s);
-/* Returns the potential energy, with g at the time of the state. On a rotating support, it includes
- * the centrifugal potential: -turning J turning / 2 - <rotor, turning> [M L^2 T^-2]. */
+/* Returns the potential energy at the time of the state. On a rotating support, it includes the
+ * centrifugal potential: -turning J turning / 2 - <rotor, turning> [M L^2 T^-2]. */
 KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
 /* Returns the sum of kinetic and potential energy. On a rotating support, this is the Jacobi
  * integral: the energy in the inertial frame minus <turning, m> [M L^2 T^-2]. */
@@ -272,11 +272,11 @@ KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *
 /* Returns the axial momentum <m, apex> [M L^2 T^-1]. */
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
 /* Returns the Kowalewski integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass
- * * gravity * |com| / I1. Axis 1 is along -com. Returns NaN unless the body is a Kowalewski top. */
+ * * gravity * |com| / I1. Returns NaN unless the body is a Kowalewski top. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
-/* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), a function of the same
- * variables as K. Returns NaN unless the body is a Goryachev-Chaplygin top. G is constant only if
- * <m, e3> = 0. */
+/* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), which depends on the same
+ * variables as the Kowalewski integral. Returns NaN unless the body is a Goryachev-Chaplygin top. G
+ * is conserved only if the vertical momentum is zero. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2], which bobenko_suris
  * conserves with this step. Returns NaN unless the body is a Lagrange top. */
@@ -288,7 +288,7 @@ KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
-/* Flags of methods: X(flag, bit, name, description). */
+/* The flags of methods, listed as X(flag, bit, name, description). */
 /* clang-format off */
 #define KR_FLAG_LIST(X)                                                                           \
     X(SYMPLECTIC,        1, "symplectic",     "conserves the symplectic form")                    \
@@ -324,8 +324,8 @@ KR_API const char *kr_flag_name(unsigned flag);
 /* Returns the description of a single flag, or NULL. */
 KR_API const char *kr_flag_text(unsigned flag);
 
-/* Methods, a constant table. A statically linked program that refers to kr_method_strang etc., but
- * not to the table or kr_method_find, links only these methods. */
+/* Methods, a constant table. A statically linked program contains only the methods that it refers
+ * to by name. If it calls kr_method_at or kr_method_find, it contains all methods. */
 typedef struct kr_method kr_method;
 extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_method_bobenko_suris2,
     kr_method_bobenko_suris4, kr_method_strang, kr_method_takahashi_imada4, kr_method_suzuki4,
@@ -336,8 +336,8 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
 KR_API size_t kr_method_count(void);
 /* Returns the method with index i. */
 KR_API const kr_method *kr_method_at(size_t i);
-/* Returns the method with this name, or NULL. If this build of the library omits the method,
- * kr_top_create returns KR_ERR_NOT_BUILT for the result. */
+/* Returns the method with this name, or NULL. For a method that this build omits, kr_top_create
+ * returns KR_ERR_NOT_BUILT. */
 KR_API const kr_method *kr_method_find(const char *name);
 /* Returns the name of a method. */
 KR_API const char *kr_method_name(const kr_method *method);
@@ -349,42 +349,42 @@ KR_API const char *kr_method_conserves(const kr_method *method);
 KR_API const char *kr_method_reference(const kr_method *method);
 /* Returns the order of a method, or 0 if the method chooses its order during a run. */
 KR_API int kr_method_order(const kr_method *method);
-/* Returns the flags of a method, a sum of the flags above. */
+/* Returns the flags of a method as a sum of KR_METHOD_... bits. */
 KR_API unsigned kr_method_flags(const kr_method *method);
-/* Returns 1 if a method applies to a body under any gravity, else 0. */
+/* Returns 1 if a method applies to a body for all values of gravity, else 0. */
 KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
-/* Returns 1 if a method applies to a scene, else 0. Some apply to more bodies without gravity. */
+/* Returns 1 if a method applies to a scene, else 0. */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
-/* Returns the horizon of a scene [T]: the |t| beyond which a double cannot resolve the attitude. It
- * is the time of a rotation by 2^53 rad, at the rate of the initial momentum or of a pendulum,
+/* Returns the horizon of a scene [T]: the largest |t| at which doubles can resolve the attitude.
+ * The horizon is 2^53 rad divided by the initial rate of rotation or the pendulum frequency,
  * whichever is larger. The result is INFINITY for a top at rest without torque, and 0 if the scene
- * is invalid. Later times are refused (KR_ERR_RESOLUTION), and so are earlier ones if damping
- * accelerates a top backward in time. */
+ * is invalid. Times beyond the horizon are refused with KR_ERR_RESOLUTION. Earlier times may also
+ * be refused if damping accelerates a top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
-/* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A
- * separate step from the last grid point gives the state at a time between grid points. The steps
- * of an adaptive method do not depend on the requested times. A state therefore does not depend on
- * the other requested times, or on how they are divided into calls. */
+/* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
+ * between grid points is computed by a separate step from the previous grid point. The steps of an
+ * adaptive method do not depend on the requested times. A state therefore depends neither on other
+ * requested times nor on the number of calls. */
 typedef struct kr_config {
     /* The step size [T]. For an adaptive method, the size of the first step, or 0 to let the method
-     * choose. If negative, time runs backward. Grid points more than 2^50 steps from t = 0 are
-     * refused (KR_ERR_STEP), because doubles cannot distinguish them. */
+     * choose. A negative step integrates backward in time. Grid points more than 2^50 steps from t
+     * = 0 are refused (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
     /* Tolerance, below 1, of the local error (adaptive) or residual (implicit), or the largest
      * certificate of a closed form, unless its bound is smaller; 0: the default. */
     double tol;
-    /* Maximum number of steps; 0: no limit. An adaptive method without dense output needs
+    /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
      * additional steps to reach a time within a step: at most 1024, and at most max_steps. */
     int64_t max_steps;
     /* Callback, called at least every 256 steps and 1024 states, and at every step by an adaptive
-     * method without dense output. A nonzero result stops the top. May be NULL. */
+     * method without dense output. A nonzero return value stops the integration. May be NULL. */
     int (*poll)(void *context);
     void *context;
     /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are
      * rounded up to one of these); 0: use tol. With 30 digits, a tol of at most 2^-100 makes the
-     * steps shorter. Compare results with different steps to see how many digits are correct. */
+     * steps shorter. Compare results for two step sizes to see how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
      * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
@@ -394,7 +394,7 @@ typedef struct kr_config {
      * exist. */
     uint64_t tangents;
 } kr_config;
-/* Returns the default: all numbers zero, no callback. A fixed-step method also needs a step. */
+/* Returns the default configuration (all zeros). Fixed-step methods require a nonzero step. */
 KR_API kr_config kr_config_default(void);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
@@ -410,43 +410,43 @@ KR_API void kr_top_free(kr_top *top);
 KR_API kr_status kr_top_step(kr_top *top);
 /* Advances to time t [T]. On failure, the top keeps its last valid state, at or before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
-/* Advances to each of t[0], t[1], ... in the direction of the step, and writes the states. `done`
+/* Advances to the times t[0], t[1], ... in the direction of the step, and writes the states. `done`
  * (may be NULL) receives the number of valid states; later elements of `out` are unchanged. On
  * failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
-/* Does the same as kr_top_record, and writes the digits beyond double precision to `low`. The sum
- * out + low has the requested number of digits, and low.t is 0. */
+/* Does the same as kr_top_record, but also writes the digits beyond double precision to `low`. The
+ * sum out + low has the requested number of digits, and low.t is 0. */
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
 /* Restarts the top, as if kr_top_create had been called with this initial state. Resets the counts
- * of kr_top_stats, and keeps the watched events. Leaves the top unchanged on failure. */
+ * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top with another scene, like kr_top_reset. To push a moving top, or to change its
- * body, use kr_top_state as scene->start. The grid and the tangents also restart. Returns
+/* Restarts the top with another scene, like kr_top_reset. To push a moving top or change its body,
+ * set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
  * KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
-/* Does the same as kr_top_set_scene, with the initial state scene->start + low, for more than 16
- * digits. The rounded sum must be scene->start, as in kr_top_state and kr_top_low; low.t is 0. */
+/* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
+ * 16 digits (see kr_top_low). The sum must round to scene->start, and low.t must be 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
-/* Returns the digits of the current state beyond double precision; t is 0. */
+/* Returns the digits of the current state beyond double precision; the member t is 0. */
 KR_API kr_state kr_top_low(const kr_top *top);
 /* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
 KR_API kr_stats kr_top_stats(const kr_top *top);
-/* Returns the current time of the top [T]. `poll` may call this function. */
+/* Returns the current time of the top [T]. The callback `poll` may call kr_top_time. */
 KR_API double kr_top_time(const kr_top *top);
 /* Returns the name of the instruction set in use, or "" if the method has only one. Writes the
- * order in use to `order`. */
+ * order of the method to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
-/* Tangents, the derivatives of the state: X(parameter, bit, number of columns, name). States are
- * bitwise equal with and without tangents. The 6 rows are the rotation vector of the attitude in
- * the frame of description [rad], followed by the momentum in space. The 6 columns for START are
- * the derivatives with respect to the same 6 initial values. Moments, com, damping and rotor are
- * along the principal axes. Derivatives with respect to parameters are at fixed initial
- * momentum. */
+/* Tangents, the derivatives of the state, listed as X(parameter, bit, number of columns, name).
+ * States are bitwise equal with and without tangents. The 6 rows refer to the rotation vector of
+ * the attitude in the frame of description [rad] and the momentum in space. The 6 columns of START
+ * are derivatives with respect to the corresponding components of the initial state. Derivatives
+ * with respect to moments, centre of mass, damping and rotor refer to the principal axes.
+ * Derivatives with respect to parameters are taken at fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -467,34 +467,34 @@ enum {
     KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
-/* Returns the number of columns of the tangents selected by these flags. */
+/* Returns the number of tangent columns for a sum of KR_TANGENT_... flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
 /* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers. Writes the digits
  * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
  * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
-/* Returns an estimate of the relative truncation error of the tangents. It is the largest ratio so
- * far of a series' last term to the norm of the tangent. Tangents do not affect the steps. */
+/* Returns an estimate of the relative truncation error of the tangents. The estimate is the ratio
+ * of the last retained Taylor term to the norm of the tangent, maximized over all steps. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], given the
  * tangents [n][6][columns]. The derivative of q is a rotation vector (3 numbers). Derivatives that
- * do not exist are NaN. This concerns Euler angles at a vertical apex, the apex by com at 0,
- * body_acceleration with friction, and K and G if they become NaN. */
+ * do not exist are NaN. No derivatives exist for Euler angles at a vertical apex, for the apex if
+ * com is 0, or for body_acceleration with friction. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same method, events, scene (except
- * `start`) and configuration (except max_steps and poll). The top then continues with bitwise equal
- * states and the same events. If taylor continues with another kernel, the states agree only up to
- * rounding errors. (All kernels with fused multiply-add give bitwise equal results.) */
+ * `start`) and configuration (except max_steps and poll). The loaded top continues with bitwise
+ * equal states and the same events. If taylor continues with another kernel, the states agree only
+ * up to rounding errors. (All kernels with fused multiply-add give bitwise equal results.) */
 
 /* Returns the size of a checkpoint of this top in bytes. */
 KR_API size_t kr_top_save_size(const kr_top *top);
-/* Writes a checkpoint to `memory`, whose `size` must be kr_top_save_size. */
+/* Writes a checkpoint to `memory`; `size` must equal kr_top_save_size(top). */
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 /* Loads a checkpoint. Returns KR_ERR_CHECKPOINT and leaves the top unchanged if the checkpoint is
- * damaged, or is for another version, kind of machine, scene or method. */
+ * damaged, or belongs to another version, machine type, scene or method. */
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
 /* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
@@ -504,11 +504,11 @@ typedef struct kr_term {
     double factor;
     int first, second;
 } kr_term;
-/* Returns the value of the sum of n terms at a state. */
+/* Returns the sum of n terms factor * first * second at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* An event is a sign change of g. If g is the spin, the stop of a top by friction is also an event.
- * Values of g below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
+/* If the function g is the spin, an event also occurs when friction stops the spin. Values of g
+ * below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -530,16 +530,16 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
  * step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
-/* Many tops. A worker integrates any number of tops by one method, one after the other or in
- * parallel lanes of a vector. It owns the memory that it needs. Each thread needs its own worker.
+/* Many tops. A worker integrates any number of tops with one method, either one by one or in
+ * parallel vector lanes. A worker owns the memory that it needs. Each thread needs its own worker.
  * If the method is NULL, tops that kr_exact_plan accepts use their closed-form solution, and all
  * other tops use taylor. The results for a top depend only on this top and its times, not on other
  * tops, their order, the number of calls, or failures. Results are bitwise equal to those of
- * kr_exact_state or of a kr_top, except for undamped tops that taylor integrates with up to 16
- * digits. These run in lanes, with bitwise equal results on all instruction sets with fused
+ * kr_exact_state or of a kr_top, except for undamped tops that taylor integrates in vector lanes
+ * (up to 16 digits). Results from vector lanes are bitwise equal on all instruction sets with fused
  * multiply-add. */
 typedef struct kr_worker kr_worker;
-/* Reductions of a component over the times of a top: X(kind, name). VARIANCE is the population
+/* Reductions of a quantity component over time, listed as X(kind, name). VARIANCE is the population
  * variance; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
  * results except LAST are NaN. */
 /* clang-format off */
@@ -565,15 +565,16 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth of one tangent of an undamped top, computed by taylor with up to 16 digits. The norm of
- * the tangent is measured in the internal units of the top, and is initially 1. Two solutions that
- * never grow, the flow and the rotation about the vertical, are projected out. All values refer to
- * the path from its beginning. LOG is the logarithm of the norm; divided by the time, it is the
- * Lyapunov exponent. MEGNO is the mean of MEGNO, and MAX the largest logarithm (the orthogonal
- * indicator). ENERGY and MOMENTUM are the relative errors of the derivatives of the energy and <m,
- * e3> along the tangent, which are exactly constant. TRUNCATION is the largest last term of the
- * tangent's series, relative to the norm. Steps that are too long for this series are shortened.
- * The status is KR_ERR_TANGENT if no step is short enough. */
+/* Growth indicators of a tangent, for undamped tops and the method taylor with up to 16 digits. The
+ * norm of the tangent is measured in the internal units of the top, and is initially 1. The
+ * directions of the flow and of the rotation about the vertical, which never grow, are projected
+ * out. All indicators are accumulated from the initial time. LOG is the logarithm of the norm; LOG
+ * divided by the time is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator,
+ * and MAX is the largest LOG so far. The directional derivatives of the energy and of <m, e3> along
+ * the tangent are constant; ENERGY and MOMENTUM are their relative errors. TRUNCATION is the
+ * largest ratio of the last retained Taylor term to the norm of the tangent. Steps are shortened if
+ * the Taylor series of the tangent would be inaccurate. The status is KR_ERR_TANGENT if no step is
+ * short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -589,8 +590,8 @@ typedef struct kr_outcome {
     kr_state last;    /* the last valid state; may be later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
-/* The tops and times of one call of a worker, and the results. The last time of a top decides
- * whether the top moves forward or backward in time, regardless of the sign of the step. */
+/* The input and output of kr_worker_run and kr_worker_section. Each top is integrated towards its
+ * last time, regardless of the sign of the step. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
@@ -600,34 +601,34 @@ typedef struct kr_tops {
     kr_state *states;     /* [n][times]; NaN after the first `done`; may be NULL */
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
-    /* With KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
+    /* Growth indicators as [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
      * `direction` is the initial tangent, like a column of kr_top_tangents; NULL: a generic one. */
     double *growth;
     const double *direction;
 } kr_tops;
-/* Allocates a worker, and copies the reductions. Free it with kr_worker_free. */
+/* Allocates a worker that keeps a copy of the reductions. Free it with kr_worker_free. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
-/* Computes the states of the tops at their times. Returns KR_OK even if individual tops fail (see
- * their outcomes). If config.poll stops the worker, returns KR_ERR_INTERRUPTED, which is also the
- * status of all unfinished tops. */
+/* Computes the states of all tops at the requested times. Returns KR_OK even if individual tops
+ * fail (see their outcomes). If config.poll stops the worker, returns KR_ERR_INTERRUPTED, which is
+ * also the status of all unfinished tops. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections: for each top, the first `times` states at which an event occurs (see
- * kr_top_watch). Here t is the maximum waiting time for the first or next event: one number, or [n]
- * with own_times; negative for backward in time. If no event occurs within this time, the status of
- * the top is KR_ERR_EVENT. Returns the same statuses as kr_worker_run, and KR_ERR_NO_EVENTS for
- * methods other than taylor. */
+ * kr_top_watch). The time t is the maximum waiting time for each event, and is negative for motion
+ * backward in time. There is one waiting time for all tops, or one for each top if own_times is
+ * nonzero. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time. Returns
+ * KR_ERR_NO_EVENTS for methods other than taylor; see kr_worker_run for other statuses. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
-/* Returns the name of the instruction set of the lanes, or "" if the worker has no lanes. Writes
- * the order in use to `order`. */
+/* Returns the name of the instruction set that the vector lanes use, or "" if there are no lanes.
+ * Writes the order of the method to `order`. */
 KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
 
-/* The closed-form solution for a Lagrange top or a free body, on a support at rest. Its accuracy
- * does not depend on the time. */
+/* The closed-form solution for a Lagrange top or a free body, on a support at rest. The accuracy of
+ * the solution does not depend on the time. */
 typedef struct kr_exact {
-    /* Period of the nutation [T]; INFINITY for a constant nutation. */
+    /* Period of the nutation [T], or INFINITY if the nutation is constant. */
     double period;
     /* Mean rates of the Euler angles [T^-1]: of the axis about the vertical, and of the body about
      * the axis. For a free body, the momentum replaces the vertical, and the axis is the principal
@@ -637,17 +638,17 @@ typedef struct kr_exact {
     double precession, spin;
     double private_[70];
 } kr_exact;
-/* Computes the closed-form solution for a scene. Returns KR_ERR_METHOD for all other tops, and for
- * a heavy top that is not exactly upright, but whose tilt and motion are below 1e-70. */
+/* Computes the closed-form solution for a scene. Returns KR_ERR_METHOD for scenes that kr_exact
+ * does not cover, and for heavy tops whose nonzero tilt and motion are below 1e-70. */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
-/* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals
- * are correct, but the attitude is arbitrary. The whole state is NaN if the rates are close to the
- * largest double. A tilt or motion below 1e-75 is treated as zero. */
+/* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals of
+ * motion are correct, but the attitude is arbitrary. The state is NaN if any frequency of the
+ * motion is close to the largest finite double. A tilt or motion below 1e-75 is treated as zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
-/* Writes n states, bitwise equal to those of kr_exact_state, but faster. */
+/* Writes n states that are bitwise equal to those of kr_exact_state, but computed faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
-/* Reasons why a closed-form solution is refused for a Kowalewski top: X(name, message). */
+/* Reasons for refusing a closed-form solution of a Kowalewski top, listed as X(name, message). */
 /* clang-format off */
 #define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
     X(PLANNED,     "there is a plan")                                                             \
@@ -674,8 +675,8 @@ KR_API const char *kr_kowalewski_refusal_text(int refusal);
 /* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
  * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
  * most about ten times `certificate`, the largest relative error found when the solution is
- * checked. The solution assumes moments of exactly 2 : 2 : 1; `mismatch` is the relative deviation
- * of the body from this ratio. It causes an error of about `mismatch` times the rotation angle. */
+ * checked. The solution assumes moments in the ratio 2 : 2 : 1; `mismatch` is the relative error of
+ * this assumption. The resulting error is about `mismatch` times the rotation angle. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
     size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */
@@ -686,20 +687,20 @@ typedef struct kr_kowalewski {
 KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution for a scene in `memory`, and sets `out` to the beginning of
  * `memory`. The caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD for
- * other bodies, for damped tops, and if the plan has a nonzero `refusal`. A certificate above
- * `bound` is also refused; if `bound` is 0, the limit is KR_KOWALEWSKI_BOUND. */
+ * other kinds of body, for damped tops, and if the solution is refused (see `refusal`). A solution
+ * whose certificate exceeds `bound` is also refused; a `bound` of 0 means KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Returns the state at two angles of the torus [turns], which grow in time at the rates `first` and
- * `second`. The time and the heading are the initial ones. */
+/* Returns the state at given angles on the invariant torus [turns]. During the motion, the angles
+ * increase at the rates `first` and `second`. The state has the initial time and heading. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
-/* Writes n states, bitwise equal to those of kr_kowalewski_state, but faster. */
+/* Writes n states that are bitwise equal to those of kr_kowalewski_state, but computed faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 
-/* Reasons why a closed-form solution is refused for a Goryachev-Chaplygin top: X(name, message). */
+/* Reasons why kr_goryachev_chaplygin_plan refuses a top, listed as X(name, message). */
 /* clang-format off */
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
@@ -725,9 +726,9 @@ typedef enum kr_chaplygin_refusal {
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
  * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
- * is zero. `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch`
- * includes <m, e3> / |m|, which may differ from 0 by a rounding error. Near G = 0, where the angles
- * are in resonance, the error grows by one rounding error per radian of the heading. */
+ * is zero. `certificate` and `mismatch` have the same meaning as in kr_kowalewski, for moments 4 :
+ * 4 : 1. `mismatch` is at least |<m, e3>| / |m|, which may differ from 0 by a rounding error. Near
+ * G = 0, the error grows by one rounding error for each radian of rotation about the vertical. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     size_t used; /* as in kr_kowalewski */
@@ -736,15 +737,15 @@ typedef struct kr_goryachev_chaplygin {
 #define KR_CHAPLYGIN_BOUND 1e-11
 /* Returns the size of the memory that kr_goryachev_chaplygin_plan needs, in bytes. */
 KR_API size_t kr_goryachev_chaplygin_size(void);
-/* Like kr_kowalewski_plan, for Goryachev-Chaplygin tops. A bound of 0 means KR_CHAPLYGIN_BOUND. */
+/* Works like kr_kowalewski_plan. A bound of 0 means KR_CHAPLYGIN_BOUND. */
 KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
-/* Returns the state at two angles, like kr_kowalewski_state_at, but with an arbitrary heading. */
+/* Returns the state at two torus angles, like kr_kowalewski_state_at; the heading is arbitrary. */
 KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
                                                 double second);
-/* Writes n states. They are bitwise equal to those of kr_goryachev_chaplygin_state, but faster. */
+/* Writes n states bitwise equal to those of kr_goryachev_chaplygin_state, but computed faster. */
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);
 
@@ -761,26 +762,26 @@ typedef struct kr_turning {
     const char *motion_type;
     double private_[5];
 } kr_turning;
-/* Computes the turning points for a scene. Returns KR_ERR_METHOD for all other tops. */
+/* Computes the turning points for a scene. Returns KR_ERR_METHOD for tops of any other kind. */
 KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
 /* Returns the effective potential at a nutation angle: the energy minus I1/2 (d nutation/dt)^2 [M
  * L^2 T^-2]. */
 KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
 /* The closed-form solution of the map bobenko_suris for Lagrange tops. The period, precession and
- * spin are those of the map. */
+ * spin refer to the map, not to the continuous motion. */
 typedef struct kr_exact_map {
     double period, precession, spin;
     double step;
     double private_[83];
 } kr_exact_map;
-/* Computes the closed-form solution of the map. Returns KR_ERR_STEP_SIZE if the step is too small
- * for double-double, or the motion too close to a separatrix of the map (complementary modulus k'^2
- * < 1e-26). Returns KR_ERR_ARGUMENT if the step is outside 2^-100 .. 2^40 times the time in which
- * the top rotates by one radian. */
+/* Computes the closed-form solution of the map. Returns KR_ERR_STEP_SIZE if the step is too small,
+ * or if the motion is too close to a separatrix of the map (complementary modulus k'^2 < 1e-26).
+ * Returns KR_ERR_ARGUMENT if the step is outside 2^-100 .. 2^40 times the time in which the top
+ * rotates by one radian. */
 KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);
-/* Returns the state after k steps, at start.t + k * step; k may be negative. Beyond about 2^50
- * turns the attitude is arbitrary. */
+/* Returns the state after k steps, at start.t + k * step; k may be negative. After about 2^50
+ * turns, the attitude is arbitrary. */
 KR_API kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k);
 
 #ifdef __cplusplus

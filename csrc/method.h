@@ -1,16 +1,16 @@
 /* The interface of an integration method. Each method has one file in methods/ and one line in
  * methods.def. A method advances a motion step by step; a motion is the state of a top in working
- * axes and internal units. The driver handles the rest: conversion to the user's frame, units and
- * time, requested times, limits, non-finite states, interruption, and recovery. */
+ * axes and internal units. The driver handles everything else, such as unit conversion, requested
+ * times, step limits and recovery from failures. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* A motion in working axes and internal units. The working axes are the principal axes, in the
- * order that the methods need. For a symmetric body, T is the symmetry axis; otherwise, B is the
- * axis of the intermediate moment. The internal units are powers of two times the user's units. In
- * these units, the largest moment of inertia and the rate of the top are about one. Methods with
- * KR_METHOD_ABSOLUTE use the user's time unit. */
+/* The state of motion of a top, in working axes and internal units. The working axes are the
+ * principal axes, in the order that the methods need. For a symmetric body, the third axis T is the
+ * symmetry axis; otherwise, the second axis B has the intermediate moment. The internal units are
+ * powers of two times the user's units. In internal units, the largest moment of inertia and the
+ * rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's time unit. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -19,19 +19,19 @@ typedef struct kr_motion {
     double step, tol; /* from the config; tol = 0: the method's default */
     double clock;     /* time since the start, in internal units; used by adaptive methods only */
     kr_stats stats;
-    /* The method's work array: method->work doubles, without pointers. The work array of the main
-     * motion is aligned to 64 bytes. */
+    /* The work array of the method, with method->work doubles and no pointers. The work array of
+     * the main motion is aligned to 64 bytes. */
     double *work;
-    /* Other data of the method, such as its kernel or memory allocated by another library. Freed by
-     * `release`. */
+    /* Additional data of the method, such as its kernel or memory allocated by another library.
+     * Freed by `release`. */
     void *aux;
-    /* If nonzero, q and m are determined only up to a common rotation about the vertical. Always 0
-     * for methods without KR_METHOD_SKIPS_HEADING. */
+    /* If skip_heading is set, states are determined only up to a rotation about the vertical.
+     * Always 0 for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
-    /* Number of digits for methods with KR_METHOD_DIGITS; 0: use `tol`. With more than 16 digits,
-     * lever_low holds the low words of the lever. On entry to `reset`, `low` holds the low words of
-     * the initial state, and the initial momentum has components along the body axes. Later, `low`
-     * holds the low words of the time and of the state that `at` writes. */
+    /* The number of digits for methods with KR_METHOD_DIGITS, or 0 to use `tol`. With more than 16
+     * digits, lever_low holds the low words of the lever. On entry to `reset`, `low` holds the low
+     * words of the initial state, and the initial momentum has components along the body axes.
+     * Later, `low` holds the low words of the time and of the state that `at` writes. */
     int digits;
     kr_vec3 lever_low;
     kr_state low;
@@ -48,9 +48,9 @@ typedef struct kr_motion {
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Coefficients of the series of (q | 0, P) and of (0, W), where q is the attitude. P is the
-     * vertical in the body frame. W is the angular velocity in the body frame, divided by `rate`;
-     * |W| is less than 1. */
+    /* The Taylor coefficients of the attitude, vertical and angular velocity, as (q, 0, P) and (0,
+     * W). P is the vertical in the body frame. W is the angular velocity in the body frame, divided
+     * by `rate`; |W| is less than 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -64,23 +64,23 @@ typedef struct kr_step_polynomial {
      * stopped. */
     double held;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
-     * more. The memory before b, and after the end of each array, must be zero. */
+     * more. Elements before the start of b and beyond the ends of a and b must be zero. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
 /* An infinitesimal perturbation of a motion: a rotation vector in the body frame, and a change in
- * the momentum in the space frame. Both are in working axes and internal units. The seed for a
- * parameter consists of the initial deviation and the derivatives of the scene with respect to the
- * parameter. The derivatives of the moments and the damping are symmetric matrices (xx, yy, zz, yz,
- * zx, xy). Deviations do not affect the motion itself, except that short steps are enforced for
- * strongly damped motions with deviations. */
+ * the momentum in the space frame. Deviations are expressed in working axes and internal units. A
+ * seed contains the initial deviation, and the derivatives of the coefficients of the equations of
+ * motion with respect to a parameter. The derivatives of the moments and the damping are symmetric
+ * matrices (xx, yy, zz, yz, zx, xy). Deviations do not affect the motion. However, strongly damped
+ * motions require short steps if deviations are computed. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* Time dependence of the torque that results from a change of a parameter. With STRENGTH, the
- * torque is proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE,
- * RATE and PHASE, the torque is proportional to the derivative of g(t) with respect to this
- * parameter of the shaking. */
+/* The time dependence of the change in torque due to a parameter. With STRENGTH, the torque change
+ * is proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE or
+ * PHASE, the torque change is proportional to the derivative of g(t) with respect to the
+ * corresponding parameter of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -89,10 +89,9 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of weight * com per unit of acceleration, with the acceleration in the
- * user's units. `timing` determines how the lever varies with time. `turning`, `apex` and
- * `friction` are the derivatives of the support's angular velocity in space, of the apex and of the
- * dry friction. */
+/* `pull` is the derivative of weight * com, divided by the acceleration in the user's units.
+ * `timing` determines the time dependence of the change in torque. `turning`, `apex` and `friction`
+ * are derivatives of the support's angular velocity, the apex and the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -102,14 +101,14 @@ typedef struct kr_seed {
     vec_dd apex;
     double friction;
 } kr_seed;
-/* The functions of a method for propagating deviations. */
+/* The functions with which a method propagates tangents. */
 typedef struct kr_tangent_ops {
-    /* Starts the tangents of a top. All methods use kr_tangents_start. */
+    /* Initializes the tangents of a top. All methods use kr_tangents_start. */
     void (*start)(struct kr_top *top);
     /* Returns the number of doubles that n deviations need; their size is a multiple of 64
      * bytes. */
     size_t (*doubles)(int digits, size_t n);
-    /* Starts n deviations from the current state. On entry, `memory` is filled with zeros. */
+    /* Initializes n deviations at the current state. On entry, `memory` is filled with zeros. */
     void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
     /* Propagates the deviations over the last step. Returns KR_ERR_TANGENT if a deviation exceeds
      * the range of doubles. */
@@ -122,64 +121,66 @@ typedef struct kr_tangent_ops {
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
-/* Driver functions that only some methods need. A program links these functions only if it uses
- * such a method. */
+/* Driver functions that only some methods need. A program links the functions declared below only
+ * if a method needs them. */
 typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
 
-/* Returns KR_OK if the flags of `method` permit the damping, friction and support motion of a
- * scene, else a code that states the reason. */
+/* Returns KR_OK if `method` supports the damping, friction and support motion of a scene, else an
+ * error code. */
 kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
 struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
-    /* `applies` returns 1 if the method applies to a valid body of this kind under any gravity.
-     * `suits` returns 1 if the method applies to a valid scene. If NULL, only the flags are
-     * checked. */
+    /* `applies` returns 1 if the method applies to a valid body of the given kind under any
+     * gravity. `suits` returns 1 if the method applies to a valid scene. If NULL, only the flags
+     * are checked. */
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns the number of doubles that a scene needs in addition to `work`. Checkpoints omit
+    /* Returns the number of additional doubles that the method needs for a scene. Checkpoints omit
      * these doubles, because `reset` recomputes them from the initial state. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
-    /* Starts the motion from the state `start` (q and m; t is ignored). On failure, a method with
-     * dense output leaves `work` and `aux` unchanged. */
+    /* Starts the motion from the attitude and momentum of `start`; the time is ignored. On failure,
+     * a method with dense output leaves `work` and `aux` unchanged. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
     /* Advances by one step of size motion->step. An adaptive method chooses the step size so that
      * the step does not end after the time `until`. Only a method with dense output may step beyond
      * `until`. Such a method also checks that its state is finite, and leaves the motion unchanged
      * on failure. */
     kr_status (*step)(kr_motion *motion, double until);
-    /* Writes q and m at the end of the last step; q has unit norm. Leaves the motion unchanged. */
+    /* Writes the attitude q and momentum m at the end of the last step; q has unit norm. Leaves the
+     * motion unchanged. */
     void (*read)(const kr_motion *motion, kr_state *s);
-    /* Writes q and m at the time `clock` within the last step. NULL: the method has no dense
-     * output. */
+    /* Writes the attitude and momentum at the time `clock` within the last step. NULL: the method
+     * has no dense output. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
-    /* Writes q and m at n times, which need not lie within the last step. The states are bitwise
-     * equal to those of `at`, but are computed faster. NULL: not available. */
+    /* Writes the attitude and momentum at n times, which need not lie within the last step. The
+     * states are bitwise equal to those of `at`, but are computed faster. NULL: not available. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
-    /* Returns the last step in polynomial form. NULL: not available. */
+    /* Returns the Taylor polynomials of the last step. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* Propagation of deviations, for methods with KR_METHOD_TANGENTS. NULL if omitted from this
-     * build. */
+    /* The propagation of tangents, for methods with KR_METHOD_TANGENTS. The pointer is NULL if the
+     * build omits tangents. */
     const kr_tangent_ops *tangents;
     /* The conversion of states with more than 16 digits, for methods with KR_METHOD_DIGITS:
-     * &kr_extended. NULL if omitted from this build. */
+     * &kr_extended. The pointer is NULL if the build omits extended precision. */
     const kr_extended_ops *extended;
     /* Returns 1 if all counts, indices and loop bounds in `work` are within range. They may be out
-     * of range in a damaged checkpoint. NULL if `work` has no counts, indices or bounds. */
+     * of range in a damaged checkpoint. The pointer is NULL if the work array contains no counts,
+     * indices or bounds. */
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);
-    /* Returns the name of the kernel in use, and writes its order. May be NULL. */
+    /* Returns the name of the kernel in use, and writes the order of the method to `order`. May be
+     * NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
-/* Returns the total momentum: the sum of M, the momentum without the rotor, and the momentum of the
- * rotor. */
+/* Returns the sum of the momentum M and the momentum of the rotor. */
 static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
 {
     const kr_vec3 h = motion->rotor;

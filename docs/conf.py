@@ -1,7 +1,7 @@
 """Configuration of the site: `make docs` calls Sphinx with this file and writes build/docs.
 
-Nothing is fetched, neither now nor by who reads: no CDN, no fonts from elsewhere, formulas as
-MathML, and no index of other projects' pages.
+Neither the build nor the pages load anything from the network. The site uses no CDN and no external
+fonts, renders formulas as MathML, and does not use indices of other projects.
 """
 
 import sys
@@ -28,12 +28,12 @@ extensions = [
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 3
 suppress_warnings = [
-    # README.md and METHODS.md are shown in parts, which begin below their first heading
+    # only parts of README.md and METHODS.md are included, without their first headings
     "myst.header",
 ]
 default_role = "literal"
 nitpicky = True
-smartquotes = False  # words in quotes are often to be typed
+smartquotes = False  # quoted words are often input to be typed
 exclude_patterns = ["examples/*", "making/*", "sizes.md"]  # embedding.md includes sizes.md
 
 html_theme = "furo"
@@ -44,7 +44,7 @@ html_show_sphinx = False
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
 
-autodoc_typehints = "none"  # `making.docstrings` writes the types as the sources name them
+autodoc_typehints = "none"  # `making.docstrings` writes the names of types in the source code
 maximum_signature_line_length = 80
 autosummary_generate = False  # the pages in api/ describe all names
 autodoc_member_order = "bysource"
@@ -52,13 +52,13 @@ autodoc_default_options = {
     "members": True,
     "inherited-members": "BaseException, tuple, dict, Mapping",
 }
-# Formulas, plain words and code stand in the docstrings; `making.docstrings` makes reST of them.
+# Docstrings are plain text, which `making.docstrings` converts to reST.
 nitpick_ignore_regex = [
     # Types in signatures, which api/index.md explains.
     (r"py:class", r"[A-Za-z]\w*|os\.PathLike|npt?\.\w+"),
-    # The indices of other projects are not read: the site is made without a network.
+    # The indices of other projects are not read, because the build uses no network.
     (r"py:.*", r"(numpy|scipy|matplotlib|pandas|xarray|pyarrow|concurrent|collections|typing)\..*"),
-    # What every reader of Python knows.
+    # Built-in names that every Python programmer knows.
     (
         r"py:.*",
         r"(Runtime|Keyboard|Value|Type)Error|KeyboardInterrupt|NamedTuple|tuple|dict|object",

@@ -1,1 +1,1 @@
-"""Validation of kreisel: references, comparisons, the report, benchmarks and studies."""
+"""Validation of kreisel: reference solutions, comparisons with other programs, and benchmarks."""

@@ -1,4 +1,4 @@
-"""The entry point of `python -m validation`. The command `kreisel report` calls `main`.
+"""The command line of the validation report, started with `python -m validation`.
 
 kreisel report [scene.toml ...] [--quick | --full | --thesis] [--only PART[,...]] [--out report]
 """

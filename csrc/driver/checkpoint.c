@@ -1,11 +1,10 @@
-/* Checkpoints: functions that save the state of a top to a block of memory and restore it. A
- * checkpoint contains the motions of a top together with their work arrays, times, counts and
- * internal units. Checkpoints contain no pointers; loading a checkpoint leaves the pointers of the
- * top unchanged. After a checkpoint is loaded, a fixed-step motion continues on the same time grid.
- * An adaptive motion continues with its most recent step size and order. A motion with dense output
- * continues within its last step. A checkpoint consists of a header, the fields of KR_SAVED_TOP
- * (top.h), the work arrays, the tangents, and the state of each event search. The search states
- * ensure that no event is reported twice or missed. */
+/* Checkpoints: functions that save the state of a top to a block of memory and restore it.
+ * Checkpoints contain no pointers; loading a checkpoint leaves the pointers of the top unchanged.
+ * After a checkpoint is loaded, a fixed-step motion continues on the same time grid. An adaptive
+ * motion continues with its most recent step size and order. A method with dense output resumes
+ * inside its last step. A checkpoint consists of a header, the saved fields of the top, its work
+ * arrays and tangents, and the search state of each event. The search states ensure that a resumed
+ * run neither repeats nor misses an event. */
 #include "top.h"
 
 typedef struct checkpoint_header {
@@ -30,7 +29,7 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* Number of bytes of a kr_top that are stored in a checkpoint. */
+/* The number of bytes of a kr_top that a checkpoint stores. */
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
 /* The saved data of an event: its search state, and a checksum of its definition. */
@@ -53,7 +52,7 @@ static void put_name(char *to, size_t size, const char *name)
 {
     for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
 }
-/* Returns the header of a checkpoint of `top`; the checksum field is left at zero. */
+/* Returns a checkpoint header for `top`, with a checksum of zero. */
 static checkpoint_header make_header(const kr_top *top)
 {
     checkpoint_header made = {
@@ -63,8 +62,8 @@ static checkpoint_header make_header(const kr_top *top)
     put_name(made.method, sizeof made.method, top->method->name);
     return made;
 }
-/* Returns a checksum of `bytes`. Each word is mixed in by an invertible function, so changing any
- * single word always changes the checksum. */
+/* Returns a checksum of `bytes`. Changing any single 64-bit word always changes the checksum,
+ * because each update is invertible. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -87,7 +86,7 @@ static uint64_t checksum_event(const kr_event *event)
     return checksum((const unsigned char *)parts, sizeof parts);
 }
 
-/* Returns the size of a checkpoint of `top` in bytes, excluding the event records. */
+/* Returns the size of a checkpoint in bytes, not counting the data of its events. */
 static size_t size_without_events(const kr_top *top)
 {
     return sizeof(checkpoint_header) + SAVED_BYTES + (size_t)motion_count(top) * work_size(top) +
@@ -97,7 +96,7 @@ size_t kr_top_save_size(const kr_top *top)
 {
     return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
 }
-/* Writes a record for each event of `top`. */
+/* Saves the search state and the checksum of each event. */
 static void save_events(const kr_top *top, unsigned char *to)
 {
     for (size_t i = 0; i < top->event_count; i++, to += sizeof(event_record)) {
@@ -106,8 +105,7 @@ static void save_events(const kr_top *top, unsigned char *to)
         memcpy(to, &saved, sizeof saved);
     }
 }
-/* Copies the pointers of `from` into `motion`, or sets the pointers of `motion` to NULL if `from`
- * is NULL. */
+/* Copies the pointers of `from` to `motion`, or clears them if `from` is NULL. */
 static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
     motion->scene = from ? from->scene : NULL;
@@ -152,9 +150,9 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if the `motion` and the `work` array of a checkpoint are valid for `top`. A matching
- * checksum is not sufficient, because checksums can be forged. The function therefore checks the
- * configuration and all counts, indices and loop bounds. */
+/* Returns 1 if a saved motion and its work array are valid for `top`. A correct checksum does not
+ * suffice, because checksums can be forged. The configuration and all counts, indices and loop
+ * bounds are therefore checked as well. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -166,7 +164,7 @@ static int is_valid_motion(const kr_top *top, const kr_motion *motion, const voi
     if (stats->rejected > most || stats->evaluations > most || stats->iterations > most) return 0;
     return !top->method->is_valid || top->method->is_valid(work);
 }
-/* Returns 1 if the values in a loaded `image` are consistent with `top`. */
+/* Returns 1 if the top stored in a checkpoint (`image`) is consistent with `top`. */
 static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned char *work)
 {
     const int64_t most = (int64_t)1 << 53;
@@ -179,15 +177,15 @@ static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned
     if (!is_valid_motion(top, &image->main, work)) return 0;
     return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
-/* Returns 1 if `own` is a valid state of an event search after `steps` steps. */
+/* Returns 1 if an event search state is valid for a top that has taken `steps` steps. */
 static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
     return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Returns 1 if the saved events match the events that `top` watches. If `take` is nonzero, also
- * copies the saved search states into these events. */
+/* Returns 1 if the events in a checkpoint match the events of `top`. Restores the search states of
+ * the events if `take` is nonzero. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
@@ -199,8 +197,8 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
     }
     return 1;
 }
-/* Recomputes the method data that a checkpoint does not contain. Returns 0 and leaves the work
- * array unchanged if the method rejects the initial state. */
+/* Recomputes the work array from the initial state. Returns 0 and leaves the work array unchanged
+ * if the method rejects the initial state. */
 static int rebuild_work(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;

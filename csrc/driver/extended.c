@@ -1,7 +1,7 @@
 /* Unit conversion for computations in extended precision (more than 16 digits). For up to 16
- * digits, see top.c. Input values are treated as exact. The attitude and the axes are normalized
- * only once, in double-double arithmetic. The working axes are the principal axes, so the principal
- * moments need no rotation. */
+ * digits, see top.c. Input values are treated as exact. Quaternions are normalized in double-double
+ * arithmetic. The principal moments need no rotation, because the working axes are the principal
+ * axes. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
@@ -10,7 +10,8 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the contribution of the low words of q and m to q* m q. The norm of q is arbitrary. */
+/* Returns the change in q* m q that results from the digits of q and m beyond double precision. The
+ * norm of q is arbitrary. */
 static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -23,9 +24,9 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
     const quat_dd axes = qdd_of(top->axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the components of the momentum along the body axes. If `low` is NULL, the error of each
- * component is one rounding error relative to that component. For a thin rod, an error relative to
- * the norm of the vector would be amplified by dividing it by the small moment of inertia. */
+/* Returns the body-frame components of the momentum. If `low` is NULL, the relative error of each
+ * component is about one rounding error. Errors that are small only relative to the norm would be
+ * amplified by the small moment of inertia of a thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),

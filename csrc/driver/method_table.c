@@ -1,6 +1,5 @@
-/* The table of methods, built from methods.def. If a build includes only some methods
- * (KREISEL_METHODS), its generated methods.def lists the other methods with OMITTED instead of
- * X. */
+/* The table of methods, built from methods.def. A build with selected methods (KREISEL_METHODS)
+ * uses a generated methods.def that marks all other methods OMITTED. */
 #include <string.h>
 #include "method.h"
 
@@ -17,8 +16,7 @@ static const kr_method *const method_table[] = {
 #undef X
 #undef OMITTED
 };
-/* Entries for the methods that this build leaves out. They have no functions. The last entry has no
- * name and marks the end of the table. */
+/* The methods omitted from this build, with an unnamed entry at the end. */
 static const kr_method omitted_methods[] = {
 #define X(id)
 #define OMITTED(id)                                                                                \

@@ -1,8 +1,8 @@
-/* The steps of the main motion, and recovery of the last valid state. A fixed-step motion is
- * checked for NaN and infinity, and saved, once every KR_CHECK steps. No failure is missed, because
- * a non-finite state never becomes finite again. After a failure, the steps since the last save are
- * repeated to find the last valid state. An adaptive motion is checked at every step. A method with
- * dense output checks its own steps. */
+/* Time stepping of a top, and recovery of the last valid state after a failure. The state of a
+ * fixed-step method is saved and checked for NaN and infinity every KR_CHECK steps. No failure is
+ * missed, because NaN and infinity persist in all later states. After a failure, the steps since
+ * the last saved state are repeated to find the last valid state. The state of an adaptive method
+ * is checked after every step. A method with dense output checks its steps itself. */
 #include "top.h"
 
 enum {
@@ -10,13 +10,12 @@ enum {
         1024 /* largest number of steps of a side motion within one step of the main motion */
 };
 
-/* Returns 1 if `state`, given in internal units, is valid in the user's units
- * (kr_state_is_good). */
+/* Returns 1 if `state`, given in internal units, is valid in the user's units. */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
 }
-/* Returns 1 if the state of the main motion is valid. */
+/* Returns 1 if the current state is valid. */
 static int is_main_good(const kr_top *top)
 {
     kr_state state = {0}; /* zeros are invalid, in case the method writes nothing */
@@ -24,7 +23,7 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and the contents of its work array, but not the pointers `work` and `aux`. */
+/* Copies a motion and its work array to `to`, whose pointers `work` and `aux` stay unchanged. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -34,7 +33,7 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
     to->aux = aux;
     memcpy(memory, from->work, work * sizeof(double));
 }
-/* Sets inspect_at, the step count at which the main motion is checked next. */
+/* Sets the step count at which the state is next checked. */
 static void set_inspection(kr_top *top)
 {
     const int64_t limit = top->config.max_steps, next = top->saved_steps + KR_CHECK;
@@ -46,8 +45,7 @@ void kr_steps_save(kr_top *top)
     top->saved_steps = top->steps;
     set_inspection(top);
 }
-/* Restores the main motion from the saved motion, except for the counts of evaluations, rejected
- * steps and iterations. */
+/* Restores the saved motion, but keeps the counts of evaluations, rejected steps and iterations. */
 static void restore_saved(kr_top *top)
 {
     const kr_stats spent = top->main.stats;
@@ -56,7 +54,7 @@ static void restore_saved(kr_top *top)
     top->steps = top->saved_steps;
     set_inspection(top);
 }
-/* Advances the main motion by one step, and counts the step. */
+/* Advances the motion by one step. */
 static kr_status step_main(kr_top *top, double until)
 {
     const kr_status status = top->method->step(&top->main, until);
@@ -79,14 +77,14 @@ kr_status kr_steps_recover(kr_top *top)
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
 int kr_steps_poll(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
-/* Returns KR_ERR_INTERRUPTED or KR_ERR_LIMIT if the main motion must stop, else KR_OK. */
+/* Returns KR_ERR_INTERRUPTED or KR_ERR_LIMIT if the integration must stop, else KR_OK. */
 static kr_status check_limits(kr_top *top)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks that the main motion is finite, saves it, and checks the limits. */
+/* Checks the current state, saves the motion, and checks the step limit. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);
@@ -134,15 +132,14 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Checks the step limits of a side motion. If a limit is exceeded, the tolerance was not met in the
- * step of the main motion that the side motion subdivides. */
+/* Returns an error code if an auxiliary integration must stop after `steps` steps, else KR_OK. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return steps >= SIDE_STEPS_MAX || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
 }
-/* Integrates the side motion from the state `from` for the time `span`. */
+/* Integrates an auxiliary motion from the state `from` over a time `span`. */
 static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
 {
     const kr_method *method = top->method;
@@ -168,7 +165,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     kr_state state;
     kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
     if (status != KR_OK) return status;
-    /* A zero quaternion would be treated as the identity, and the result would appear valid. */
+    /* Invalid states are rejected, because a zero quaternion would be treated as the identity. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);
     status = run_side_motion(top, from, span);
     total->evaluations += spent->evaluations;

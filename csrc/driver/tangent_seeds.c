@@ -1,5 +1,5 @@
-/* Tangents in the user's frame and units: the seeds (initial deviations) of the requested columns,
- * and the conversion of results. The method itself propagates the deviations. */
+/* Initialization of tangents, and their conversion to the user's frame and units. The integration
+ * methods propagate the tangents. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -27,13 +27,13 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The seeds of all tangent columns. `next` points to the next seed to write. */
+/* The initial values of all tangent columns, and a pointer to the next free entry. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
-/* Appends a seed whose derivatives are all zero, and returns its address. */
+/* Appends a zero entry and returns its address. */
 static kr_seed *add_seed(seed_list *to)
 {
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
@@ -44,7 +44,7 @@ static kr_seed *add_seed(seed_list *to)
     *to->next = zero;
     return to->next++;
 }
-/* Appends the six seeds for the initial attitude and momentum. */
+/* Adds the six tangent columns for the initial attitude and momentum. */
 static void seed_start(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_extended_axes(top));
@@ -56,32 +56,32 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Writes the symmetric matrix of the projection onto principal axis i, in working axes. */
+/* Writes the matrix of the orthogonal projection onto principal axis i, in working axes. */
 static void project_on_axis(const seed_list *to, int i, double matrix[6])
 {
     const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
     const double elements[6] = {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y};
     memcpy(matrix, elements, sizeof elements);
 }
-/* Appends the three seeds for the principal moments. */
+/* Adds the three tangent columns for the principal moments. */
 static void seed_moments(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->moments);
 }
-/* Appends the three seeds for the damping. */
+/* Adds the three tangent columns for the damping coefficients. */
 static void seed_damping(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->damping);
 }
-/* Returns weight * com in working axes, converted to the internal unit of weight times length. */
+/* Returns the product weight * com in working axes and internal units. */
 static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
     const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
     return vdd_scale(own, v_dd(a, none));
 }
-/* Appends the seed for a parameter on which lever = mass * gravity * com depends. The derivative of
- * the lever with respect to this parameter is weight * com. On a shaken support the derivative is
+/* Adds the tangent column for a parameter on which lever = mass * gravity * com depends. On a
+ * support at rest, d(lever) / d(parameter) = weight * com. On a shaken support the derivative is
  * mass * com * k, where k is the acceleration or a derivative of the acceleration. */
 static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
 {
@@ -90,8 +90,8 @@ static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_ti
     seed->pull = lever_in_own_units(to, dd_of(mass), com);
     seed->timing = timing;
 }
-/* Appends the three seeds for the centre of mass, `com`. If `com` is nonzero, these parameters also
- * change the direction of the apex. */
+/* Adds the three tangent columns for the centre of mass, `com`. The direction of the apex depends
+ * on `com` unless `com` is zero. */
 static void seed_com(seed_list *to, const kr_body *body, double gravity)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -108,15 +108,14 @@ static void seed_com(seed_list *to, const kr_body *body, double gravity)
         to->next[-1].apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
-/* Appends the three seeds for the rotor. */
+/* Adds the three tangent columns for the momentum of the rotor. */
 static void seed_rotor(seed_list *to)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     for (int i = 0; i < 3; i++)
         add_seed(to)->rotor = v_dd(q_turn_back(to->working, v3(i == 0, i == 1, i == 2)), none);
 }
-/* Appends the seeds for the motion of the support: three for its angular velocity, and three for
- * the amplitude, rate and phase of the shaking. */
+/* Adds the tangent columns for the rotation and the shaking of the support. */
 static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
@@ -125,7 +124,7 @@ static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
     for (int i = 0; i < 3 && by & KR_TANGENT_SHAKING; i++)
         seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
 }
-/* Writes the seeds for all columns that the configuration of `top` requests. */
+/* Initializes all tangent columns that the configuration of `top` requests. */
 static void seed_tangents(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
@@ -159,8 +158,8 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes to `unit`, for each column, the internal unit of its parameter in terms of the user's
- * units. Each entry is a power of two. */
+/* Writes the internal units of the tangent parameters, which are powers of two times the user's
+ * units. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
@@ -180,8 +179,8 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     }
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
-/* Converts a rotation vector from working axes to the frame of description. Up to 16 digits, the
- * conversion uses double precision. `axes` is the result of kr_extended_axes. */
+/* Converts a rotation vector from working axes to the user's body frame. The conversion uses double
+ * precision if at most 16 digits are requested. The caller obtains `axes` from kr_extended_axes. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -1,9 +1,8 @@
-/* A top in motion, in the user's frame and units: creation, requested times, and conversion of
- * states. The file steps.c handles limits, non-finite states, interruption, and recovery of the
- * last valid state. A fixed-step method computes states at the grid points start.t + k * step. An
- * adaptive method computes states at the ends of its own steps. To compute the state between two
- * such points, a second motion starts from the earlier point. The requested times therefore do not
- * affect the path. */
+/* Functions that create tops and compute their states at requested times, in the user's frame and
+ * units. Limits, non-finite states, interruptions and recovery are handled in steps.c. A fixed-step
+ * method computes states on the time grid start.t + k * step. An adaptive method computes states at
+ * the ends of its own steps. A state within a step is computed by a separate integration from the
+ * beginning of the step. The requested times therefore do not affect the computed path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -21,7 +20,7 @@ enum {
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 /* Returns 1 if the method chooses its own step size. */
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns `horizon`, capped at the duration of 2^50 steps for a fixed-step method. Beyond 2^50
+/* Returns `horizon`, but at most the duration of 2^50 steps for a fixed-step method. Beyond 2^50
  * steps, the times of two grid points may round to the same double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
@@ -31,13 +30,13 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 {
     return limit_horizon(top, kr_scene_horizon(scene));
 }
-/* Returns the error code for a time t at or beyond the horizon. */
+/* Returns the error code for a requested time t that is too large. */
 static kr_status horizon_error(const kr_top *top, double t)
 {
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
-/* Sets the axes, internal units and horizon of `top` according to its scene and configuration. */
+/* Sets the axes, internal units and time limit of `top`. */
 static kr_status choose_units(kr_top *top)
 {
     const kr_working working = kr_top_working_axes(top);
@@ -79,8 +78,7 @@ static void turn_with_support(const kr_top *top, kr_state *state)
     state->m = q_turn(turn, state->m);
 }
 /* Converts `state` at time t to the user's frame and units. The conversion is done in place to
- * avoid a costly copy. Returns 0 if the state is not valid; the low words of `top` are then
- * unchanged. */
+ * avoid a costly copy. Returns 0 if the converted state is invalid. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -108,8 +106,7 @@ static int is_at_grid_point(const kr_top *top, int64_t k, double t)
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Returns the index of the last grid point at or before t, but no less than the index of the
- * current grid point. */
+/* Returns the index of the last grid point at or before t, or the current index if it is larger. */
 static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
@@ -124,7 +121,7 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-/* Returns the rounding error of time_since_start(top, t), the low word of the elapsed time. */
+/* Returns the rounding error of time_since_start(top, t). */
 static double time_since_start_low(const kr_top *top, double t)
 {
     return two_sum(t, -top->scene.start.t).lo / top->time_unit;
@@ -191,7 +188,7 @@ double kr_top_time(const kr_top *top)
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* Returns the time of the main motion as a double, rounded towards the initial time. */
+/* Returns the time that the motion has reached, rounded towards the initial time. */
 static double time_reached(const kr_top *top)
 {
     const double at = kr_top_time(top);
@@ -218,8 +215,8 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if no number of
- * digits is requested; the tolerance then determines the accuracy. */
+/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if the accuracy is
+ * determined by a tolerance instead. */
 static int round_digits(int digits)
 {
     return digits == 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
@@ -253,8 +250,7 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
                          (KR_HAS_SUPPORTS || !(config->tangents & of_supports));
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
-/* Returns the reason why a method does not apply to a scene: KR_ERR_ROTOR if the method would apply
- * without the rotor, else KR_ERR_METHOD. */
+/* Returns KR_ERR_ROTOR if a method does not apply because of the rotor, else KR_ERR_METHOD. */
 static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
 {
     kr_scene without = *scene;
@@ -263,16 +259,15 @@ static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
         kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
     return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
 }
-/* Returns 0 if one of the requested derivatives is undefined because of friction. The derivative
- * with respect to friction is undefined at zero friction. With friction, the derivative with
- * respect to `com` is undefined at `com` = 0. */
+/* Returns 0 if a requested derivative does not exist because of dry friction. The derivative with
+ * respect to friction is undefined at zero friction. With dry friction, the derivative with respect
+ * to the centre of mass is undefined at `com` = 0. */
 static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
 {
     if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);
     return v_largest(scene->body.com) > 0.0 || !(tangents & KR_TANGENT_COM);
 }
-/* Returns KR_OK if `method` applies to `scene` with `config`, else a status code that states the
- * reason. */
+/* Returns KR_OK if `method` applies to `scene` with `config`, else an error code. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
 {
@@ -283,14 +278,15 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
-    /* On a rotating support, the motion depends on the heading, the rotation about the vertical. */
+    /* On a rotating support, the motion depends on the rotation of the top about the vertical. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
     if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
-/* Initializes a top from a validated scene, method and configuration. `low` holds the low words of
- * the initial state, or is NULL. The work arrays of the top must already be assigned. */
+/* Initializes a top from a validated scene, method and configuration. `low` holds the digits of the
+ * initial state beyond double precision, or is NULL. The work arrays of the top must already be
+ * assigned. */
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
                            const kr_method *method, const kr_config *config)
 {
@@ -311,13 +307,13 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *l
     if (low && has_extended_digits(top)) top->low = *low;
     return method->reset(&top->main, &own);
 }
-/* Returns the address `memory`, rounded up to a multiple of 64 bytes. */
+/* Rounds the address `memory` up to a multiple of 64 bytes. */
 static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
-/* Assigns memory to the tangents and to the work array of each motion. The work array of the main
- * motion and the tangents are aligned to 64 bytes. */
+/* Assigns memory to the tangents and to the work array of each motion. The tangents and the most
+ * frequently used work array are aligned to 64 bytes. */
 static void assign_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
@@ -340,8 +336,7 @@ kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t 
     *top = made;
     return KR_OK;
 }
-/* Returns the number of doubles that `scene` needs in addition to the work arrays and the
- * tangents. */
+/* Returns the number of additional doubles that a method needs for `scene`. */
 static size_t count_extra(const kr_method *method, const kr_scene *scene)
 {
     return method->extra_doubles ? method->extra_doubles(scene) : 0;
@@ -373,9 +368,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Replaces the contents of `top` by those of `begun`, keeping the memory of `top`. `begun` was
- * initialized in the memory of the side motion of `top`, or of its main motion for a method with
- * dense output. */
+/* Copies the newly initialized top `begun` to `top`, which keeps its own memory. The initialization
+ * of `begun` uses work memory of `top`. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -417,7 +411,7 @@ kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
         spare->aux = begun.main.aux;
     return status;
 }
-/* Returns 1 if adding `low` to `start` in double precision leaves `start` unchanged. */
+/* Returns 1 if the sum start + low rounds to start, and low.t is 0. */
 static int are_low_words(const kr_state *start, const kr_state *low)
 {
     const kr_quat q = q_add(start->q, low->q);
@@ -455,10 +449,10 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records as many of the n requested states as possible, in order, for a method that evaluates many
- * times per call. Each of these times must lie beyond the previous time and the time of the main
- * motion. Returns the number of recorded states. If the result is 0, the caller must use record_one
- * for the first of the n times. Sets `status` to the error code of a failed step. */
+/* Records up to n states, using a method that evaluates several states per call. Recording stops at
+ * the first time that is out of order. Returns the number of recorded states. If the result is 0,
+ * the caller must compute the first state with record_one. If a step fails, writes its error code
+ * to `status`. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

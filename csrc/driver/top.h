@@ -1,6 +1,4 @@
-/* Representation of a top in the driver. Used by top.c (the user's frame and units), steps.c (steps
- * of the methods), extended.c (more than 16 digits), working_axes.c, tangent_seeds.c, checkpoint.c
- * and events/. */
+/* The internal data of a top, shared by the driver and the event search. */
 #ifndef KR_TOP_H
 #define KR_TOP_H
 #include "method.h"
@@ -10,7 +8,7 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* The fields from here on are stored in checkpoints. */
+    /* Fields that are stored in checkpoints. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
@@ -30,7 +28,7 @@ struct kr_top {
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
-    /* The fields from here on are not stored in checkpoints. */
+    /* Fields that are not stored in checkpoints. */
     double horizon;     /* requested times must be below this limit */
     kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
@@ -41,7 +39,7 @@ struct kr_top {
     double memory[];    /* work of the motions and tangents */
 };
 
-/* The state of an event search, stored in the member `private_` of kr_event. */
+/* The state of the search for an event, stored in kr_event.private_. */
 typedef struct kr_event_search {
     int64_t searched;  /* index of the last step that was searched; -1: none */
     double mark, next; /* positions in the step, 0 .. 1: start of the search; event found */
@@ -65,10 +63,9 @@ static inline void kr_event_reset_search(kr_event *event)
     kr_event_store_search(event, none);
 }
 
-/* The format of a checkpoint on machines with 64-bit pointers: the bytes of the fields above, with
- * all pointers set to zero. The work array of the main motion comes next, followed by that of the
- * saved motion if the method uses one. Reordering the fields changes the format and the offsets
- * listed here. */
+/* The byte offset of each checkpoint field on machines with 64-bit pointers. Pointers are stored as
+ * zeros. The work arrays follow after the last field. Reordering the fields changes the checkpoint
+ * format. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
     X(scene, 0)            X(method, 272)         X(config, 280)         X(axes, 336)             \
@@ -88,85 +85,83 @@ static inline void kr_event_reset_search(kr_event *event)
     X(momentum_unit, 280)
 /* clang-format on */
 
-/* Returns the working axes of `top`, and the components of the inertia, com, damping and rotor in
- * these axes. */
+/* Returns the working axes of a top, and the inertia, centre of mass, damping and rotor along these
+ * axes. */
 kr_working kr_top_working_axes(const kr_top *top);
 /* Returns the initial state `start`, converted to working axes and internal units. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
-/* Returns the rotation from working axes to the frame of description, in double-double. */
+/* Returns the rotation from working axes to the user's body frame in double-double precision. */
 quat_dd kr_extended_axes(const kr_top *top);
 /* Unit conversion for computations in extended precision (more than 16 digits). */
 struct kr_extended_ops {
-    /* Sets weight * com of the main motion in double-double. `moment` is the internal unit of the
-     * moments of inertia. */
+    /* Sets the product weight * com in double-double precision. `moment` is the internal unit of
+     * the moments of inertia. */
     void (*set_lever)(kr_top *top, double moment);
-    /* Converts start + low to internal units. The returned momentum has components along the body
-     * axes. Writes the low words of the result to main.low. `low` may be NULL. */
+    /* Converts the initial state start + low to internal units. The returned momentum has
+     * components along the body axes. Stores the digits of the result beyond double precision in
+     * main.low. `low` may be NULL. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
-    /* Converts a state of the main motion to the user's frame and units. Writes the low words of
-     * the result to top->low. */
+    /* Converts a state to the user's frame and units. Writes the low words of the result to
+     * top->low. */
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
 /* Returns 1 if a state is valid: all values are finite, and the attitude has unit norm. After an
- * overflow, the attitude does not have unit norm. */
+ * overflow, the attitude no longer has unit norm. */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the horizon of `top` with `scene`: the upper bound for requested times. */
+/* Returns the upper bound on requested times for `top` with `scene`. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates a top without a scene, with memory for `method` and for the tangents of `config`.
+/* Allocates memory for a top, for the work arrays of `method`, and for the tangents of `config`.
  * Reserves `extra` further doubles. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
                        kr_top **top);
 /* Sets the direction of the centre of mass in working axes, which the event search uses. */
 void kr_top_set_apex(kr_top *top);
-/* Returns the number of doubles that the tangents of `config` need, or 0 if there are no
- * tangents. */
+/* Returns the number of doubles that the tangents of `config` need. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
-/* Initializes the requested tangents at the initial state of the main motion. */
+/* Initializes the requested tangents. */
 static inline void kr_tangents_begin(kr_top *top)
 {
     if (top->config.tangents) top->method->tangents->start(top);
 }
-/* Propagates the tangents over the last step of the main motion. */
+/* Propagates the tangents over the last step. */
 kr_status kr_tangents_advance(kr_top *top);
-/* Writes the tangents at the most recently requested time, in working axes and internal units. */
+/* Writes the tangents at the last requested time, in working axes and internal units. */
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
 /* Restarts a top with a new `scene` and `config`, as if it had been created by kr_top_create. `low`
- * holds the low words of the initial state in extended precision, and may be NULL. Leaves the top
+ * holds the digits of the initial state beyond double precision, or is NULL. Leaves the top
  * unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
-/* Returns `step` with the sign of the time direction: negative if `back` is nonzero. If `step` is 0
- * (the method chooses its step size) and `back` is nonzero, returns -0.1. */
+/* Returns the magnitude of `step`, with a negative sign if `back` is nonzero. If `step` is 0 and
+ * `back` is nonzero, returns -0.1, the default first step. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* After a failure before time t, sets the current state of the top to the state of the main motion.
- * Leaves the top unchanged if the main motion has not passed the last requested time, or if the new
- * state would not be finite. */
+/* After a failure before time t, moves the top to the last point that the integration has reached.
+ * Does nothing if the integration has not passed the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
-/* After a failure, restores the saved motion and repeats the valid steps. Returns the status code
- * of the failure. */
+/* After a failure, restores the saved motion and repeats its steps up to the last valid state.
+ * Returns the status code of the failure. */
 kr_status kr_steps_recover(kr_top *top);
-/* Advances the main motion to grid point `goal` and writes the state there. */
+/* Advances to grid point `goal` and writes the state there. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
 /* Advances by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Advances by one step of a method with dense output. The step may end later than the time
- * `until`. */
+/* Advances by one step of a method with dense output. The step may end after the time `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
-/* Integrates the side motion from the state `from` for the time `span`, and writes the final state
- * to `end`. All values are in internal units. */
+/* Integrates from the state `from` over a time `span`, and writes the final state to `end`. All
+ * values are in internal units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
 /* Calls the user's poll callback, if any. Returns nonzero if the callback requests that the
  * computation stop. */
 int kr_steps_poll(kr_top *top);
-/* Saves the main motion as the last valid motion. */
+/* Saves the motion for recovery after a failure. */
 void kr_steps_save(kr_top *top);
 /* Converts the user's time t to the time since the initial state, in internal units. */
 static inline double time_since_start(const kr_top *top, double t)

@@ -3,9 +3,8 @@
 #include "model/body.h"
 #include "top.h"
 
-/* Methods that need no special order of the axes use the principal axes as they are. Converting the
- * attitude and the centre of mass is then free of rounding errors, so no digits of a small tilt are
- * lost. */
+/* Methods that do not depend on the order of the axes use the principal axes as given. The initial
+ * state is converted to the principal axes exactly, which preserves small tilt angles. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -13,10 +12,10 @@ kr_working kr_top_working_axes(const kr_top *top)
                ? kr_body_principal(&scene->body, scene->damping)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Converts the attitude `q` to working axes that permute the principal axes. In these axes, the
- * components of the attitude of an upright top are large, and a small tilt is a small difference
- * between them. The conversion therefore uses double-double arithmetic. Writes the low words of the
- * result to top->main.low. */
+/* Converts the attitude `q` to working axes that are a permutation of the principal axes. For an
+ * upright top, a small tilt becomes the difference of nearly equal quaternion components.
+ * Double-double arithmetic is used to preserve the digits of small tilt angles. Stores the digits
+ * of the result beyond double precision in top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {
     const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),

@@ -9,7 +9,7 @@ enum {
     STATES_PER_POLL = 1 << 16 /* largest number of states between two calls of poll */
 };
 
-/* Returns a lower bound of kr_scene_horizon that is cheaper to compute. */
+/* Returns a lower bound on kr_scene_horizon that is cheaper to compute than its exact value. */
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
@@ -18,9 +18,8 @@ static double lower_bound_of_horizon(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Returns 1 if the times of a top are monotonic from its initial time on, lie within the horizon,
- * and number at most config->max_steps. For a closed-form solution, each time counts as one
- * step. */
+/* Returns 1 if the output times of a top are monotonic and within the limits on their magnitude and
+ * number. For a closed-form solution, each time counts as one step. */
 static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];

@@ -1,10 +1,10 @@
-/* The kernel of the lanes (lane_state.h), in doubles. This file is compiled once for each
- * instruction set, with options such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
+/* Vectorized integration of many tops in double precision. Each lane of a vector holds one top.
+ * This file is compiled once for each instruction set, with options such as -DKR_ISA=avx2 -mavx2
+ * -mfma (CMakeLists.txt). */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Ends the step of every lane at the time `end`, and returns the points of the paths at this
- * time. */
+/* Ends the current step of every lane at the time `end`, and returns the states at that time. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = sum_lanes(l, end, headless);
@@ -14,7 +14,7 @@ INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
     if (!headless) lane_quat_store(l->end_q, lane_attitude(l, &r, headless));
     return r;
 }
-/* Advances every lane by one step. Returns the set of the lanes that the scheduler must process
+/* Advances every lane by one step. Returns a bit mask of the lanes that the scheduler must process
  * (see kr_lanes_isa.advance). */
 INLINE unsigned step_lanes(kr_lanes *l, int headless)
 {

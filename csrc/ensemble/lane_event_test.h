@@ -1,16 +1,16 @@
-/* Test for a possible sign change of the event function in a step of the lanes. Within a step, the
- * event function is a polynomial, and its coefficients in the Bernstein basis bound its values. If
- * all coefficients have the last known sign of the function, the sign has not changed. The test may
- * report a change where there is none, but never misses one. section.c then searches the reported
- * lanes. This source is compiled once for each instruction set. */
+/* Test for possible events within the current step of each lane. Within a step, the event function
+ * is a polynomial, and its coefficients in the Bernstein basis bound its values. If all
+ * coefficients have the sign of the function before the step, no sign change has occurred. The test
+ * may report false positives, but never misses a sign change. Lanes with a possible event are
+ * searched by section.c. This source is compiled once for each instruction set. */
 #include "lane_series.h"
 
-/* Returns the value of g at P and W, without the constant term. */
+/* Returns the event function without its constant term. */
 INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
 {
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
 }
-/* Returns the value of dg/dt at P and W. */
+/* Returns the time derivative of the event function. */
 INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
 {
     const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
@@ -26,9 +26,9 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
                          wide_fma(k.z * w.x, w.y, linear.z)};
     return event_value(l, dp, dw);
 }
-/* Sets the coefficients of g, or of dg/ds, over a step of size h, and returns the degree. As in
- * events/event_polynomial.c, the last coefficient is corrected, so that the value at the end of the
- * step equals the value at the beginning of the next step. */
+/* Computes the polynomial coefficients of the event function, or of its derivative, over a step of
+ * size h. Returns the degree. As in events/event_polynomial.c, the last coefficient is corrected so
+ * that the polynomials of consecutive steps agree at the common end point. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
     const int first = l->extremum, degree = l->order - first;
@@ -48,8 +48,7 @@ INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
-/* Returns the mask of the lanes in which g, or dg/ds, has definitely not changed sign in the
- * step. */
+/* Returns a mask of the lanes in which no event can have occurred during the step. */
 INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end)
 {
     const int degree = expand_event(l, h, end);

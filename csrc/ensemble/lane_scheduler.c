@@ -1,6 +1,6 @@
 /* The scheduler that assigns tops to lanes. Each top has its own time and step sizes. When a top
- * has reached its last time, the lane is loaded with the next top. If a top fails in a lane, a
- * scalar run repeats the integration from the initial state and reports the error. */
+ * has reached its final time, the next top is loaded into its lane. If a top fails in a lane, the
+ * scalar code repeats the integration from the initial state and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/taylor.h"
@@ -37,14 +37,13 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
     to[0][lane] = q.w;
     set_components(to + 1, lane, q.x, q.y, q.z);
 }
-/* Resets the integrals for the tangent of a lane to their initial values. */
 static void reset_growth(kr_growth *growth, int lane)
 {
     growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
     growth->max[lane] = growth->last[lane] = growth->truncation[lane] = 0.0;
     growth->scale[lane] = 1.0;
 }
-/* Fills the tangent of a lane without a top with finite numbers. */
+/* Fills the tangent of an unused lane with finite numbers. */
 static void park_tangent(kr_lane_tangents *g, int lane)
 {
     kr_lane_number *const none[] = {g->ahead, g->behind, g->per,     g->moments,
@@ -53,7 +52,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Parks an unused lane by loading a top at rest, for which the first step never ends. */
+/* Loads a top at rest into an unused lane, so that the first step of this lane never ends. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
@@ -70,9 +69,9 @@ static void park_lane(kr_lanes *l, int lane)
     l->noise[lane] = -1.0; /* no event */
     if (l->tangents) park_tangent(l->tangents, lane);
 }
-/* Chooses the order of the series that is fastest for the requested tolerance. Lowers the tolerance
- * of the lanes so that the error at this order meets the requested tolerance. The orders and
- * tolerances were determined by validation/studies/lane_orders.py. */
+/* Chooses the fastest Taylor order for the tolerance `tol`. The internal tolerance is set below
+ * `tol`, so that the resulting error meets `tol`. The orders and tolerances were determined by
+ * validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -111,8 +110,8 @@ void kr_scheduler_reset(kr_worker *worker)
     for (int i = 0; i < KR_LANES_MAX; i++) park_lane(worker->lanes, i);
 }
 
-/* Returns the cyclic permutation of the axes, as a rotation, that makes the third moment the
- * largest. Writes the number of places by which the axes are shifted to `shift`. */
+/* Returns the rotation that permutes the principal axes cyclically so that the third moment of
+ * inertia is the largest. Writes the size of the cyclic shift to `shift`. */
 static kr_quat rotate_axes(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
@@ -128,25 +127,25 @@ static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
 {
     set_components(to, lane, v.x, v.y, v.z);
 }
-/* Returns v with negative zeros, which change no bit of a sum. */
+/* Returns v with -0 in place of all zeros, because adding -0 leaves every number unchanged. */
 static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns the factor `apart` of a product, which is the difference of two moments. As in taylor.c,
- * the factor is not zero if a term of the rotor, h1 or h2, modifies the product. */
+/* Returns `apart`, the difference of two moments of inertia. With a rotor, a difference near zero
+ * is replaced by a tiny nonzero number, because the rotor terms are divided by the difference. */
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? (apart < 0.0 ? -least : least) : apart;
 }
-/* Returns the factors Ay - Az and cyclic of the products of two angular velocities. */
+/* Returns the differences of the moments of inertia, adjusted by product_factor. */
 static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)
 {
     return v3(product_factor(A.y - A.z, A.x, h.y, h.z), product_factor(A.z - A.x, A.y, h.z, h.x),
               product_factor(A.x - A.y, A.z, h.x, h.y));
 }
-/* Returns a term of the rotor: `torque` over the factor of a product, -0 without a torque. */
+/* Returns `torque` / `factor`, or -0 if there is no torque. */
 static double shift_by(double torque, double factor)
 {
     return torque == 0.0 ? -0.0 : torque / factor;
@@ -156,12 +155,12 @@ static void set_shifts(kr_lane_number *to, int lane, kr_vec3 torque, kr_vec3 fac
     set_components(to, lane, shift_by(torque.x, factor.x), shift_by(torque.y, factor.y),
                    shift_by(torque.z, factor.z));
 }
-/* The moments, the lever arm, the rotor and the factors of moments_apart, in the units of a series
- * and with shifted axes. */
+/* Constants of the equations of motion, in the units of the series and for the cyclically permuted
+ * axes. The member `apart` holds the differences of the moments of inertia `A`. */
 typedef struct {
     kr_vec3 A, c, h, apart;
 } shifted_constants;
-/* Returns the constants of a motion. `rate` is the unit of frequency of the series. */
+/* Returns the constants of the equations of motion. `rate` is the frequency unit of the series. */
 static shifted_constants shift_constants(const kr_motion *motion, double rate, int shift)
 {
     shifted_constants of;
@@ -171,7 +170,7 @@ static shifted_constants shift_constants(const kr_motion *motion, double rate, i
     of.apart = moments_apart(of.A, of.h);
     return of;
 }
-/* Sets the constants of a lane. */
+/* Stores the constants of the equations of motion for one lane. */
 static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *of)
 {
     const kr_vec3 A = of->A, c = of->c, h = of->h, apart = of->apart;
@@ -190,9 +189,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent in working axes and internal units. The user's tangent is scaled by a
- * power of two, because its square may overflow. The default tangent is not aligned with any
- * special axis. */
+/* Writes the initial tangent, expressed in working axes and internal units. The user's tangent is
+ * scaled by a power of two so that its squared norm does not overflow. The default tangent has
+ * arbitrary components, so it is unlikely to lie in a symmetry direction. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {
@@ -208,10 +207,10 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
-/* Upper limit of the reciprocal of a moment, in units of the largest moment. The components of a
- * tangent may differ by this factor, and their squares must not overflow. */
+/* Upper limit on the reciprocals of the moments of inertia, in internal units. Larger reciprocals
+ * could cause the squared norm of a tangent to overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Sets the constants of a tangent. */
+/* Stores the constants of the variational equations for one lane. */
 static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants *of)
 {
     kr_lane_tangents *g = l->tangents;
@@ -223,8 +222,8 @@ static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants 
     set_vector3(g->c, lane, of->c);
     set_vector3(g->rotor, lane, with_negative_zeros(of->h));
 }
-/* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent is a linear
- * combination of the two known solutions, or if its square overflows. */
+/* Initializes the tangent of a lane. Returns 0 if the tangent overflows, or is a combination of the
+ * flow direction and a rotation about the vertical. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;
@@ -247,8 +246,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
     return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
 }
-/* Loads the top in worker->fallback into a lane. Returns 0 if lanes cannot compute the initial
- * tangent. */
+/* Loads the top in worker->fallback into a lane. Returns 0 if the initial tangent is invalid. */
 static int load_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->fallback;
@@ -281,7 +279,7 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
 }
 
-/* Marks a lane as free and parks it. */
+/* Marks a lane as unused and loads a top at rest into it. */
 static void release_lane(kr_worker *worker, int lane)
 {
     worker->busy &= ~(1u << lane);
@@ -301,9 +299,9 @@ void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
                          status, stats);
     release_lane(worker, lane);
 }
-/* Sets the goal of a lane to the next requested time. For requested times equal to the initial
- * time, stores the initial state. If the top is finished or needs a scalar run, frees the lane and
- * returns 0. */
+/* Sets the goal of a lane to the next requested time. If a requested time equals the initial time,
+ * the initial state itself is stored. Returns 0 and frees the lane if the top is finished or must
+ * be integrated by the scalar code. */
 static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -329,8 +327,7 @@ static int set_next_goal(kr_worker *worker, int lane)
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
 }
-/* Returns 1 if the last step of a lane is valid. A step of length 0 is invalid; no such step is
- * known to occur before the horizon. */
+/* Returns 1 if the last step of a lane is valid. Steps of length 0 are invalid. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
@@ -356,16 +353,15 @@ kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t)
     worker->isa->sample(l);
     return read_sample(l, lane, t);
 }
-/* Returns 1 if the tangent of a lane has reached the sampled time, or if the lane has no
- * tangent. */
+/* Returns 0 if the tangent of a lane could not be propagated to the requested time. */
 static int has_growth(const kr_lanes *l, int lane)
 {
     double sum = 0.0;
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
     return isfinite(sum);
 }
-/* Stores the sampled state of a lane and sets the next goal. Returns 1 if the next goal lies in the
- * same step, so that the lane can be sampled again immediately. */
+/* Stores the sampled state of a lane and sets the next goal. Returns 1 if the next requested time
+ * lies in the same step. */
 static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
@@ -379,7 +375,7 @@ static int store_sample(kr_worker *worker, int lane)
     kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
     return set_next_goal(worker, lane) && kr_scheduler_has_passed_goal(l, lane);
 }
-/* Samples the lanes in the bit set `lanes` at all requested times in their last steps. */
+/* Samples the lanes in the bit mask `lanes` at all requested times within their last steps. */
 static void sample_lanes(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;
@@ -391,8 +387,7 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
             if (lanes >> lane & 1 && !store_sample(worker, lane)) lanes &= ~(1u << lane);
     }
 }
-/* Advances all lanes until at least one lane must be processed, but by at most STEPS_PER_POLL
- * steps. Then processes the lanes concerned. */
+/* Advances all lanes by up to STEPS_PER_POLL steps, and processes each lane that has stopped. */
 static void advance_lanes(kr_worker *worker)
 {
     const kr_config *config = &worker->config;

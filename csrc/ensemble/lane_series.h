@@ -1,7 +1,8 @@
-/* The recurrence of lane_state.h: coefficients of the series, choice of the step size, and
- * evaluation. This source is compiled once for each instruction set. Each sum of products starts
- * with the middle indices, so that the newest coefficients are needed last. The results in a lane
- * are bitwise equal for all vector widths with fused multiply-add. */
+/* Implements the Taylor series declared in lane_state.h: computes the coefficients, chooses the
+ * step size, and evaluates the series. This source is compiled once for each instruction set. Every
+ * convolution sum starts with its middle terms, so that it can begin before the latest coefficients
+ * are known. On all hardware with fused multiply-add, the results in a lane are bitwise equal,
+ * whatever the vector width. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -37,7 +38,7 @@ INLINE lane_vec lane_vec_add(lane_vec a, lane_vec b)
     const lane_vec r = {a.x + b.x, a.y + b.y, a.z + b.z};
     return r;
 }
-/* Returns a b + c for each component. */
+/* Returns a b + c, computed componentwise. */
 INLINE lane_vec lane_vec_fma(lane_vec a, lane_vec b, lane_vec c)
 {
     const lane_vec r = {wide_fma(a.x, b.x, c.x), wide_fma(a.y, b.y, c.y), wide_fma(a.z, b.z, c.z)};
@@ -85,11 +86,11 @@ INLINE lane_quat lane_quat_unit(lane_quat q)
     return r;
 }
 
-/* The coefficients of one order. */
+/* Taylor coefficients of the angular velocity and of the vertical. */
 typedef struct {
     lane_vec w, p;
 } lane_pair;
-/* Sums of products of coefficients over j + m = n. */
+/* The n-th coefficients of products of Taylor series (Cauchy products). */
 typedef struct {
     lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
     lane_vec plus, minus; /* P x W */
@@ -97,7 +98,7 @@ typedef struct {
     wide quotient;        /* sum for the quotient, of (P, d) and f', without the newest term */
 } lane_sums;
 
-/* Adds the products of coefficient j of P and coefficient m of W. */
+/* Adds the contribution of two Taylor coefficients to the cross product P x W. */
 INLINE void add_turn(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->plus.x = wide_fma(pj.y, wm.z, a->plus.x);
@@ -107,27 +108,28 @@ INLINE void add_turn(lane_sums *a, lane_vec wm, lane_vec pj)
     a->plus.z = wide_fma(pj.x, wm.y, a->plus.z);
     a->minus.z = wide_fma(pj.y, wm.x, a->minus.z);
 }
-/* Adds the products of the coefficients j and m of W. */
+/* Adds the contribution of two Taylor coefficients to the products of angular velocity
+ * components. */
 INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
 {
     a->ww.x = wide_fma(wj.y, wm.z, a->ww.x);
     a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
-/* Adds the products of the j-th coefficient of P and the m-th coefficient of W that the heading
- * needs. */
+/* Adds products of Taylor coefficients that are needed only for the heading. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
     a->wp_y = wide_fma(pj.y, wm.y, a->wp_y);
 }
-/* Returns the rotor's torque on W, over the factors k, plus `to`. */
+/* Adds the rotor's contribution to the products of angular velocity components, and returns the
+ * sum. */
 INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
 }
-/* Adds the products of the middle coefficients. */
+/* If n is even, adds the products of the middle coefficients (of order n / 2). */
 INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
@@ -138,13 +140,12 @@ INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
     add_heading(a, w, p);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
-/* Adds the products of the coefficients n and 0, with the terms of the rotor. The `newest`
- * coefficients are those of order n, which are still in registers. */
+/* Adds the products of the coefficients of orders 0 and n, including the rotor terms. The
+ * coefficients of order n are still in registers. */
 INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int headless)
 {
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,
                    pn = newest->p;
-    /* Without a rotor, these are next(W_0) and prev(W_0). */
     const lane_vec next = lane_vec_load(l->next), prev = lane_vec_load(l->prev);
     a->ww.x = wide_fma(wn.y, prev.x, wide_fma(next.x, wn.z, a->ww.x));
     a->ww.y = wide_fma(wn.z, prev.y, wide_fma(next.y, wn.x, a->ww.y));
@@ -152,7 +153,7 @@ INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest
     add_turn(a, wn, p0);
     add_turn(a, w0, pn);
     if (headless) return;
-    /* Without a rotor, this is W_0. */
+    /* W_0 with the rotor terms included */
     const lane_vec shifted = {prev.y, next.x, w0.z};
     add_heading(a, wn, p0);
     add_heading(a, shifted, pn);
@@ -168,7 +169,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
         const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
-        /* The order of these independent sums was chosen by measurements of the speed. */
+        /* According to measurements, this order of the independent sums is the fastest. */
         add_turn(&a, wm, pj);
         add_turn(&a, wj, pm);
         add_torque(&a, wj, wm);
@@ -183,7 +184,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
     return a;
 }
 
-/* Computes the n-th coefficient of f' and the (n + 1)-th coefficient of f. */
+/* Computes the next Taylor coefficients of the heading and of its derivative. */
 INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *newest, wide share)
 {
     const lane_vec w = newest->w, p0 = lane_vec_load(l->p[0]), part = lane_vec_load(l->part);
@@ -197,15 +198,15 @@ INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *n
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);
 }
-/* Computes the coefficients n + 1 of P, W and, unless `headless`, f, and returns those of P and W.
- * `newest` holds the coefficients n. */
+/* Computes the Taylor coefficients of order n + 1, and returns those of P and W. The heading is
+ * omitted if `headless` is nonzero. */
 INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int headless)
 {
     const lane_sums a = sum_products(l, n, &newest, headless);
     const wide share = wide_splat(1.0 / (n + 1));
     const lane_vec p = newest.p, k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
-    /* The newest products are used last. */
+    /* Use the convolution sums last, because they are completed last. */
     const lane_vec w = {
         wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
         wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
@@ -237,7 +238,7 @@ INLINE void expand_lanes(kr_lanes *l, int headless)
     for (int n = 0; n < l->order; n++) newest = next_lane_coefficient(l, n, newest, headless);
 }
 
-/* The functions approx_log2 and approx_exp2 of taylor/series.h, for vectors. */
+/* Vectorized versions of approx_log2 and approx_exp2 in taylor/series.h. */
 INLINE wide approx_log2_lanes(wide x)
 {
     const wide bits = wide_of_bits((wide_bits(x) >> 20) | 0x4330000000000000u) - 0x1p52;
@@ -250,10 +251,8 @@ INLINE wide approx_exp2_lanes(wide x)
     return power *
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
-/* Returns log2 of the radius of convergence, estimated from the n-th term. The terms of the heading
- * are weighted more strongly, because all omitted terms of f have the same sign if the pole of f'
- * is the nearest singularity. The omitted terms of P and W decrease faster than the n-th term
- * suggests. */
+/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. The heading has a
+ * larger weight, because the omitted terms of its series can all have the same sign and add up. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
@@ -264,7 +263,8 @@ INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
     }
     return approx_log2_lanes(square) * (-0.5 / n);
 }
-/* Returns the step size for which the last term equals the tolerance, as in taylor/series.h. */
+/* Returns the step size for which the last retained Taylor term equals the tolerance, as in
+ * taylor/series.h. */
 INLINE wide lane_step_size(kr_lanes *l, int headless)
 {
     const int order = l->order;
@@ -275,12 +275,12 @@ INLINE wide lane_step_size(kr_lanes *l, int headless)
     return wide_min(step, longest);
 }
 
-/* The values of P, W and f at one time. */
+/* The vertical, the angular velocity and the heading at one time. */
 typedef struct {
     lane_vec p, w;
     wide turn;
 } lane_point;
-/* Evaluates the series of P, W and f, truncated at the given order, at the time `at`. */
+/* Evaluates the Taylor polynomials of degree `order` at the time `at`. */
 INLINE lane_point sum_lane_terms(kr_lanes *l, int order, wide at, int headless)
 {
     const wide h = at - wide_load(l->t);
@@ -304,9 +304,9 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
     return sum_lane_terms(l, l->order, at, headless);
 }
 
-/* Writes the sine and cosine of x. The low bits of u hold the nearest integer number of quarter
- * turns. The remainder is at most an eighth of a turn, and is the argument of the polynomials of
- * math/trig.h. */
+/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2. The
+ * low bits of u contain the number of quarter turns. The sine and cosine are then approximated by
+ * the polynomials of math/trig.h. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -336,15 +336,15 @@ INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
     *sine = wide_of_bits((wide_bits(s) ^ swap) ^ ((quarter & 2) << 62));
     *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* Returns the shortest rotation from P to d, as a quaternion that has not been normalized. */
+/* Returns an unnormalized quaternion for the smallest rotation that takes the vector p to d. */
 INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
 {
     const lane_quat s = {1.0 + lane_vec_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),
                          wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
     return s;
 }
-/* Returns the attitude at a point of the step: exp(e3 f/2) q s(P). If `headless` is nonzero,
- * returns the shortest rotation from P to the vertical. */
+/* Returns the attitude, computed from the vertical and the heading as exp(e3 f/2) q s(P). If
+ * `headless` is nonzero, returns the smallest rotation that takes P to the vertical. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {

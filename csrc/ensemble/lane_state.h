@@ -5,13 +5,13 @@
  *                                     c: mass gravity com
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
- * The heading f and P determine the attitude. A term of the series therefore needs 12 products of
- * coefficients: 3 for AW x W, 6 for P x W, 1 for the quotient, and 2 for (W, P). The product (W, P)
- * needs only 2, because (AW + h, P) is constant. A series of q would need 21 products. A rotor
- * changes W_0 in the products with the newest coefficients, as in taylor.h. The constant d is the
- * value of P at the start of a step, far from the pole of the quotient at P = -d. The distance from
- * this pole limits the step. The units are those of taylor.h, in which |W| < 1.
- * Energy and momenta are conserved up to the tolerance only. */
+ * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
+ * Taylor coefficients. A Taylor series of the quaternion q would need 21 products per order. Only 2
+ * of the 12 products are needed for the inner product (W, P), because (AW + h, P) is constant. The
+ * torque of a rotor is included by modifying the coefficient W_0, as described in taylor.h. The
+ * constant d is the value of the vertical P at the beginning of a step. The expression for f' has a
+ * pole at P = -d, and the distance from this pole limits the step size. Time is scaled so that |W|
+ * < 1. Energy and angular momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"
@@ -24,9 +24,9 @@ typedef double kr_lane_number[KR_LANES_MAX];
 typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
 
 struct kr_lane_tangents;
-/* The current steps of all lanes, from the times t to `end`. The axes of each body are ordered so
- * that the third moment is the largest. An unused lane is parked: its numbers are finite, and its
- * `goal` is infinite. */
+/* The current step of every lane, which extends from the time t to the time `end`. The body axes
+ * are permuted so that the third moment of inertia is the largest. The coefficients of an unused
+ * lane are finite, and its `goal` is infinite. */
 typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
@@ -37,11 +37,11 @@ typedef struct kr_lanes {
     kr_lane_vector end_p, end_w;
     kr_lane_quaternion end_q;
     kr_lane_vector k, up, down; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax, and cyclic permutations */
-    /* Factors in (W, P): 1 - Ax / Az and 1 - Ay / Az of Wx Px and Wy Py, and -hz / Az of Pz. */
+    /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector part;
-    /* The terms of the rotor that are added to prev(W_0) and to next(W_0): -hz / (Ay - Az) and
-     * hy / (Ay - Az); and cyclic permutations. Without a rotor they are -0, for x + -0 is x. `prev`
-     * and `next` are the sums. */
+    /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
+     * cyclically. The sums of the rotor terms and W_0 are stored in `prev` and `next`. Without a
+     * rotor, the terms are -0, because adding -0 leaves every number unchanged. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */
@@ -49,7 +49,8 @@ typedef struct kr_lanes {
     kr_lane_number at; /* time to sample */
     /* The event: a zero or an extremum of g = (along_p, P) + (along_w, W) + constant. g[] holds the
      * coefficients of g, or of dg/ds, as a polynomial in s over the step, 0 <= s <= 1. `side` is
-     * the last sign known with certainty, or 0. Values of g up to `noise` are treated as zero. */
+     * the last sign known with certainty, or 0. Function values of magnitude at most `noise` are
+     * treated as zero. */
     kr_lane_vector along_p, along_w;
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
@@ -73,7 +74,7 @@ typedef struct kr_growth {
     kr_lane_number max, last;    /* the largest and the last ln|delta| */
     kr_lane_number truncation;   /* square of the largest relative last term */
 } kr_growth;
-/* One tangent for each lane, with the notation of taylor/tangents.h. */
+/* One tangent per lane, in the notation of taylor/tangents.h. */
 typedef struct kr_lane_tangents {
     kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
     kr_lane_number lift[KR_LANES_ORDER + 1]; /* coefficients of <c, P> */
@@ -96,10 +97,10 @@ typedef struct kr_lanes_isa {
      * made no progress, has exceeded its number of steps, is not finite, or may have met its event.
      * Returns the set of these lanes, with one bit for each lane. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
-    /* Computes the states at the times `at` within the steps. */
+    /* Computes the state of each lane at the time `at` within its last step. */
     void (*sample)(kr_lanes *lanes);
-    /* Removes the known solutions from the initial tangent tangents->end.d, scales the remainder to
-     * unit length, and writes the result to tangents->first. */
+    /* Removes the trivial solutions from the initial tangent tangents->end.d, scales the remainder
+     * to unit length, and writes the result to tangents->first. */
     void (*begin)(kr_lanes *lanes);
 } kr_lanes_isa;
 /* KR_LANES_ISA declares the functions that kernel_lanes.c exports for an instruction set. */
@@ -111,7 +112,7 @@ typedef struct kr_lanes_isa {
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)
 KR_LANES_ISA(avx512)
-/* Returns the i-th instruction set that is included in the build, or NULL after the last. The
- * widest comes first. */
+/* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
+ * comes first. */
 const kr_lanes_isa *kr_lanes_isa_at(int i);
 #endif

@@ -1,19 +1,20 @@
-/* The growth of one tangent for each lane. Tangents do not affect the path, except that steps may
- * be shorter. This source is compiled once for each instruction set. The equations are those of
- * taylor/tangents.h without damping and parameters. With the momentum M = AW + h in the body, two
- * solutions are known and removed at the end of each step: the flow (W | P x c) and the rotation
- * about the vertical (P | P x M). The growth of the remainder is measured. Up to the tolerance, a
- * tangent conserves
+/* The growth of an infinitesimal perturbation (tangent) of the top in each lane. The tangents may
+ * shorten the steps, but do not otherwise change the computed path. This source is compiled once
+ * for each instruction set. The variational equations are those of taylor/tangents.h, but have no
+ * damping and no parameters. Two solutions of these equations are trivial: the flow and the
+ * rotation about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x c)
+ * and (P | P x M), where M = AW + h. The trivial solutions are removed at the end of each step, and
+ * the growth of the remainder is measured. Up to the tolerance, each tangent conserves the
+ * quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "lane_series.h"
 
-/* GROWTH_SLACK is log2 of the upper limit of the last term of a deviation, relative to the
- * tolerance times the norm of the deviation. A step of the path is divided into at most
- * GROWTH_PARTS parts; if these do not suffice, the step ends after the last part. A part is
- * shortened at most GROWTH_TRIES times. */
+/* GROWTH_SLACK is log2 of the largest admissible relative truncation error of a tangent, in units
+ * of the tolerance. A step is divided into at most GROWTH_PARTS substeps, and is cut short if these
+ * do not suffice. Each substep is shortened at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
 
@@ -64,8 +65,8 @@ INLINE lane_vec lane_vec_zero(void)
 }
 
 #define LN_2 0.69314718055994531
-/* Splits a positive normal number x = factor * 2^power. Returns the factor, between sqrt(1/2) and
- * sqrt(2), and writes `power`. */
+/* Writes a positive normal number as x = factor * 2^power, with a factor between sqrt(1/2) and
+ * sqrt(2). Returns the factor. */
 INLINE wide mantissa(wide x, wide *power)
 {
     const wide_integer one = wide_bits(wide_splat(1.0)),
@@ -84,9 +85,8 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(power, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm of x with an error of 1e-8, without a division. This accuracy
- * suffices for the terms of a mean. The polynomial interpolates ln(1 + m) / m at Chebyshev
- * points. */
+/* Returns the natural logarithm of x to within 1e-8, without a division. This accuracy suffices for
+ * the growth integrals. The polynomial interpolates ln(1 + m) / m at Chebyshev points. */
 INLINE wide approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
@@ -98,7 +98,7 @@ INLINE wide approx_log(wide x)
     return wide_fma(power, wide_splat(LN_2), m * sum);
 }
 
-/* Sums of products of coefficients over j + m = n. */
+/* The n-th coefficients of products of Taylor series (Cauchy products). */
 typedef struct {
     lane_vec plus, minus; /* next(theta) * prev(W), prev(theta) * next(W) */
     lane_vec push;        /* N x W */
@@ -109,7 +109,7 @@ INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, 
 {
     const lane_vec turn = lane_vec_load(g->x[j][0]), push = lane_vec_load(g->x[j][1]),
                    w = lane_vec_load(l->w[m]), p = lane_vec_load(l->p[m]);
-    /* The products with W_0 contain the terms of the rotor. */
+    /* next(W_0) and prev(W_0) include the rotor terms */
     const lane_vec next = m > 0 ? lane_vec_next(w) : lane_vec_load(l->next),
                    prev = m > 0 ? lane_vec_prev(w) : lane_vec_load(l->prev);
     a->plus.x = wide_fma(turn.y, next.y, a->plus.x);
@@ -126,7 +126,7 @@ INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, 
     a->leaned.y = wide_fma(turn.y, p.y, a->leaned.y);
     a->leaned.z = wide_fma(turn.z, p.z, a->leaned.z);
 }
-/* Computes the (n + 1)-th coefficients of the deviation from the sums at n. */
+/* Computes the Taylor coefficients of order n + 1 of the tangent. */
 INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
 {
     const wide share = wide_splat(1.0 / (n + 1));
@@ -154,19 +154,20 @@ INLINE lane_deviation sum_growth(kr_lane_tangents *g, int order, wide h)
     return d;
 }
 
-/* Returns the component of `d` orthogonal to the known solution `known`. */
+/* Returns the component of `d` orthogonal to `known`. */
 INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
 {
     const wide size = deviation_dot(known, known), zero = wide_splat(0.0);
     const wide share = wide_choose(wide_less(zero, size), deviation_dot(d, known) / size, zero);
     return deviation_axpy(-share, known, d);
 }
-/* Returns the momentum in the body at a point of the path. */
+/* Returns the angular momentum in the body frame. */
 INLINE lane_vec momentum_at(kr_lane_tangents *g, const lane_point *at)
 {
     return lane_vec_fma(lane_vec_load(g->moments), at->w, lane_vec_load(g->rotor));
 }
-/* The two known solutions at a point of the path: the flow, and the rotation about the vertical. */
+/* The two trivial solutions of the variational equations: the flow, and the rotation about the
+ * vertical. */
 typedef struct {
     lane_deviation flow, turn;
 } known_solutions;
@@ -176,8 +177,8 @@ INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point 
                                {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
     return r;
 }
-/* Returns the component of `d` orthogonal to both known solutions. If the known solutions are
- * parallel up to rounding errors, removes only the component along the flow. */
+/* Returns the component of `d` orthogonal to the two trivial solutions. If the trivial solutions
+ * are parallel up to rounding errors, only the component along the flow is removed. */
 INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const known_solutions known = known_solutions_at(g, at);
@@ -188,8 +189,8 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
-/* Returns the squared norm of remove_known(d). The error is about one rounding error of the squared
- * norm of `d`, which suffices for the terms of a mean. */
+/* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions. The
+ * absolute error is about machine epsilon times the squared norm of `d`. */
 INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -206,19 +207,21 @@ INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane
     const wide share = wide_choose(is_own, about * about, zero) / wide_max(u, least);
     return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
 }
-/* Returns ln|delta|, given the logarithm of its scaled square. */
+/* Returns the logarithm of the norm of a tangent, given the logarithm of its scaled squared
+ * norm. */
 INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
-/* Returns the factor of theta in dE. */
+/* Returns the derivative of the energy with respect to the rotation vector theta. */
 INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
 {
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
 }
-/* Writes the errors of dE and d<m,e3>, the two conserved linear forms of a deviation. Each error is
- * relative to the norm of the form times the norm of the deviation. */
+/* Writes the relative errors of the changes in energy and vertical momentum due to a tangent. For
+ * an exact tangent, both changes are constant in time. Each error is relative to the largest value
+ * possible for a tangent of the same norm. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);
@@ -236,21 +239,22 @@ INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_de
                                                wide_sqrt(size * lane_vec_dot(at->p, at->p)));
 }
 
-/* The six-point Lobatto rule on [0, 1]: the inner points, their weights, and the weight of each end
- * point. */
+/* Nodes and weights of the six-point Gauss-Lobatto rule on [0, 1]. END_WEIGHT is the weight of each
+ * end point. */
 static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
                                 0.88252766196473235},
                     weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* The integrals of ln|delta| and of ln|delta| ln t, the largest and the last ln|delta|, and the
- * square of the largest relative last term. */
+/* Statistics of the growth of a tangent delta. `area` and `moment` are the time integrals of
+ * ln|delta| and of ln|delta| ln t. `most` is the largest value of ln|delta|, and `last` is the
+ * latest. `rest` is the square of the largest relative truncation error. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds the contribution of the node at time t to the integrals, with weight `share` and the value
- * a.last of ln|delta|. Lanes that have reached the end of the step have weight 0. */
+/* Adds the integrands at the time t, weighted by `share`, to the growth integrals. Lanes that have
+ * reached the end of the step have zero weight. */
 INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -259,17 +263,17 @@ INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, w
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Updates the largest relative last term. `last` is the square of the last term of the deviation
- * d. */
+/* Updates the largest relative truncation error. `last` is the squared norm of the last Taylor term
+ * of the tangent `d`. */
 INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the integrals over a part of length h that begins at l->t. `d` is the deviation at the end
- * of the part, without the known solutions. The Lobatto rule is used because the logarithm has a
- * sharp minimum where the deviation is small. */
+/* Adds the growth integrals over a substep of length h. `d` is the tangent at the end of the
+ * substep, without the trivial solutions. The Lobatto rule is used because the logarithm has a
+ * sharp minimum where the tangent is small. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
@@ -287,8 +291,7 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_devi
     return add_integral_node(l, a, END_WEIGHT * h, t + h);
 }
 
-/* Returns the square of the last term of a deviation at the time h after the expansion point of the
- * series. */
+/* Returns the squared norm of the last retained Taylor term of a tangent for a step of length h. */
 INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
 {
     wide power = wide_splat(1.0);
@@ -296,8 +299,8 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns the fraction of h for which the last term is small enough: 1, or an estimate below 1.
- * `all` is the deviation at the end of the part. */
+/* Returns the fraction of h, at most 1, for which the truncation error is estimated to be small
+ * enough. The argument `all` is the tangent at the end of a substep of length h. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -313,8 +316,8 @@ INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation
     const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
     return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
 }
-/* Shortens a part of length h until the last term is small enough. Returns the resulting length, or
- * 0 if no length is small enough. */
+/* Shortens a substep of length h until its truncation error is small enough. Returns the resulting
+ * length, or 0 on failure. */
 INLINE wide shorten_part(kr_lane_tangents *g, int order, wide h)
 {
     const wide one = wide_splat(1.0);
@@ -332,7 +335,7 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
     deviation_store(g->x[0], start);
     for (int n = 0; n < l->order; n++) next_growth(l, g, n);
 }
-/* Expands the path in a series about the times `at` within the step. */
+/* Recomputes the Taylor series of the paths about the times `at`. */
 APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *part = &g->part;
@@ -359,10 +362,9 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
                           wide_splat(0.0)};
     return r;
 }
-/* Propagates the deviation from the beginning of the step to the time `to`, in at most `most`
- * parts. `at` is the point of the path at the time `to`. Writes the time that each lane has
- * reached. Lanes that have reached `to` are not changed by further parts. Returns the deviation
- * without the known solutions. */
+/* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
+ * substeps. `at` is the point of the path at the time `to`. Writes the time reached by each lane to
+ * `reached`. Returns the tangent without the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_areas *areas,
                                           wide *reached)
@@ -398,9 +400,9 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
                             wide_load(g->begin.truncation)};
     return a;
 }
-/* Propagates the deviation over the last step, removes the known solutions, and scales the result
- * by a power of two. Returns the time that each lane has reached: the end of the step, or an
- * earlier time if the step needs too many parts. */
+/* Propagates the tangent over the last step, removes the trivial solutions, and scales the result
+ * by a power of two. Returns the time reached by each lane: the end of the step, or an earlier time
+ * if the tangent needs too many substeps. */
 INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
@@ -422,8 +424,7 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->end.scale, wide_load(g->begin.scale) * power);
     return reached;
 }
-/* Writes the growth at the times `at` within the steps, or NaN if the deviation does not reach the
- * time. The parts up to `at` differ from the parts of the whole step. */
+/* Writes the growth at the times `at`, or NaN where a tangent cannot be propagated that far. */
 INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
@@ -441,8 +442,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_form_errors(g, &here, d);
 }
-/* Sets the limit of the last term of a deviation, and the number of terms above 2^-24 at each node
- * within a step. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
+/* Sets the largest admissible truncation error, and the number of Taylor terms above 2^-24 at each
+ * quadrature node. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
  * factor of x^n at a node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {
@@ -452,7 +453,7 @@ static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
         g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
     }
 }
-/* Starts a deviation of unit length in every lane, without the known solutions. */
+/* Removes the trivial solutions from the initial tangents, and normalizes the tangents. */
 INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);

@@ -1,7 +1,6 @@
-/* Reductions over the times of a single top, such as the mean of a quantity. The states are
- * processed in the order of the times, so results do not depend on the other tops, not even
- * bitwise. Mean and variance use Welford's update (Technometrics 4, 1962), which avoids
- * cancellation. */
+/* Reductions over the times of a single top, such as the mean of a quantity. States are processed
+ * in the order of their times, so the results are bitwise independent of the other tops. Mean and
+ * variance use Welford's update (Technometrics 4, 1962), which avoids cancellation. */
 #include "reduce.h"
 #include <math.h>
 
@@ -14,8 +13,8 @@ const char *kr_reduce_name(kr_reduce kind)
     };
     return (unsigned)kind < KR_REDUCE_COUNT ? names[kind] : NULL;
 }
-/* If `is_more_so` is nonzero, sets the extremum to x and its time to t. If x is NaN, sets both
- * values to NaN. */
+/* Replaces the extremum and its time by x and t if `is_more_so` is nonzero. Sets the extremum and
+ * its time to NaN if x is NaN. */
 static void add_extreme(kr_accumulator *accumulators, double x, double t, int is_more_so)
 {
     if (isnan(x)) accumulators->value = accumulators->more = x;
@@ -24,7 +23,7 @@ static void add_extreme(kr_accumulator *accumulators, double x, double t, int is
         accumulators->more = t;
     }
 }
-/* Adds the k-th value x, at time t, to an accumulator. */
+/* Adds the value x at the time t to an accumulator. */
 static void add_value(kr_reduce kind, kr_accumulator *accumulators, double x, double t, size_t k)
 {
     const double far = x - accumulators->value;

@@ -3,15 +3,15 @@
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* The current value of a reduction, and one additional number. The additional number is the sum of
- * squared deviations for a variance, and the time for an extremum. */
+/* State of a reduction: the current result `value` and an auxiliary number `more`. `more` is the
+ * sum of squared deviations for a variance, and the time for an extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;
-/* Adds the k-th state of a top to its accumulators. */
+/* Updates the accumulators with the k-th state of a top. */
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k);
-/* Writes the final results of the reductions, once `states` states have been added. */
+/* Writes the final results of the reductions, where `states` is the number of states. */
 void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator accumulators[],
                    size_t states, double out[]);
 #endif

@@ -1,9 +1,9 @@
-/* Sections of many tops: the states of each top at which an event occurs. The vectorized code can
- * detect an event if its function is linear in the body-frame components of the vertical and the
- * angular velocity. An example of such a function is the height of the centre of mass. A lane (one
- * top per vector element) stops after a step in which its event function may have changed sign. The
- * functions below then search this step. For all other events, each top is integrated and searched
- * individually (events/event_search.c). */
+/* Sections of the motions of many tops, consisting of the states at which an event occurs. The
+ * vectorized code can detect an event if its function is linear in the body-frame components of the
+ * vertical and the angular velocity. The height of the centre of mass is a typical event function.
+ * Each lane holds one top, and stops after a step in which its event function may have changed
+ * sign. The functions in this file search the last step of a lane for the event. Tops with other
+ * events are integrated one at a time by the scalar code (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -12,7 +12,7 @@ int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-/* Stores a vector in a lane, with its components shifted cyclically by `shift`. */
+/* Permutes the components of a vector cyclically, and stores them in a lane. */
 static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};
@@ -59,7 +59,7 @@ static int is_section_condition_true(const kr_worker *worker, const kr_slot *slo
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Completes a lane in which no event occurred within the maximum waiting time. */
+/* Finishes a top whose next event did not occur within the maximum waiting time. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -71,9 +71,9 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at an event that occurs in the last step of a lane. `place` is the relative
- * position of the event within the step, from 0 to 1. Returns 1 if the search of this step should
- * continue. */
+/* Stores the state at an event that occurs in the last step of a lane. `place` is the position of
+ * the event within the step, from 0 (beginning) to 1 (end). Returns 1 if the search of the current
+ * step should continue. */
 static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;

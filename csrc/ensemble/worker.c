@@ -1,7 +1,6 @@
 /* A worker computes the motion of many tops. The worker allocates memory once, dispatches each top,
- * and writes the outcomes. A top is processed in a lane, in a batch of closed-form solutions, or in
- * a scalar run, which advances a single kr_top. The results for a top do not depend on other
- * tops. */
+ * and writes the outcomes. Each top is computed in a lane, in a batch of closed-form solutions, or
+ * alone in a scalar run (kr_top). The results for a top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include "model/scene.h"
@@ -24,8 +23,7 @@ int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Returns the address at which the growth of a top at its k-th time is stored, or NULL if growth is
- * not requested. */
+/* Returns a pointer to the growth of a top at its k-th time, or NULL if growth is not requested. */
 static double *growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
@@ -71,7 +69,7 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
     return config;
 }
 
-/* Computes and stores the states of a top that has been started, 64 states at a time. */
+/* Computes and stores the states of a top at its requested times. */
 static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
                             kr_accumulator *accumulators)
 {
@@ -117,7 +115,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
         worker->interrupted = 1;
 }
 
-/* Returns the status that explains why a top cannot run in a lane. */
+/* Returns the status that explains why a top cannot be integrated in a lane. */
 static kr_status find_lane_refusal(const kr_scene *scene)
 {
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
@@ -125,8 +123,8 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return KR_ERR_TURNING;
 }
-/* Returns the kr_top for a scalar run. Closed-form solutions for tops on rotating supports are
- * computed one by one, because batches do not support them. */
+/* Chooses the kr_top that integrates a top outside the lanes. Closed-form solutions for tops on
+ * rotating supports are computed one by one, because batches do not support them. */
 static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
@@ -136,7 +134,7 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Dispatches a top that has no closed-form solution to a lane or to a scalar run. */
+/* Dispatches a top that has no closed-form solution to a lane or to the scalar code. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
@@ -150,8 +148,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else
         kr_worker_run_scalar(worker, choose_top(worker, scene), i);
 }
-/* Dispatches the n tops that begin at index `from`: first those that have a closed-form solution,
- * then all others. */
+/* Dispatches n tops, starting at index `from`. Tops with closed-form solutions come first. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
@@ -229,8 +226,8 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates the tops for scalar runs. Validates the configuration by starting a top with the
- * default scene. */
+/* Allocates the kr_top objects for tops outside the lanes. Validates the configuration by starting
+ * a top with the default scene. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;

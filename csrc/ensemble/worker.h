@@ -1,6 +1,6 @@
-/* The worker, shared by the files of ensemble/. Tops are dispatched by worker.c, evaluated in
- * batches of closed-form solutions by exact_batch.c, and integrated in lanes by lane_scheduler.c.
- * Events are found by section.c, and states are reduced by reduce.c. */
+/* Declaration of the worker shared by the source files in ensemble/. Tops are dispatched by
+ * worker.c, evaluated in batches of closed-form solutions by exact_batch.c, and integrated in lanes
+ * by lane_scheduler.c. Events are found by section.c, and states are reduced by reduce.c. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"
@@ -10,7 +10,7 @@
 
 enum { KR_BATCH = 64 /* number of tops that are dispatched together */ };
 
-/* A top in a lane (vector element) or in a scalar run. */
+/* The progress of one top, which is integrated in a lane or by the scalar code. */
 typedef struct kr_slot {
     size_t top, states; /* index of the top; number of its valid states */
     int64_t steps;      /* steps of a closed form; lanes count their own steps */
@@ -39,38 +39,37 @@ struct kr_worker {
     double memory[];
 };
 
-/* Writes a state of the top in `slot`, adds it to the accumulators, and counts it. */
+/* Stores a state of the top in `slot`, and adds the state to the accumulators. */
 void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state);
-/* Returns 1 if a tangent is propagated in each lane. */
+/* Returns 1 if the worker propagates tangents. */
 int kr_worker_has_tangents(const kr_worker *worker);
-/* Writes the growth of the tangent of a lane at the next requested time, or zeros if `row` is
- * NULL. */
+/* Stores the growth of a lane's tangent for the next requested time. If `row` is NULL, zeros are
+ * stored. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome and the reductions of a top, and fills the output after the last valid state
- * with NaN. */
+/* Writes the outcome and the reductions of a top, and fills the unused output with NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
-/* Returns the accumulators of scalar runs. */
+/* Returns the accumulators for tops that are integrated by the scalar code. */
 static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *worker)
 {
     return worker->accumulators + KR_LANES_MAX * worker->reductions;
 }
-/* Integrates top i with the scalar code, in the memory of `top`. */
+/* Integrates top i with the scalar code, using `top` as workspace. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
-/* Returns the configuration for top i. The sign of the step follows from the last time of the
- * top. */
+/* Returns the configuration for top i. The step is negative if the last requested time precedes the
+ * initial time. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
 /* Integrates all tops up to their requested times or events. */
 kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops);
-/* Returns the times of top i. */
+/* Returns the requested times of top i. */
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 {
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;
 }
 
-/* For n tops from index `from`, computes the states of those that have a closed form; n is at most
- * KR_BATCH. Writes the status of kr_exact_plan for each of the n tops. */
+/* Evaluates the closed-form solutions of up to KR_BATCH tops, starting at index `from`. `status` is
+ * KR_OK for each top that has a closed-form solution. */
 void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[]);
 
 /* Chooses the instruction set, order and tolerance of the lanes from the configuration. */
@@ -80,18 +79,18 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
                              double log2_tol);
 /* Empties all lanes. */
 void kr_scheduler_reset(kr_worker *worker);
-/* Loads top i into a lane. Advances the tops in the lanes until a lane is free. */
+/* Loads top i into a lane, after advancing the other lanes until one is free. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances all tops in the lanes to their last times or events. */
 void kr_scheduler_drain(kr_worker *worker);
 /* Returns the state of a lane at time t, which must lie within its last step. */
 kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
-/* Removes a top from its lane and repeats its motion from the start by a scalar run, which reports
- * the error. */
+/* Removes a top from its lane and repeats its motion with the scalar code, which reports the
+ * error. */
 void kr_scheduler_fall_back(kr_worker *worker, int lane);
 /* Writes the outcome of the top in a lane and frees the lane. */
 void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status);
-/* Returns 1 if the last step of a lane reaches the goal. */
+/* Returns 1 if the current step of a lane ends at or beyond its goal. */
 static inline int kr_scheduler_has_passed_goal(const kr_lanes *l, int lane)
 {
     return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
@@ -102,8 +101,7 @@ static inline kr_accumulator *kr_scheduler_accumulators(const kr_worker *worker,
     return worker->accumulators + (size_t)lane * worker->reductions;
 }
 
-/* Returns the maximum waiting time for the next event of top i in a section, or 0 if there are no
- * times. */
+/* Returns the maximum waiting time for the next event of top i, or 0 if no times are requested. */
 static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;
@@ -111,7 +109,7 @@ static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
 }
 /* Returns 1 if the vectorized code can detect the event of the current section. */
 int kr_section_suits_lanes(const kr_worker *worker);
-/* Sets the event of a lane in the units of a step with unit of frequency `rate`, along axes shifted
+/* Stores the event function for one lane, in the frequency unit `rate` and for axes permuted
  * cyclically by `shift`. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Sets the goal of a lane to the latest admissible time of the next event. Returns 0 and frees the
@@ -119,7 +117,7 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 int kr_section_set_goal(kr_worker *worker, int lane);
 /* Stores the events in the last step of a lane, and frees the lane if the top is finished. */
 void kr_section_search(kr_worker *worker, int lane);
-/* Advances a top that has been started from event to event, storing the states. */
+/* Integrates a top from event to event, and stores the states at the events. */
 kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot,
                             kr_accumulator *accumulators);
 #endif

@@ -1,22 +1,23 @@
-/* Event functions expressed as polynomials over a step. An event function is a sum of products of
- * two state components. Each product is the Cauchy product of the Taylor series of two components
- * over the step. Components along body axes are linear in the attitude q, the vertical P or the
+/* Event functions expressed as polynomials in time over one step. An event function is a sum of
+ * products of two state components. Each product is the Cauchy product of the Taylor series of its
+ * two factors. Components along body axes are linear in the attitude q, the vertical P or the
  * angular velocity W. For components along a unit vector e in space, with a vector v in the body
  * frame,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
- * All numbers are in the units of the step. The units are powers of two chosen such that every
- * component has magnitude at most one. */
+ * All numbers are in the units of the step. The units are powers of two such that every component
+ * has magnitude at most one. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"
 
-/* PAD is the number of zeros before the coefficients of a factor. ROOM is the number of elements
- * for the coefficients and the zeros after them. */
+/* A padded series has PAD zeros, followed by ROOM elements for the coefficients and further
+ * zeros. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* The polynomial of a step, truncated at a given order. The members are named as in
- * kr_step_polynomial. Functions named add_... add their result to the coefficients c. */
+/* The Taylor polynomials of the state over a step, truncated at a given order. The members have the
+ * same meaning as in kr_step_polynomial. Functions whose names begin with add_ add a series to the
+ * coefficients c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -26,8 +27,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, a power of two. The first letter of the dimension distinguishes
- * angular momenta, rates and dimensionless components. */
+/* Returns the unit of a component, which is a power of two. The first letter of the dimension
+ * determines the unit: M for momenta, T for rates. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -38,14 +39,14 @@ static double dot4(kr_quat a, const double b[4])
 {
     return (a.w * b[0] + a.x * b[1]) + (a.y * b[2] + a.z * b[3]);
 }
-/* Returns the n-th coefficient of the attitude. */
+/* Returns the n-th Taylor coefficient of the attitude. */
 static kr_quat attitude_coefficient(const step_view *v, int n)
 {
     return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
-/* Returns the coefficient of a term, converted to the units of the step. `rate` is the unit of
- * frequency of the step. */
+/* Returns the coefficient of a term of an event function, in the units of the step. `rate` is the
+ * frequency unit of the step. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -59,29 +60,27 @@ static void multiply_series(const step_view *v, const double *a, const double *b
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* Adds the linear combination, with coefficients `weight`, of the components of the attitude. */
+/* Adds a linear combination of the attitude components, with coefficients `weight`. */
 static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
 }
-/* Adds the linear combination, with coefficients `weight`, of the body-frame components of the
- * vertical. */
+/* Adds a linear combination of the body-frame components of the vertical. */
 static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
 }
-/* Adds the linear combination, with coefficients `weight`, of the body-frame components of the
- * angular velocity. */
+/* Adds a linear combination of the body-frame components of the angular velocity. */
 static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
 }
-/* Returns an axis of the frame of description, as a vector in working axes. */
+/* Returns an axis of the user's body frame as a vector in working axes. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));
 }
-/* Returns the n-th coefficient of the momentum in the body frame, in the units of the step. */
+/* Returns the n-th Taylor coefficient of the body-frame momentum. */
 static kr_vec3 momentum_coefficient(const step_view *v, int n)
 {
     const kr_motion *motion = &v->top->main;
@@ -90,7 +89,7 @@ static kr_vec3 momentum_coefficient(const step_view *v, int n)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
 }
-/* Zeroes the elements of `s` before and after the coefficients. */
+/* Writes zeros before and after the coefficients of a series. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);
@@ -123,8 +122,9 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds factor * <m, e> for a space axis e. The power series is that of <e q, q M>, where M is the
- * momentum in the body frame. The formula also holds for damped motions and moving supports. */
+/* Adds a multiple of the angular momentum about a space axis. The momentum about an axis e is
+ * computed as <e q, q M>, where M is the momentum in the body frame. The formula <e q, q M> holds
+ * even for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -155,8 +155,7 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         multiply_series(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
-/* Adds factor * <P, M>, where <P, M> is the vertical momentum, which does not depend on the
- * heading. */
+/* Adds a multiple of the vertical component of the angular momentum. */
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
 {
     padded_series P[4], M[4];
@@ -168,8 +167,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds factor times the component of q at index `axis`. Every quantity with KR_QUANTITY_IN_EVENTS
- * needs a function of this form. */
+/* Adds a multiple of a component of the attitude quaternion. Every quantity with the flag
+ * KR_QUANTITY_IN_EVENTS requires a function like add_q. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -206,8 +205,7 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds factor * <U, along>, where U is the angular velocity relative to the support and `along` is
- * fixed in the body. */
+/* Adds a multiple of a component of the angular velocity relative to the support. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;
@@ -238,8 +236,8 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_relative_velocity(v, factor, v->top->apex, c);
 }
-/* Adds factor times the component at index `number`. The table needs an entry for each quantity
- * with KR_QUANTITY_IN_EVENTS. */
+/* Adds a multiple of the component with index `number`. The table must contain every quantity that
+ * events can use (KR_QUANTITY_IN_EVENTS). */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
@@ -258,15 +256,15 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns an upper bound on the magnitude of a component, in the unit of the component. The unit of
- * rates is based on rotation about the axis of the smallest moment of inertia. For a thin body, the
- * energy permits only much slower rotation about the other axes. */
+/* Returns an upper bound on the magnitude of a component, in the unit of the component. Angular
+ * velocities are divided by an upper bound that follows from the energy. About axes with larger
+ * moments of inertia, the energy permits only slower rotation. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    /* On a moving support, energy is not conserved and therefore provides no such bound. */
+    /* The energy bound does not apply on moving supports, where energy is not conserved. */
     const int is_moving = kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene);
     const kr_vec3 root =
         is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
@@ -295,8 +293,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to `end`, exclusive. All of these terms have the same first
- * component. */
+/* Adds the sum of the terms in [t, end), which must have the same first component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -306,8 +303,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
-/* Writes the event function g as a power series in tau. Terms with the same first component share a
- * single product. */
+/* Expands an event function in powers of the scaled time tau. Terms with a common first component
+ * are combined into a single product. */
 static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;
@@ -325,8 +322,8 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Writes the leading Taylor coefficients of g at the end of the step, where the next step
- * begins. */
+/* Expands an event function to order zero, or an extremum event to order one, about the end of a
+ * step. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
 {
@@ -371,8 +368,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (p->held != 0.0 && is_stop(e)) {
-        /* While friction prevents the top from spinning, its spin is 0. The value stored here has
-         * the opposite sign to the spin before the stop, so that the stop is found as an event. */
+        /* While the top is held by friction, its spin is zero. The value stored here has the
+         * opposite sign to the spin before the stop, so that the stop is found as an event. */
         c[0] = -p->held * term_factor(top, p->rate, e->terms);
         return 0;
     }

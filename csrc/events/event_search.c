@@ -1,13 +1,13 @@
-/* Functions that advance a top from event to event. Each step is first computed as if there were no
- * events, and then searched for events. Events therefore never change the path. Each event stores
- * the next sign change of its function within the last step. Once the top has passed this sign
- * change, the search resumes from there. */
+/* Functions that advance a top from event to event. Each step is first computed without regard to
+ * events, and then searched for events. Events therefore never change the path. For each event, the
+ * next sign change of its function in the last step is stored. Once the top has passed a stored
+ * sign change, the search resumes from there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
-/* Converts `clock`, a time within the last step in internal units, to the user's time. If rounding
- * places the result outside the step, returns the adjacent double inside it, if there is one. */
+/* Converts a time within the last step from internal units to the user's units. If rounding moves
+ * the result out of the step, an adjacent double inside the step is returned, if any. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -20,7 +20,7 @@ static double user_time_in_step(const kr_top *top, double clock)
                : t;
 }
 
-/* Returns 1 if the sign changes of this sum of terms can be found along the motion of this top. */
+/* Returns 1 if the sign changes of an event function can be found along the motion of `top`. */
 static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -36,7 +36,7 @@ static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, s
     const double size = kr_terms_bound(top, piece, n, terms);
     return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
 }
-/* Returns 1 if all `events` can be found along the motion of this top. */
+/* Returns 1 if all `events` can be found along the motion of `top`. */
 static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
 {
     for (size_t i = 0; i < n; i++) {
@@ -62,8 +62,8 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change of an event function in the last step, after the position own->mark.
- * Sets own->sign to 0 if there is no further sign change. */
+/* Finds the next sign change of an event function within the last step. If there is no further sign
+ * change, sets own->sign to 0. */
 static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
                                   const kr_event *event, kr_event_search *own)
 {
@@ -86,8 +86,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. The search starts from the sign at the end of the previous step, unless that step
- * was not searched or ended with an event. */
+ * been searched. The initial sign is carried over from the previous step if that step was fully
+ * searched. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {
@@ -102,7 +102,7 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
     find_next_sign_change(top, piece, event, own);
 }
 /* Returns the earliest event in the last step at or after the current time of the top, or NULL.
- * Writes the search state of this event to `found`. */
+ * If there is an event, writes its search state to `found`. */
 static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece,
                                kr_event_search *found)
 {
@@ -128,7 +128,7 @@ static int is_condition_true(const kr_top *top, const kr_event *event)
            kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
 }
 /* Advances to the next event in the last step, but not beyond the time t. Sets hit->index to -1 if
- * there is no such event. */
+ * there is no event. */
 static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);

@@ -1,12 +1,12 @@
 /* Search for all sign changes of a polynomial on an interval. The coefficients of a polynomial in
  * the Bernstein basis bound its values, and their differences bound its slope. If all coefficients
  * on an interval have the same sign, there is no root in the interval. If all differences have the
- * same sign, there is no extremum in the interval. Any other interval is bisected (de Casteljau;
- * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. The sign of a value
- * is definite only if its magnitude exceeds the rounding noise. If the polynomial stays below the
- * noise level between two roots, they are treated as a double root, and no sign change is reported.
- * A root at the boundary of two steps is found exactly once, because the last sign is carried over
- * to the next step. */
+ * same sign, there is no extremum in the interval. Undecided intervals are bisected (de Casteljau;
+ * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. A sign is considered
+ * certain only if the magnitude of the value exceeds the rounding noise. Two roots between which
+ * the polynomial stays below the noise are treated as a double root without a sign change. A root
+ * at the boundary between two steps is found exactly once, because the last sign is passed on to
+ * the next step. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -36,8 +36,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     return p;
 }
 /* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
- * leave the interval, the interval is bisected instead. The polynomial has the sign r->side at
- * `low`. */
+ * leave the interval, the interval is bisected instead. Returns `low` if the polynomial does not
+ * have the sign r->side there. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -54,8 +54,7 @@ static double refine(const kr_sign_search *r, double low, double high)
     }
     return s;
 }
-/* Records the sign of the value p at s, and returns 1 if the sign has definitely changed since
- * position r->mark. */
+/* Records the sign of the value p at s, and returns 1 if the sign has changed. */
 static int note_sign(kr_sign_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
@@ -65,8 +64,8 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the value at the end of the interval shows whether the sign changes within the
- * interval. This is the case if the polynomial has constant sign, is monotonic, or is zero up to
+/* Returns 1 if the sign at the end of an interval determines whether there is a sign change inside.
+ * The end value suffices if the polynomial has constant sign, is monotonic, or is zero up to
  * rounding noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
@@ -105,7 +104,7 @@ static search_outcome search_interval(kr_sign_search *r, double *b, double low, 
     const search_outcome first = search_interval(r, left, low, middle);
     return first == NO_ROOT ? search_interval(r, b, middle, high) : first;
 }
-/* Searches [0, 1] for a sign change of the polynomial truncated to r->used + 1 terms. */
+/* Searches [0, 1] for a sign change of the truncated polynomial. */
 static search_outcome search_polynomial(kr_sign_search *r)
 {
     const int n = r->used;
@@ -118,9 +117,9 @@ static search_outcome search_polynomial(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Truncates the polynomial as long as the omitted terms contribute negligibly to its slope. The
- * truncation error is at most the sum of the magnitudes of the omitted terms. If the search of the
- * truncated polynomial is inconclusive, it is repeated with all terms. */
+/* Omits high-order terms that contribute negligibly to the slope of the polynomial. The truncation
+ * error is at most the sum of the magnitudes of the omitted terms. An inconclusive search is
+ * repeated with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

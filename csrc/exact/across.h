@@ -1,8 +1,9 @@
 /* Conversion of a scene to the axes and units used by the closed-form solutions of Kowalewski and
- * Goryachev-Chaplygin tops. The bodies of these tops have two equal principal moments of inertia.
- * The distinct axis is the principal axis of the third moment, and the centre of mass lies in the
- * plane perpendicular to it. Axis 3 of the closed-form solution is the distinct axis. Axis 1 points
- * along the centre of mass, times `side` and the sign of gravity. The units are such that mass *
+ * Goryachev-Chaplygin tops. Kowalewski and Goryachev-Chaplygin tops have two equal principal
+ * moments of inertia. The principal axis whose moment differs from the two equal ones is called the
+ * distinct axis. The centre of mass lies in the plane perpendicular to the distinct axis. Axis 3 of
+ * the closed-form solution is the distinct principal axis. Axis 1 passes through the centre of
+ * mass; its direction depends on `side` and on the sign of gravity. The units are such that mass *
  * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */
@@ -12,13 +13,13 @@
 #include "single.h"
 #include "torus.h"
 
-/* The distinct axis of a body, and the direction and distance of its centre of mass. */
+/* The distinct principal axis of a body, and the position of its centre of mass. */
 typedef struct across_body {
     int distinct;
     double com[2];  /* components along the two other axes, divided by a power of two */
     dd reach, c, s; /* |com| divided by this power; axis 1 in the plane of these axes */
 } across_body;
-/* The conversion from the axes and units of the closed-form solution back to those of the scene. */
+/* The conversion of a closed-form solution back to the axes and units of the scene. */
 typedef struct across_way {
     dd time;                       /* unit of time divided by `units.time`, a power of two */
     double momentum, own_momentum; /* unit of momentum: in the user's units, in units of `units` */
@@ -57,8 +58,7 @@ static kr_quat turn_about_third(double c, double s)
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Computes the components of q* v q along the axes of the closed-form solution, which are rotated
- * about the distinct axis. */
+/* Transforms the vector v from the space frame to the axes of the closed-form solution. */
 static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, dd out[3])
 {
     dd r[3];
@@ -68,7 +68,7 @@ static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, d
     out[2] = r[2];
 }
 /* Converts a validated scene to the axes and units of the closed-form solution. The unit of the
- * moments is `factor`, a power of two, times the moment about the distinct axis. */
+ * moments of inertia is the moment about axis 3 times `factor`, a power of two. */
 static kr_status read_across(const kr_scene *scene, double side, double factor, across_start *start,
                              across_way *way)
 {
@@ -103,15 +103,14 @@ static kr_status read_across(const kr_scene *scene, double side, double factor, 
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Initializes a plan in the axes and units of the closed-form solution, with initial time zero. */
 static void begin_torus(kr_torus *torus)
 {
     memset(torus, 0, sizeof *torus);
     torus->momentum = 1.0;
     torus->frame = q_one();
 }
-/* Converts a plan to the user's units and the frame of description. If `own` is nonzero, converts
- * the plan to internal units and working axes instead, with initial time 0. */
+/* Converts a solution to the user's units and axes, or to internal units and working axes if `own`
+ * is nonzero. */
 static void torus_to_user(kr_torus *torus, const across_way *way, double start, int own)
 {
     const double unit = own ? 1.0 : way->units.time;
@@ -125,8 +124,8 @@ static void torus_to_user(kr_torus *torus, const across_way *way, double start, 
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Returns KR_OK if the scene describes an undamped top of this kind under gravity, else
- * KR_ERR_METHOD. Returns a different error code if the scene is invalid. */
+/* Returns KR_OK if the scene describes an undamped top of the given kind under gravity, or an error
+ * code otherwise. */
 static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
 {
     const kr_status status = kr_scene_check(scene);
@@ -137,8 +136,8 @@ static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
                : KR_OK;
 }
 /* Returns the largest relative deviation of a body from the conditions for the closed-form
- * solution. The two equal moments should be `ratio` times the third. The centre of mass should lie
- * in the plane perpendicular to the third axis. */
+ * solution. Two of the principal moments must equal `ratio` times the third one. The centre of mass
+ * must lie in the plane perpendicular to the third axis. */
 static double mismatch_of(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia, c = body->com;

@@ -1,14 +1,14 @@
-/* Evaluates a closed-form solution at many times, in blocks whose loops compilers can vectorize.
- * This file is compiled once for each instruction set, with loop vectorization and with options
- * such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
+/* Evaluates a closed-form solution at many times, processing blocks of times in vectorizable loops.
+ * This file is compiled once for each instruction set. CMakeLists.txt enables loop vectorization
+ * and sets flags such as -DKR_ISA=avx2 -mavx2 -mfma. */
 #include "dispatch.h"
 #include "single.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
 
-/* The states of a block, with a separate array for each component. The block size is chosen such
- * that a block fits into the first-level cache. */
+/* The states at a block of times, stored as one array per component. A block fits into the
+ * first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -29,7 +29,7 @@ INLINE void frame(const kr_exact_form *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Transposes the eight arrays of a block and writes them as states. */
+/* Converts a block of arrays to an array of states. */
 INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
@@ -38,8 +38,8 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` bypasses the cache. If the states do not fit in the cache, bypassing it is faster,
- * because ordinary stores first read each cache line. */
+/* `stream` bypasses the cache. Bypassing the cache is faster for large arrays, because ordinary
+ * stores first read each cache line. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
 static int is_stream(size_t n, const kr_state out[])
@@ -80,8 +80,9 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 1, b, n);
     if (e.framed != 0.0) frame(&e, b, n);
 }
-/* Recomputes the states at times beyond the range of the kernel. Most blocks contain no such times.
- * A branch-free loop first checks whether there are any in the block. */
+/* Replaces the states for times that are too late for the vectorized code. The function
+ * state_beyond computes the new states. Because late times are rare, a branch-free loop first
+ * checks whether a block contains any. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,7 +1,7 @@
-/* Set-up of closed-form solutions for many tops at once. Heavy tops are processed in vector lanes;
- * the results are bitwise identical to those for a single top (lane_types.h). All other tops are
- * processed one by one: free bodies, tops at rest in a vertical position, and invalid scenes. This
- * file is compiled once for each instruction set. */
+/* Set-up of closed-form solutions for many tops at once. Each vector lane processes one heavy top,
+ * and its results are bitwise identical to those of the scalar code (lane_types.h). Other tops,
+ * such as torque-free bodies and vertical tops at rest, are processed one by one. This file is
+ * compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
@@ -9,10 +9,9 @@
 #include "math/exponent.h"
 
 /* If more than FEW_TIMES times are requested, the states of each top are evaluated separately.
- * GROUPS is the number of vectors of tops that are set up together. */
+ * GROUPS is the number of vectors that are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles in a closed-form solution without its frame. In kr_exact_form, they are
- * followed by the frame. */
+/* Number of doubles in a kr_exact_form before the members `framed` and `frame`. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));
 
@@ -34,8 +33,7 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* Indices of the inputs of a lane: moments, attitude, momentum, body axes, working axes, components
- * of weight * com, units, and initial time. */
+/* Indices of the numbers that describe a top in the queue. */
 enum {
     INERTIA,
     ATTITUDE = 3,
@@ -50,7 +48,7 @@ enum {
     BEGIN,
     NUMBERS
 };
-/* A queue of tops, which are set up together once GROUPS vectors are full. */
+/* A queue collects tops until their closed-form solutions can be computed together. */
 typedef struct batch_queue {
     int count, turned[2]; /* number of tops; 1 if any rotation at AXES, AXES + 4 is needed */
     size_t index[MANY];
@@ -81,8 +79,8 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the frame (frame.h) for a top with this body. If `below` is nonzero, the closed-form
- * solution describes the top with up and down interchanged. Returns 0 if no frame is needed. */
+/* Writes the transformation to be applied to the attitudes of a body, or returns 0 if none is
+ * needed. If `below` is nonzero, the solution was computed with up and down interchanged. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -99,7 +97,7 @@ static void put_numbers(double in[][MANY], int to, int from, const double number
 {
     for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
 }
-/* Writes the moments, attitude, momentum and axes of a scene to the next free lane of the queue. */
+/* Appends the body and the initial state of a scene to the queue. */
 static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *known)
 {
     const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
@@ -121,12 +119,12 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Predicts whether the isolated root, which lone_root returns, is u3. The guess uses the cubic in u
- * of this motion,
+/* Predicts whether the largest root of the cubic, u3, is isolated from the other two. The guess
+ * uses the cubic in u of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops with the same prediction are set up together, so that few vectors need both branches of the
- * set-up. The results do not depend on the prediction. `lever` is in internal units; m is in the
- * user's units except for the unit of time. */
+ * Tops with the same predicted branch are grouped, so that most vectors compute only one branch. A
+ * wrong prediction costs time but does not change the results. The unit of the momentum `m` is the
+ * user's unit of inertia divided by the internal unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -136,8 +134,7 @@ static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double 
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Adds a top to the queue selected by guess_lone_root. Returns 0 if the top cannot be processed in
- * lanes. */
+/* Adds a top to one of the queues, or returns 0 if the vectorized code does not apply. */
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {
@@ -148,7 +145,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Larger exponents could give powers of two outside the range of doubles. */
+    /* Exponents beyond 1000 could cause overflow or underflow. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -162,7 +159,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     w->index[w->count++] = index;
     return 1;
 }
-/* The lanes of a group. */
+/* A group of consecutive tops in a queue, one for each vector lane. */
 typedef struct group {
     const batch_queue *all;
     int first; /* index of the group's first top in the queue */
@@ -170,8 +167,8 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Multiplies the attitudes by the axis rotations whose inputs begin at index `axes`. Lanes in which
- * this rotation is the identity remain bitwise unchanged. */
+/* Multiplies the attitudes by rotations, leaving lanes with an identity rotation bitwise
+ * unchanged. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
@@ -188,7 +185,7 @@ INLINE wide drop_tiny_momenta(wide m)
 {
     return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
 }
-/* Returns the tops of a group, converted to working axes and internal units. */
+/* Converts the tops of a group to working axes and internal units. */
 INLINE exact_top read_lanes(group w)
 {
     const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
@@ -208,8 +205,9 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns the mask of the lanes with gravity that lagrange_moving can set up. In these lanes, the
- * axis is sufficiently tilted or moves sufficiently fast that kr_exact_resolves also returns 1. */
+/* Returns a mask of the heavy tops whose tilt or momentum is large enough for the vectorized
+ * set-up. The threshold is stricter than that of kr_exact_resolves, which therefore need not be
+ * called. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -219,13 +217,12 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* The outcome for a group, with one bit per lane. `alone` marks tops that must be set up
- * individually. `refused` marks tops with a rate that exceeds the range of doubles. */
+/* The result of setting up a group, as bit masks with one bit per lane. `alone` marks tops that
+ * must be set up individually. `refused` marks the tops whose rates overflow. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;
 
-/* Prepares a group for lagrange_moving. */
 static void begin_group(group w, setting *s)
 {
     s->top = read_lanes(w);
@@ -236,7 +233,7 @@ static void begin_group(group w, setting *s)
     }
     begin_setting(s);
 }
-/* Converts the closed-form solutions of a group to the user's units, except for their frames. */
+/* Converts the solutions of a group to the user's units. */
 static group_result end_group(group w, setting *s)
 {
     const wide time = in_lanes(w, TIME);
@@ -254,17 +251,19 @@ static group_result end_group(group w, setting *s)
     return r;
 }
 
-/* A request, and the functions that process individual tops. */
+/* A request for many tops, and the scalar functions for tops that must be processed
+ * individually. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;
 } batch_job;
-/* The closed-form solutions of a group, as doubles. */
+/* The closed-form solutions of a group, as an array of doubles. */
 typedef struct forms {
     double form[FORM][LANES];
 } forms;
 
-/* Writes the closed-form solution of a lane. `place` is the index of the top in the queue. */
+/* Extracts the closed-form solution of a single top from those of its group. The argument `place`
+ * is the index of this top in the queue. */
 static void put_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
 {
     const int lane = place % LANES;
@@ -281,7 +280,7 @@ static const double *times_of(const kr_exact_request *request, size_t index)
 {
     return request->own_times ? request->t + index * request->times : request->t;
 }
-/* Returns the state of each lane at its own time, before the frame is applied. */
+/* Returns the states of a group of tops, each at its own time. */
 static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
@@ -294,7 +293,7 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     }
     return r;
 }
-/* Writes the k-th states of the lanes whose bits in `good` are set. */
+/* Writes the k-th state of each top whose bit in `good` is set. */
 static void read_states(const batch_job *j, group g, const exact_lanes *exact, unsigned good,
                         size_t k)
 {
@@ -336,7 +335,7 @@ static void plan_scalar(const batch_job *j, size_t index)
         KR_NAME(kr_exact_evaluate)(&one, request->times, times_of(request, index),
                                    request->states + index * request->times);
 }
-/* Writes the closed-form solutions and states of the lanes whose bits in `good` are set. */
+/* Writes the closed-form solution and the states of each top whose bit in `good` is set. */
 static void write_group(const batch_job *j, group g, const exact_lanes *exact, unsigned good)
 {
     const kr_exact_request *request = j->request;
@@ -354,7 +353,7 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
     }
     for (size_t k = 0; k < request->times && !many; k++) read_states(j, g, exact, good, k);
 }
-/* Completes the set-up of a group, and writes the results. */
+/* Converts the results of a group to the user's units, and writes them. */
 static void finish_group(const batch_job *j, group g, setting *s)
 {
     const group_result b = end_group(g, s);
@@ -366,7 +365,7 @@ static void finish_group(const batch_job *j, group g, setting *s)
     }
     write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
-/* Computes all queued tops. Unused lanes repeat the first top. */
+/* Computes all queued tops. Unused lanes are filled with copies of the first top. */
 APART void flush(const batch_job *j, batch_queue *w)
 {
     setting s[GROUPS];

@@ -1,14 +1,13 @@
-/* The closed-form solution for a scene: set-up, states at individual times, and turning points.
- * This file is compiled once for each instruction set, because double-double products are three
- * times faster with fused multiply-add. */
+/* Set-up, states and turning points of the closed-form solution for a single scene. This file is
+ * compiled once for each instruction set, because double-double products are three times faster
+ * with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"
 #include "scaling.h"
 
-/* Returns the closed-form solution for a Lagrange top, in internal units. A rotor along the
- * symmetry axis only adds a constant rate to the rotation about this axis. `half_turn` is half of
- * this rate. */
+/* Returns the closed-form solution for a Lagrange top, in internal units. `half_turn` is half the
+ * rate that a rotor adds to the rotation about the symmetry axis. */
 static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
@@ -32,8 +31,8 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
     }
     return s.exact;
 }
-/* Sets up the closed-form solution for a user's scene. If `own` is nonzero, the solution remains in
- * working axes and internal units, with initial time zero. */
+/* Computes the closed-form solution for a scene. If `own` is nonzero, the solution is in working
+ * axes and internal units. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
 {
     described_top top;
@@ -47,7 +46,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     kr_exact_form made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own, top.half_turn)
                                                  : lagrange_closed_form(&top.own, top.half_turn);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
-    /* If the moments are extreme, rates may exceed the range of doubles. */
+    /* Extreme moments of inertia may cause the rates to overflow. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     memcpy(exact, &made, sizeof made);
     return KR_OK;
@@ -73,7 +72,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
     kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
-    /* The momentum of the rotor is parallel or antiparallel to that of the spin. */
+    /* The apex lies on the positive or negative third working axis. */
     r.critical_spin += (behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);

@@ -1,5 +1,5 @@
-/* Complex numbers of doubles (cx_) and of double-doubles (cdd_), passed by value. C's complex types
- * are not used, because not every C compiler supports them. Square roots are principal values, with
+/* Complex arithmetic in double (cx_) and double-double (cdd_) precision. C's complex types are not
+ * used, because not every C compiler supports them. Square roots are principal values, with
  * nonnegative real part. */
 #ifndef KR_EXACT_COMPLEX_H
 #define KR_EXACT_COMPLEX_H

@@ -1,8 +1,8 @@
-/* Even periodic functions of an angle, sampled at equal intervals. The header provides a table of
- * cosines in double-double, and the sine series of the integral of a sampled function. For such
- * functions, averages by the trapezoidal rule converge exponentially.
+/* Even periodic functions of an angle, sampled at equal intervals. This header provides a table of
+ * cosines in double-double precision and functions that integrate samples. The trapezoidal rule
+ * converges exponentially for analytic periodic functions.
  *
- * This header is compiled once for each instruction set. The files that include it define GRID, the
+ * This header is compiled once for each instruction set. The including file must define GRID, the
  * largest number of intervals between 0 and pi. */
 #ifndef KR_EXACT_COSINES_H
 #define KR_EXACT_COSINES_H
@@ -10,7 +10,7 @@
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The values cos(pi * i / GRID). Only the values at multiples of `stride` have been computed. */
+/* The values cos(pi * i / GRID). Only the entries at multiples of `stride` have been computed. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];
@@ -34,16 +34,16 @@ static void refine_cosines(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
-/* Subtracts the average from an even function, and computes the sine series of the integral of the
- * difference. `v` holds the samples of the function at n + 1 angles from 0 to pi. */
+/* Computes the sine series of the integral of an even function minus its average. The array `v`
+ * contains samples of the function at n + 1 angles from 0 to pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;
     for (int k = 1; k < n; k++) {
         const double sign = k % 2 ? -1.0 : 1.0;
         double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
-        /* The cosines of two angles with the sum pi differ at most in sign. The loop ends at pi/2,
-         * an angle that has no such partner. */
+        /* The values cos(k x) and cos(k (pi - x)) differ at most in sign. The loop ends at pi/2, an
+         * angle that has no such partner. */
         for (int i = 1, at = k; i <= n / 2; i++) {
             const double pair =
                 2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;

@@ -18,8 +18,8 @@ const kr_exact_isa *kr_exact_isa_at(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns the widest instruction set in the table that this processor supports. The last entry runs
- * on every processor. */
+/* Returns the widest instruction set that this processor supports. The last instruction set in the
+ * table runs on every processor. */
 static const kr_exact_isa *widest_isa(void)
 {
     int i = 0;
@@ -43,7 +43,7 @@ void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[],
     }
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(form, t[i]);
 }
-/* Returns the members of the user's closed-form solution. For the aliasing rules, see layout.h. */
+/* The aliasing rules described in layout.h permit the cast from kr_exact to kr_exact_form. */
 static const kr_exact_form *form_of(const kr_exact *exact)
 {
     return (const kr_exact_form *)(const void *)exact;
@@ -75,8 +75,8 @@ double kr_turning_potential(const kr_turning *turning, double nutation)
                  across = sum + difference;
     return across * across / (8.0 * r.inertia) + r.axial_energy + r.lever * cos(nutation);
 }
-/* States of the Bobenko-Suris map are evaluated one at a time, so vectors wider than those of AVX2
- * would bring no gain. */
+/* The Bobenko-Suris map is evaluated one state at a time, so AVX-512 would not be faster than
+ * AVX2. */
 static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_WITH_AVX2
@@ -109,7 +109,7 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
 }
-/* Processes a request without using batches. */
+/* Processes a request one top at a time. */
 static void run_singly(const kr_exact_scalar *one, const kr_exact_request *request)
 {
     for (size_t i = 0; i < request->n; i++) {

@@ -1,21 +1,20 @@
 /* Set-up of the closed-form solution for a torque-free top. Let a (axis 3) be the principal axis
- * around which m circulates in the body frame. The moment of inertia about this axis is the largest
- * or the smallest of the three. The solution uses a frame in which m is along e3 in space and a is
- * along -e3 in the body frame. In this frame u = -a.e3 = c dn(X). The functions alpha and beta are
- * theta1 and theta4 in the square of the nome, with the common rate
+ * around which the angular momentum m circulates in the body frame. The moment of inertia about
+ * axis 3 is the largest or the smallest of the three. In the axes of the solution, the angular
+ * momentum points along e3 and the body axis a along -e3. In this frame u = -a.e3 = c dn(X). The
+ * functions alpha and beta are theta1 and theta4 in the square of the nome, with the common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
- * For small c, an equivalent expression is used (see common_rate). D3 = |2T I3 - m^2| and D1 = |m^2
- * - 2T I1| are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This
- * header is compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+ * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
+ * 1849; Whittaker, Dynamics, 69). This header is compiled once for each instruction set, because
+ * double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
 #include "math/trig.h"
 #include "single.h"
 #include "theta.h"
 
-/* The reordered principal axes: axis 2 has the intermediate moment, and m circulates around axis 3,
- * with M3 >= 0. D1 and D3 are defined at the top of this file. */
+/* The principal axes, reordered so that axis 2 has the intermediate moment and the angular momentum
+ * circulates around axis 3. The component of the angular momentum along axis 3 is nonnegative. */
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3;                          /* D1, D3 */
@@ -25,7 +24,7 @@ typedef struct body_axes {
 } body_axes;
 
 /* Returns the rotation that maps e3 to axis k, and e2 to axis `middle` or its negative. If
- * `reverse` is nonzero, the images of e1 and e3 are reversed. */
+ * `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
 static kr_quat frame_of(int k, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
@@ -40,7 +39,7 @@ static void swap(int *a, int *b)
     *b = t;
 }
 
-/* Returns the reordered axes, given the principal moments and the momentum m in the body frame. */
+/* Reorders the principal axes, given the principal moments and the momentum m in the body frame. */
 static body_axes body_axes_of(const double inertia[3], const dd m[3])
 {
     int low = 0, middle = 1, high = 2;
@@ -80,15 +79,16 @@ static kr_quat rotation_to_e3(kr_vec3 m)
     if (m.z >= 0.0) return q_unit(q4(h, v3(m.y, -m.x, 0.0)));
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
-/* Sets up a motion in which |alpha| and |beta| are constant: rest, rotation about a principal axis,
- * or any motion of a body with two equal moments. Returns 0 for any other motion. If the first two
- * moments are equal, an axial rotor adds a constant rate to the rotation about axis 3. `half_turn`
- * is half of this rate. */
+/* Sets up the solution for a body that rests, rotates about a principal axis, or has two equal
+ * moments of inertia. Returns 0 if the body has three distinct moments and does not rotate about a
+ * principal axis. `half_turn` is half the rate that an axial rotor adds to the rotation about axis
+ * 3. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
-    /* Components below this threshold are treated as zero, because their squares are negligible. */
+    /* Smaller components of the momentum are treated as zero, because their squares are
+     * negligible. */
     const double least = 1e-75 * size.hi;
     const int has_rotor = half_turn.hi != 0.0;
     int k = 2, still = 0;
@@ -109,8 +109,8 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
 }
-/* Returns the common rate of alpha and beta, and writes agm(1, k') to `mean`. `flat` is 1 - c^2.
- * For small c, the sum starts from p0^2 = 1 + c^2 k^2 / flat, which avoids a division by c. */
+/* Returns the rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. `flat` is 1 -
+ * c^2. For small c, the sum starts from p0^2 = 1 + c^2 k^2 / flat, which avoids a division by c. */
 static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -124,9 +124,9 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-/* Sets the theta series of alpha and beta. The imaginary part y of their argument is an incomplete
- * elliptic integral of the first kind. The scale factors of the series follow from its values at
- * the turning heights: `above` is the largest |beta|, and `below` is the largest |alpha|. */
+/* Sets the theta series of alpha and beta. The imaginary part of the argument of both series is an
+ * incomplete elliptic integral of the first kind. The largest values of |beta| (`above`) and
+ * |alpha| (`below`) determine the scale factors of the series. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -153,16 +153,15 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
         theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
     }
 }
-/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite. The
- * threshold is far below the values of these quantities in any motion that set_up_steady_motion
- * does not handle. If k'^2 is below CLOSE, the initial phase may be measured from the intermediate
- * axis. */
+/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite. CLOSE is
+ * the largest k'^2 at which the initial phase may be measured from the intermediate axis. */
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
 
-/* Returns the initial phase [turns]. The functions cn and sn are proportional to M1 and M2. Near
- * the intermediate axis, where sn = +-1, the phase is measured from this axis by sn(K - x) = cn/dn.
- * Otherwise, digits would be lost in the difference of two large times. */
+/* Returns the initial phase [turns]. The elliptic functions cn and sn are proportional to the
+ * momentum components M1 and M2. Near the intermediate axis, where sn = +-1, the phase is measured
+ * from this axis by sn(K - x) = cn/dn. Measured from another axis, the phase would be the
+ * difference of two large numbers. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -221,8 +220,8 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
      * points along -e3. */
     exact->spin = -exact->spin;
 }
-/* Returns the closed-form solution for a torque-free body, in internal units. `half_turn` has the
- * same meaning as in set_up_steady_motion. */
+/* Returns the closed-form solution for a torque-free body, in internal units. `half_turn` is half
+ * the rate that an axial rotor adds to the rotation about axis 3. */
 static kr_exact_form euler_closed_form(const exact_top *top, dd half_turn)
 {
     const double pair = 0.5 * (top->inertia.x + top->inertia.y);

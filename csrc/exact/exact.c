@@ -1,18 +1,19 @@
-/* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops,
- * and for any torque-free body. The method needs no intermediate steps, its error does not grow
- * with time, and it conserves all integrals. A step ends at the requested time. If no time is
- * requested, a step is one period of the nutation, or of the first angle for a motion on a torus.
- * Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange top; Jacobi (1849) for the
- * free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski top; Chaplygin (1901) for the
- * Goryachev-Chaplygin top, except for its heading. */
+/* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops
+ * and for torque-free bodies. The method needs no intermediate steps, its error does not grow with
+ * time, and it conserves all integrals. Each step extends to the next requested time, however far
+ * away that time is. The default step size is the nutation period or, for motions on a torus, the
+ * period of the first torus angle. The solution for Lagrange tops follows Klein and Sommerfeld
+ * (Theorie des Kreisels), and that for free bodies follows Jacobi (1849). The solution for
+ * Kowalewski tops follows Kowalevski (1889) and Koetter (1893). The solution for
+ * Goryachev-Chaplygin tops follows Chaplygin (1901), except for the heading. */
 #include "dispatch.h"
 #include "method.h"
 #include "model/scene.h"
 #include "torus.h"
 
 /* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
- * Goryachev-Chaplygin). The code of these solutions is as large as that of all others together. If
- * KR_NO_TORUS is defined, their code is omitted, and the method does not apply to these tops. */
+ * Goryachev-Chaplygin). Define KR_NO_TORUS to omit these solutions, which account for half of the
+ * code of the method `exact`. */
 static const kr_torus_form *const torus_forms[] = {
 #ifndef KR_NO_TORUS
     &kr_kowalewski_form,
@@ -33,16 +34,15 @@ int kr_exact_resolves(const kr_scene *scene)
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
-/* Returns the table entry for bodies of this kind, or NULL if their motion has no closed-form
- * solution on a torus. */
+/* Returns the table entry for bodies of the given kind, or NULL if there is none. */
 static const kr_torus_form *find_torus_form(kr_kind kind)
 {
     const kr_torus_form *const *form = torus_forms;
     while (*form && (*form)->kind != kind) form++;
     return *form;
 }
-/* Returns the number of doubles that a top needs in addition to its kr_exact_form. The doubles hold
- * the current plan, and a new plan during its set-up. */
+/* Returns the number of doubles that a top needs in addition to its kr_exact_form. The additional
+ * memory holds the current solution, and a new one during its set-up. */
 static size_t torus_doubles(const kr_torus_form *form)
 {
     return (form->plan_size + kr_torus_widest_isa(form)->scalar->memory_size) / sizeof(double);
@@ -60,16 +60,15 @@ size_t kr_exact_extra_doubles(void)
     return most;
 }
 
-/* Returns the kr_exact_form at the beginning of the work array. If `aux` points to a kr_torus_form,
- * states are computed from the plan that follows, and only the period of the kr_exact_form is
- * used. */
+/* Returns the kr_exact_form at the beginning of the work array. For motions on a torus, only the
+ * member `period` is used. */
 static const kr_exact_form *form_of_motion(const kr_motion *motion)
 {
     return (const kr_exact_form *)motion->work;
 }
 static void *plan_of_motion(const kr_motion *motion) { return (kr_exact_form *)motion->work + 1; }
-/* Sets up a new plan in separate memory. If the set-up fails, the old plan remains in use. A
- * tolerance below the bound of the certificate replaces it. */
+/* Sets up a new solution without overwriting the old one, which remains valid if the set-up fails.
+ * The error bound is the smaller of the tolerance and the default bound. */
 static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 {
     char *plan = plan_of_motion(motion), *made = plan + form->plan_size;

@@ -7,7 +7,7 @@
 #include "math/su2.h"
 
 static inline int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
-/* Returns the image of q under the frame f, which is stored as its values at 1, i, j and k. */
+/* Applies the frame f to the attitude q. */
 INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
@@ -22,14 +22,13 @@ static inline void fill_frame(kr_quat frame[4], kr_quat left, kr_quat right)
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
-/* Writes the frame that maps the solution for the top with up and down interchanged to the solution
- * for the top itself. */
+/* Writes the frame q -> -i q, which interchanges up and down. */
 static inline void fill_frame_below(kr_quat frame[4])
 {
     fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Appends to a frame the conversion from working axes to the frame of description. `axes` must not
- * be the identity. If `framed` is 0, no frame has been set, and the identity is used instead. */
+/* Composes a frame with the conversion from working axes to the user's axes. `axes` must not be the
+ * identity. If `framed` is 0, the frame is initialized to the identity. */
 static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
 {
     if (!framed) fill_frame(frame, q_one(), q_one());

@@ -5,22 +5,22 @@
 #include "goryachev_chaplygin_series.h"
 #include "math/trig.h"
 
-/* A plan under construction, with intermediate results of the set-up. */
+/* A closed-form solution and the intermediate results of its set-up. */
 typedef struct chaplygin_memory {
     kr_chaplygin_plan plan;
     chaplygin_curve curve;
     series_work work;
 } chaplygin_memory;
 
-/* A top in the axes and units of goryachev_chaplygin_curve.h: L, e3, and the square roots of |u1|
- * exp(i chi1) and |u2| exp(i chi2). */
+/* The initial state and Chaplygin's variables of a top, in the notation of
+ * goryachev_chaplygin_curve.h. */
 typedef struct chaplygin_top {
     dd L[3], g[3], u[2];
     cdd root[2];
 } chaplygin_top;
 
-/* Sets H and G. If G is negative, rotates the axes by pi about the first axis, which changes the
- * sign of G. Returns 1 if the axes were rotated. */
+/* Sets H and G. Makes G nonnegative by a rotation through pi about the first axis if necessary.
+ * Returns 1 if the axes were rotated, and 0 otherwise. */
 static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
 {
     const dd across = dd_add(dd_square(y->L[0]), dd_square(y->L[1]));
@@ -34,9 +34,9 @@ static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
     }
     return 1;
 }
-/* Computes Chaplygin's variables and the square roots. With A(u) = g1 u - L1 g3/2 and C(u) = -g2 u
- * + L2 g3/2, A + i C = u exp(i chi). The sign of the second square root follows from L1 - i L2 =
- * -2i * product of the two square roots. */
+/* Computes Chaplygin's separation variables u1 and u2, and two complex square roots. With A(u) = g1
+ * u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The sign of the second square
+ * root follows from L1 - i L2 = -2i * product of the two square roots. */
 static void separate(chaplygin_top *y)
 {
     const dd square = dd_times(0.25, dd_add(dd_square(y->L[0]), dd_square(y->L[1]))),
@@ -58,8 +58,7 @@ static void separate(chaplygin_top *y)
     if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
         y->root[1] = cdd_neg(y->root[1]);
 }
-/* Pads all series with zeros to equal length: the series c and s of both angles, and likewise the
- * two series of the time. */
+/* Pads the series of both angles with zeros to equal length. */
 static void equalise_series(kr_angle_series angle[2])
 {
     int parts = 0, times = 0;
@@ -75,9 +74,9 @@ static void equalise_series(kr_angle_series angle[2])
             while (e->count[i] < parts) e->part[i][e->count[i]++] = 0.0;
     }
 }
-/* Returns half the initial angle on an arc [turns], and writes the value of the time series at this
- * angle. Sets the signs of the series c and s. The variable u decreases while x increases from 0 to
- * pi. */
+/* Returns half of the initial angle [turns] that corresponds to the separation variable u. Writes
+ * the periodic part of the time at the initial angle to `time`. Sets the signs of the series
+ * coefficients in `e`. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
                       kr_angle_series *e, double *time)
 {
@@ -96,8 +95,8 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
     return dd_add(turns_of(s, c),
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
-/* Sets the bound on the slip, and the term counts and tolerance for Newton's method. The minimum of
- * dt/d tau is the minimum of |m|, which is the distance between the two arcs. */
+/* Sets the bounds and tolerances of the search for the periodic part of tau. The smallest value of
+ * |m| is the distance between the arcs of u1 and u2. */
 static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
                             kr_chaplygin_plan *plan)
 {
@@ -118,7 +117,7 @@ static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2]
     plan->rounding = 0x1p-53 / rate;
     plan->tolerance = sqrt(0.25 * plan->rounding * (2.0 * least / bend));
 }
-/* Sets the rates of the angles with respect to tau and to t. */
+/* Sets the rates of both angles with respect to tau and to time. */
 static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2], dd rate[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
@@ -132,8 +131,8 @@ static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2],
         plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
     }
 }
-/* Sets the initial slip and the initial mean angles. A mean angle is the true angle minus the slip
- * times the rate. */
+/* Sets the initial mean angles and the initial periodic part of tau. A mean angle grows at a
+ * constant rate with time, unlike the true angle. */
 static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double time[2])
 {
     plan->slip = -(time[0] + time[1]) / plan->mean;
@@ -141,8 +140,8 @@ static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double ti
         phase_start(&plan->torus.turn[j],
                     dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
 }
-/* Returns 1 if, up to rounding errors, the top moves in a plane that contains the third axis or is
- * perpendicular to it. */
+/* Returns 1 if the top swings like a plane pendulum about its second or third axis, up to rounding
+ * errors. */
 static int is_planar(const chaplygin_top *y)
 {
     const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
@@ -150,7 +149,8 @@ static int is_planar(const chaplygin_top *y)
     return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
            v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
 }
-/* Returns the specific reason for refusing a degenerate motion, or `refusal` if there is none. */
+/* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason
+ * applies. */
 static kr_chaplygin_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o,
                                         kr_chaplygin_refusal refusal)
 {
@@ -171,8 +171,9 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     double time[2];
     int M[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_COINCIDENT;
-    /* If G is zero, two branch points coincide; a neighbouring motion is then used instead. The two
-     * motions differ by less than rounding errors, unless the motion is planar and unstable. */
+    /* Two branch points coincide at G = 0, where a motion with a slightly larger G is computed
+     * instead. The two motions differ by less than rounding errors, unless the motion is planar and
+     * unstable. */
     if (o->G.hi < least && is_planar(y)) return KR_CHAPLYGIN_PLANAR;
     if (o->G.hi < least) o->G = dd_of(least);
     const kr_chaplygin_refusal degenerate = find_branch_points(o);
@@ -197,8 +198,7 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     set_start(plan, half, time);
     return fill_heading_rows(plan, w, M, rate, half) ? KR_CHAPLYGIN_PLANNED : KR_CHAPLYGIN_HEADING;
 }
-/* Sets the initial heading from the initial attitude `q`. The frame of the plan has not been set
- * yet. */
+/* Sets the initial heading from the initial attitude `q`. */
 static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 {
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, dd_of(0.0)),
@@ -214,7 +214,7 @@ static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 }
 enum { SERIES_ORDER = 12 };
 
-/* Writes the Taylor coefficients of L and e3 with respect to time. */
+/* Computes the Taylor coefficients of the angular momentum and of e3 in the body frame. */
 static void expand_top(const chaplygin_top *y, dd c[6][SERIES_ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = i < 3 ? y->L[i] : y->g[i - 3];
@@ -242,8 +242,8 @@ static void sum_top(dd c[6][SERIES_ORDER + 1], double span, double out[6])
         out[i] = sum.hi;
     }
 }
-/* Returns the increase of psi during the time `moment`: the integral of L1/|L|^2, by the 5-point
- * Gauss rule. */
+/* Returns the increase of the heading over the time `moment`, computed by 5-point Gauss quadrature
+ * of L1/|L|^2. */
 static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
 {
     static const double place[5] = {0.04691007703066800, 0.23076534494715845, 0.5,
@@ -257,9 +257,9 @@ static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
     }
     return sum;
 }
-/* Returns the largest error of a plan, in internal units. The attitude is checked at the initial
- * time only. The vertical e3, the momentum and the increase of the heading are checked a short time
- * later. */
+/* Returns the largest error of a solution near the initial time, in internal units. The attitude is
+ * checked at the initial time only. The momentum, the vertical and the heading are compared with
+ * Taylor series a short time later. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
 {
@@ -285,17 +285,19 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Returns the error certificate of a plan. The certificate is the maximum of the truncation error,
- * the error of a state near the initial time, and the rounding error of the heading. The rounding
- * error of the heading is that of its mean rate, divided by the rate of one of the angles. The
- * rates of the angles are small if the momentum is small. */
+/* Returns the certificate of a closed-form solution, which is an estimate of its error. The
+ * certificate is the maximum of the truncation error, the error of a state near the initial time,
+ * and the rounding error of the heading. The rounding error of the heading is inversely
+ * proportional to the rate of the slower angle. The rates of the angles are small if the momentum
+ * is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)
 {
     const double rounding = 0x1p-59 / fmin(plan->angle[0].rate, plan->angle[1].rate);
     return fmax(fmax(tail, rounding), miss_of_plan(plan, top, attitude));
 }
-/* Converts the plan to the user's units, or to internal units if `own` is nonzero (across.h). */
+/* Converts the solution to the user's units, or to internal units if `own` is nonzero
+ * (across.h). */
 static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_state *start,
                        int own)
 {
@@ -307,8 +309,8 @@ static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_
     head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->torus.turn[1].fast;
     plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
 }
-/* Converts a validated scene to the axes and units of the closed-form solution. The vertical
- * component of the momentum is set to zero. */
+/* Converts a validated scene to the axes and units of the closed-form solution. Rounding errors in
+ * the vertical momentum, which must be zero, are discarded. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
                                 across_way *way)
 {

@@ -1,11 +1,11 @@
-/* The plan (closed-form solution) of a Goryachev-Chaplygin top with <m, e3> = 0 (torus.h). In terms
- * of the rescaled time tau, d tau = dt/|m|, two angles alpha1 and alpha2 grow at constant rates.
- * The attitude (axes of the closed-form solution -> space) is the product
+/* The closed-form solution of a Goryachev-Chaplygin top without angular momentum about the
+ * vertical. In terms of the rescaled time tau, d tau = dt/|m|, two angles alpha1 and alpha2 grow at
+ * constant rates. The attitude (axes of the closed-form solution -> space) is the product
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|).
- * Here c1 and s1 are cosine or sine series in alpha1, and c2 and s2 are such series in alpha2.
- * Moreover |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). The heading psi is a
- * Fourier series in both angles. The time t is a multiple of tau plus one sine series in each
- * angle. Computing tau from t requires the solution of one equation in one unknown. */
+ * Here c1 and s1 are Fourier series in alpha1, and c2 and s2 are Fourier series in alpha2. Moreover
+ * |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). The heading psi is a Fourier
+ * series in both angles. The time t is a multiple of tau plus one sine series in each angle.
+ * Computing tau from t requires the numerical solution of a scalar equation. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #include "torus.h"
@@ -19,25 +19,25 @@ enum {
     GUESSES = 3 /* steps of Newton's method with the first terms of the series of the time */
 };
 
-/* The series in one angle. The terms are cosines or sines of k times the angle, or of k + 1/2 times
- * the angle, for integers k >= 0. */
+/* The Fourier series in one of the two angles. The terms are cosines or sines of k times the angle,
+ * or of k + 1/2 times the angle, for integers k >= 0. */
 typedef struct kr_angle_series {
     int count[2], times; /* numbers of terms: of c and s, and of the time */
     int is_sine[2], is_whole[2];
     double part[2][ANGLE_TERMS]; /* coefficients of c and s */
-    /* The coefficients of the time series, and these coefficients multiplied by k. */
+    /* Fourier coefficients of the periodic part of t and of its derivative. */
     double time[ANGLE_TERMS], time_rate[ANGLE_TERMS];
     double rate;       /* d angle/d tau */
     double half_turns; /* rate of half of the angle [turns] */
 } kr_angle_series;
-/* The heading terms for one multiple of the first angle. Each pair consists of the cosine and sine
- * coefficients for one multiple of the second angle. The multiples of the second angle start at
- * `from`. */
+/* The terms of the heading series for one multiple of the first angle. Each multiple of the second
+ * angle has a cosine and a sine coefficient. The member `from` is the index of the lowest multiple
+ * stored. */
 typedef struct kr_heading_row {
     int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;
-/* A heading term with a frequency close to zero. In the series, the coefficient of such a term
- * would be very large. The term is therefore integrated over time from the initial time. */
+/* A term of the heading series whose frequency is close to zero. The integral of a slow term is
+ * computed from the initial time, because its Fourier coefficient would be very large. */
 typedef struct kr_slow_term {
     int first, second;          /* multiples of half of each angle */
     double rate, value, over;   /* over = value/rate */
@@ -51,9 +51,9 @@ typedef struct kr_chaplygin_plan {
     kr_angle_series angle[2];
     double tau_rate; /* mean of d tau/dt */
     double mean;     /* mean of |m| over tau */
-    /* The slip is defined as tau - tau_rate * t. The members are its bound, its initial value, its
-     * rounding error, and the tolerance of Newton's method: after a smaller step, only a rounding
-     * error remains. */
+    /* The slip, tau - tau_rate * t, is the periodic part of tau. The members are its bound, its
+     * initial value, its rounding error, and the tolerance of Newton's method: after a smaller
+     * step, only a rounding error remains. */
     double most_slip, slip, rounding, tolerance;
     int guess_terms[GUESSES];
     /* The initial value of psi/2 [turns] in two words, and the initial value of the series for

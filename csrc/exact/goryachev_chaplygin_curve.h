@@ -1,10 +1,10 @@
-/* The curve of a Goryachev-Chaplygin top, its two arcs, and averages over these arcs, in
- * double-double.
+/* The algebraic curve of a Goryachev-Chaplygin top, and averages over its arcs in double-double
+ * precision.
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
- * along sign(gravity) com. Axis 3 is the distinct principal axis (moment 1/4), with the sign that
- * makes G positive. With the momentum L in the body frame, g = e3 in the body frame, and <L, g> =
- * 0,
+ * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
+ * distinct principal axis (moment 1/4), directed such that G is not negative. With the momentum L
+ * in the body frame, g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
@@ -23,7 +23,7 @@
 enum { GRID = 2048 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
-/* Roots 0, 1 and 2 are those of p+, and roots 3, 4 and 5 those of p-. */
+/* The roots of p+ have the indices 0, 1 and 2, and those of p- have the indices 3, 4 and 5. */
 enum { CURVE_ROOTS = 6 };
 
 typedef struct chaplygin_curve {
@@ -46,8 +46,8 @@ typedef struct chaplygin_arc {
 } chaplygin_arc;
 
 /* Finds the roots of 2 u^3 - h u - G/2. The largest root is computed first, by Newton's method from
- * above, where the cubic is convex. Returns the discriminant of the other two roots, divided by the
- * square of the largest root. */
+ * above, where the cubic is convex. Returns the discriminant of the remaining quadratic factor,
+ * divided by four times the square of the largest root. */
 static double find_cubic_roots(dd h, dd G, dd root[3])
 {
     const dd p = dd_half(dd_neg(h)), q = dd_times(-0.25, G);
@@ -86,8 +86,8 @@ static void sort_curve_roots(chaplygin_curve *o)
         o->order[at] = i;
     }
 }
-/* Finds the branch points. Returns KR_CHAPLYGIN_PLANNED, or the reason why the motion is
- * degenerate. */
+/* Finds the branch points. Returns KR_CHAPLYGIN_PLANNED on success, or the reason for refusing a
+ * degenerate motion. */
 static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 {
     const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
@@ -102,9 +102,9 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets up the arc between two adjacent real roots. `low` is the index of the lower root when sorted
- * in ascending order. The scaling is chosen such that the adjacent roots are as far from the arc as
- * possible on the projective real line. */
+/* Sets up the arc between two adjacent real roots. The argument `low` is the index of the lower
+ * root in ascending order. The scale C is chosen to keep the neighbouring roots as far from the arc
+ * as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -122,8 +122,8 @@ static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
         arc->b[i] = dd_sub(to, o->root[i]);
     }
 }
-/* Sets up the arcs on which u1 and u2 move. Returns 1 if the initial values of u1 and u2 lie on
- * these arcs. */
+/* Sets up the arcs on which Chaplygin's variables u1 and u2 move. Returns 0 if the initial value of
+ * u1 or u2 lies outside its arc. */
 static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2])
 {
     const int lower = o->real == 4 || u2.hi < 0.5 * (ordered_root(o, 1).hi + ordered_root(o, 2).hi);
@@ -153,8 +153,9 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     *size = dd_abs(dd_div(mix(arc->A, s, arc->B, c), D));
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
-/* Writes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), the square roots of |p+|/2 and |p-|/2. s and c
- * are the sine and cosine of x/2. Both square roots are positive for 0 < x < pi. */
+/* Computes the square roots of |p+|/2 and |p-|/2, which are sqrt|u| cos(chi/2) and sqrt|u|
+ * sin(chi/2). The arguments s and c are the sine and cosine of x/2. Both square roots are positive
+ * for 0 < x < pi. */
 static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
                        double out[2])
 {
@@ -177,7 +178,7 @@ static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, doubl
         out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
     }
 }
-/* Samples of the integrands on an arc, and their sums. */
+/* Samples of both integrands on an arc, and their weighted sums. */
 typedef struct arc_samples {
     dd v[2][GRID + 1]; /* P and |u| P */
     dd sum[2];
@@ -194,9 +195,9 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
     for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
 }
 /* Computes the averages of the integrands over an arc. The number of intervals is doubled until no
- * average changes by more than the rounding error of a double. The relative error of the last
- * average is then about the square of this change. Returns 0 if GRID intervals are not
- * sufficient. */
+ * average changes by more than the rounding error of a double. Convergence is exponential, so the
+ * error of the last average is about the square of its last change. Returns 0 if the averages do
+ * not converge with GRID intervals. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {
@@ -223,7 +224,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     }
     return 0;
 }
-/* Returns the value of one sine series of an arc. `which` is the index of this series. */
+/* Evaluates one of the two sine series of an arc, selected by `which`. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     double one = 0.0, two = 0.0;

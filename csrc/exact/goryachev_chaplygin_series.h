@@ -1,14 +1,12 @@
-/* The Fourier series for a Goryachev-Chaplygin top: series in each angle, and the two-angle series
- * of the heading. The angles grow at constant rates with respect to tau. Functions of an angle are
- * sampled at the multiples of pi/M between 0 and pi. Each function is even or odd about 0, and even
- * or odd about pi. Each series therefore contains only sines or only cosines, either of k or of k +
- * 1/2 times the angle.
+/* Set-up of the Fourier series for a Goryachev-Chaplygin top. Both angles grow at constant rates
+ * with respect to the rescaled time tau. Functions of an angle are sampled at the multiples of pi/M
+ * between 0 and pi. Each function is even or odd about 0, and even or odd about pi. Each series
+ * therefore contains only sines or only cosines, either of k or of k + 1/2 times the angle.
  *
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integrating a
- * term divides it by its frequency, a sum or difference of multiples of the two rates. If the
- * quotient would be large, the term is instead integrated from the initial time (kr_slow_term). For
- * each radian of the heading, the error of this integral grows by one rounding error of the
- * coefficient. This growth is smaller than the effect of rounding the initial state.
+ * term divides it by its frequency, a sum or difference of multiples of the two rates. Terms with a
+ * frequency close to zero are integrated from the initial time (kr_slow_term). The error of a slow
+ * term grows linearly with time, but more slowly than the effect of rounding the initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -17,7 +15,8 @@
 #include "goryachev_chaplygin_state.h"
 
 enum { LEAST_POINTS = 16, MOST_POINTS = 1024, LARGE_TERM = 4 };
-/* Largest number of samples of the rate of the heading: 512 by 512 intervals, or 256 by 1024. */
+/* The largest number of samples of the heading rate, enough for 256 by 1024 or 512 by 512
+ * intervals. */
 enum { GRID_SAMPLES = (MOST_POINTS / 4 + 1) * (MOST_POINTS + 1) };
 
 /* Intermediate results of setting up the series. */
@@ -39,7 +38,7 @@ static double wave_at(const cosine_table *t, int M, int is_sine, int order, int 
               up = at <= 2 * M ? at : 4 * M - at;
     return t->c[up * (GRID / (2 * M))].hi;
 }
-/* Returns exp(-i pi at/2M), using the table. */
+/* Looks up exp(-i pi j/2M) in the table, where j is the argument `at`. */
 static cx unit_at(const cosine_table *t, int M, int at)
 {
     return cx_of(wave_at(t, M, 0, 1, at), -wave_at(t, M, 1, 1, at));
@@ -67,10 +66,9 @@ static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
             }
         }
 }
-/* Replaces M + 1 samples, spaced by `stride` in memory, by their Fourier coefficients. Coefficient
- * k belongs to k times the angle, or to k + 1/2 times the angle if `is_whole` is 0. In the latter
- * case a transform of M numbers suffices, because number 2 M - 1 - k is the complex conjugate of
- * number k. */
+/* Replaces M + 1 samples, stored at intervals of `stride`, with their Fourier coefficients. Term k
+ * contains the sine or cosine of k times the angle, or of k + 1/2 times the angle if `is_whole` is
+ * 0. If `is_whole` is 0, symmetry halves the length of the discrete Fourier transform. */
 static void transform(series_work *w, int M, int is_sine, int is_whole, int stride, double v[])
 {
     cx *const f = w->fourier;
@@ -88,8 +86,7 @@ static void transform(series_work *w, int M, int is_sine, int is_whole, int stri
     }
     v[M * stride] = 0.0;
 }
-/* Returns the largest magnitude in the last quarter of the coefficients, relative to the largest of
- * all. */
+/* Estimates the relative truncation error from the last quarter of the coefficients. */
 static double tail_of(const double v[], int M)
 {
     double most = 0.0, last = 0.0;
@@ -100,8 +97,8 @@ static double tail_of(const double v[], int M)
     return last / most;
 }
 /* Returns the number of coefficients up to the last significant one, rounded up to an even number.
- * A coefficient is significant if it is not negligible relative to the largest one or to `scale`.
- * Most of the omitted coefficients are merely rounding errors of the transform. M is even. */
+ * A coefficient is significant if it is not negligible relative to the largest one or to `scale`. M
+ * is even. */
 static int count_terms(const double v[], int M, double scale)
 {
     int count = M;
@@ -110,8 +107,8 @@ static int count_terms(const double v[], int M, double scale)
     while (count > 1 && !(fabs(v[count - 1]) > 0x1p-53 * most)) count--;
     return count + count % 2;
 }
-/* Solves for the value of x in [0, pi] at which the angle variable of the arc equals alpha, by
- * bracketed Newton iteration. Writes the sine and cosine of x/2. */
+/* Uses bracketed Newton iteration to find the x in [0, pi] that corresponds to the angle alpha.
+ * Writes the sine and cosine of x/2. */
 static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, double alpha,
                           double *s, double *c)
 {
@@ -134,14 +131,13 @@ static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, do
     }
     sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
 }
-/* Returns the integral over tau of |u| minus its mean, given the sine and cosine of the arc's
- * variable x. */
+/* Returns the periodic part of the integral of |u| over tau, given the sine and cosine of x. */
 static double arc_time(const chaplygin_arc *arc, double sine, double cosine)
 {
     return sum_arc_sines(arc, 1, sine, cosine) -
            arc->q.hi / arc->p.hi * sum_arc_sines(arc, 0, sine, cosine);
 }
-/* Sets up the series in one angle. Returns 0 if a series has too many terms. */
+/* Computes the Fourier series in one of the angles. Returns 0 if a series converges too slowly. */
 static int make_angle_series(const chaplygin_curve *o, series_work *w, const chaplygin_arc *arc,
                              kr_angle_series *e)
 {
@@ -173,7 +169,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
             e->count[k] = count_terms(w->row[k], M, 0.0);
             memcpy(e->part[k], w->row[k], sizeof(double) * (size_t)e->count[k]);
         }
-        /* On average, time advances by q per radian of the angle. */
+        /* The mean increase of time per radian of the angle is q. */
         e->times = count_terms(w->row[2], M, arc->q.hi);
         for (int k = 0; k < e->times; k++) {
             e->time[k] = w->row[2][k];
@@ -199,9 +195,9 @@ static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
             w->part[j][0][i] * w->part[j][0][i] + w->part[j][1][i] * w->part[j][1][i];
     }
 }
-/* Computes the Fourier coefficients of the rate of the heading on a grid. Grid 0 receives the
- * coefficients that multiply sines of the first angle, and grid 1 those that multiply cosines. Each
- * row of a grid corresponds to a multiple of the first angle, and each column to a multiple of the
+/* Computes the two-dimensional Fourier coefficients of the heading rate. The first grid holds the
+ * coefficients of sines of the first angle, and the second grid those of cosines. Each row of a
+ * grid corresponds to a multiple of the first angle, and each column to a multiple of the
  * second. */
 static void transform_heading(series_work *w, const kr_angle_series angle[2], const int M[2])
 {
@@ -219,8 +215,8 @@ static void transform_heading(series_work *w, const kr_angle_series angle[2], co
         for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
     }
 }
-/* Computes the largest magnitude in the last eighth of the coefficients along each axis, relative
- * to the overall maximum. */
+/* Estimates the relative truncation error in each of the two angles from the last eighth of the
+ * coefficients. */
 static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
 {
     double most = 0.0, last[2] = {0.0, 0.0};
@@ -240,7 +236,7 @@ static int has_room(const int M[2], int j)
     return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
 }
 /* Refines the grid until the last coefficients are at rounding level, or memory is exhausted.
- * Returns the relative magnitude of the last coefficients of the refined grid. */
+ * Returns an estimate of the relative truncation error. */
 static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
 {
     double tail[2];
@@ -258,9 +254,8 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* The two heading terms for a given pair of multiples of the angles. Their frequencies are the sum
- * and the difference of the multiples of the rates. A term is `value` times a cosine or sine.
- * Integration divides a term by `rate`. */
+/* Amplitudes and frequencies of a pair of terms of the heading rate. The two frequencies are a
+ * multiple of the first angle's rate plus or minus a multiple of the second's. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;
@@ -286,8 +281,8 @@ static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const
     n->sine = s;
     return 1;
 }
-/* Computes the cosine and sine coefficients for one multiple of the second angle. Returns 0 if the
- * array of slow terms is full. */
+/* Integrates a pair of terms, and writes the cosine and sine coefficients. Returns 0 if the array
+ * of slow terms is full. */
 static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const int order[2],
                      const dd half[2], double out[2])
 {
@@ -305,8 +300,8 @@ static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const in
     out[1] = d[0] - d[1];
     return 1;
 }
-/* Writes the rows of the heading. `half` contains half of each initial angle, in turns. Returns 0
- * if there are too many terms. */
+/* Integrates the heading rate, and writes the terms of the heading series. The array `half`
+ * contains half of each initial angle [turns]. Returns 0 if the series has too many terms. */
 static int fill_heading_rows(kr_chaplygin_plan *plan, const series_work *w, const int M[2],
                              const dd rate[2], const dd half[2])
 {

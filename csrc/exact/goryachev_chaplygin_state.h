@@ -1,5 +1,6 @@
-/* Evaluates the plan of a Goryachev-Chaplygin top at time t. The same kernel evaluates either a
- * single time or one time per lane. The results in both cases are bitwise equal.
+/* State of a Goryachev-Chaplygin top at time t, computed from its closed-form solution. The code
+ * computes the state at a single time, or at a different time in each vector lane. Single and
+ * vectorized evaluations give bitwise equal results.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
@@ -7,8 +8,8 @@
 #include "goryachev_chaplygin.h"
 #include "torus_state.h"
 
-/* Half an angle [turns], and arrays of cosines and sines. Element i corresponds to i/2 times the
- * angle. */
+/* Half of an angle [turns], and the cosines and sines of its multiples. Element i of `c` or `s` is
+ * the cosine or sine of i/2 times the angle. */
 typedef struct angle_lanes {
     dd half;
     wide c[5], s[5];
@@ -33,9 +34,9 @@ INLINE angle_lanes angle_of(dd half)
     fill_angle(&a);
     return a;
 }
-/* Clenshaw's recurrence for a single series, with separate sums for even and odd indices. Each of
- * the two recurrences steps by twice the angle, and therefore needs half as many steps. The members
- * hold the two most recent values of each recurrence. */
+/* Clenshaw's recurrence for a single series, with separate sums for even and odd indices. Splitting
+ * the series halves the number of dependent steps. The members hold the two most recent values of
+ * each recurrence. */
 typedef struct clenshaw_sum {
     wide last[2], before[2];
 } clenshaw_sum;
@@ -55,7 +56,7 @@ INLINE void step_sum(clenshaw_sum *p, wide twice, const double term[2])
         p->last[i] = now;
     }
 }
-/* Returns the sum of the terms with cosines or sines of k + shift/2 times the angle. */
+/* Evaluates a series of cosines or sines of k + shift/2 times the angle. */
 INLINE wide finish_sum(const clenshaw_sum *p, int is_sine, int shift, const angle_lanes *a)
 {
     wide sum = wide_splat(0.0);
@@ -80,8 +81,8 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     for (int k = e->count[which] - 2; k >= 0; k -= 2) step_sum(&p, twice, e->part[which] + k);
     return finish_part(e, which, &p, a);
 }
-/* Writes the values of the series c and s of both angles. The four series have the same number of
- * terms. All four are summed in parallel to hide the latency of the recurrences. */
+/* Evaluates the series c and s of both angles. All four series have the same length, and are summed
+ * in parallel to hide the latency of the recurrences. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
@@ -98,8 +99,8 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     c[1] = finish_part(second, 0, &u, &a[1]);
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
-/* Returns the slip after one Newton step from `slip`. Stores the residual at `slip`, which is the
- * error in time, in `value`. Each series is truncated to its first `terms` terms. */
+/* Performs one Newton step for the periodic part of tau, starting from `slip`. The error in time
+ * before the step is written to `value`. Each series is truncated to its first `terms` terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
                          wide *value)
 {
@@ -119,12 +120,11 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
                                      second->rate * finish_sum(&v, 0, 0, &b));
     return slip - *value / slope;
 }
-/* Returns the slip, which is the difference between tau and its mean value at the same time. `half`
- * contains half of each mean angle. The first Newton steps use only the first terms of the series.
- * Later steps are confined to a bracket, which exists because t increases monotonically with tau. A
- * Newton step longer than half the previous one is replaced by bisection. Otherwise Newton's method
- * could alternate between two points on opposite sides of the solution. Writes the true angles to
- * `a`. */
+/* Returns the slip, which is the periodic part of tau. The array `half` contains half of each mean
+ * angle [turns]. The first Newton steps use truncated series. Later steps are confined to a
+ * bracket, which exists because t increases monotonically with tau. A Newton step longer than half
+ * the previous one is replaced by bisection. Newton's method could otherwise alternate between two
+ * points on opposite sides of the solution. The two true angles are written to the array `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -163,8 +163,9 @@ INLINE void turn_wave(const wide from[2], wide c, wide s, wide to[2])
     to[0] = from[0] * c - from[1] * s;
     to[1] = from[1] * c + from[0] * s;
 }
-/* Computes the cosines and sines by recurrences with a stride of four. Four independent recurrences
- * are faster than one, because each step of a recurrence depends on the previous steps. */
+/* Computes the cosines and sines of the multiples of the second angle by recurrences with a stride
+ * of four. Four independent recurrences are faster than one, because each step of a recurrence
+ * depends on the previous steps. */
 INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
                                heading_waves *wave)
 {
@@ -178,8 +179,9 @@ INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes 
     turn_wave(w + 2, a->c[4], a->s[4], w + 6);
     for (int k = 8; k < 2 * plan->wide; k += 2) turn_wave(w + k - 8, c, s, w + k);
 }
-/* Writes the sums of the cosine and sine terms of a row. Pairs with even and odd index are summed
- * separately. The number of pairs is even. */
+/* Sums the cosine and sine terms for one multiple of the first angle. Terms with even and odd
+ * indices are summed separately, so that vector instructions can be used. The number of terms,
+ * `count`, must be even. */
 INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *u, wide *v)
 {
 #if defined KR_ONE_LANE && defined __GNUC__
@@ -200,7 +202,7 @@ INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *
     *u = sum[0] + sum[2];
     *v = sum[1] + sum[3];
 }
-/* Returns the sum of all heading terms except the slow ones. */
+/* Returns the sum of the heading series without its slow terms. */
 INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
 {
     heading_waves waves;
@@ -222,14 +224,13 @@ INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
     }
     return sum;
 }
-/* Returns sin x / x for |x| <= 1/2. The first omitted term is below 5e-17. */
+/* Returns sin x / x for |x| <= 1/2. The first omitted term of the Taylor series is below 5e-17. */
 INLINE wide sinc_of(wide x)
 {
     const wide xx = x * x, last = 1.0 / 362880 - xx * (1.0 / 39916800 - xx * (1.0 / 6227020800.0));
     return 1.0 - xx * (1.0 / 6 - xx * (1.0 / 120 - xx * (1.0 / 5040 - xx * last)));
 }
-/* Returns the sum of the integrals of the slow terms, value cos(phase + rate tau), from 0 to
- * `tau`. */
+/* Integrates the slow terms of the heading rate from 0 to `tau`. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide tau)
 {
     wide sum = wide_splat(0.0);
@@ -251,9 +252,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     }
     return sum;
 }
-/* Returns the state at `time`. `mean` contains half of each mean angle at this time, and `elapsed`
- * is the mean increase in tau since the initial time. The plan's frame transforms the state to the
- * frame of description. */
+/* Returns the state at `time`. The array `mean` contains half of each mean angle. The argument
+ * `elapsed` is the mean increase of tau since the initial time. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide elapsed)
 {
@@ -273,8 +273,8 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     wide s, c;
     sincos_turns(heading, &s, &c);
     const wide n = wide_sqrt(wide_splat(0.5)) / wide_sqrt(size);
-    /* The product (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k). The rotation by the heading follows
-     * below. */
+    /* The attitude for zero heading is (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k). The rotation by the
+     * heading follows below. */
     const wide uw = -n * (c2 + s1), ux = n * (c1 + s2), uy = n * (c2 - s1), uz = n * (c1 - s2);
     const quat_lanes q = {c * uw - s * uz, c * ux - s * uy, c * uy + s * ux, c * uz + s * uw};
     const wide unit = plan->torus.momentum * size;
@@ -286,7 +286,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     r.q = torus_attitude(&plan->torus, q);
     return r;
 }
-/* Returns the state at `time`, given that `span` has elapsed since the initial time. */
+/* Returns the state at `time`, which is the initial time plus `span`. */
 INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
 {
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),

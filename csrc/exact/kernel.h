@@ -1,9 +1,9 @@
-/* The kernel: evaluation of a closed-form solution at time t. The same kernel is used for a single
- * time and for many times. The kernel has no branches and calls no function other than sqrt, so
- * compilers can vectorize loops over times. Results are bitwise identical for all vector widths.
- * This header is compiled once for each instruction set, because the loop uses the vectors of that
- * instruction set. In the code, e is the closed-form solution; a, b and h denote alpha, beta and
- * the horizontal momentum (lane_types.h). */
+/* Evaluates a closed-form solution at time t. The same code serves for a single time and for many
+ * times. The kernel has no branches and calls no function other than sqrt, so compilers can
+ * vectorize loops over times. Results are bitwise identical for all vector widths. This header is
+ * compiled once for each instruction set, so that its loops use the available vector instructions.
+ * In the code, e denotes the closed-form solution, and a, b and h denote alpha, beta and the
+ * horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 #include "lane_types.h"
@@ -35,9 +35,9 @@ INLINE wide nearest(wide x)
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* Returns the phase at time t [turns], modulo whole turns. The high word lies between 0 and 2. The
- * function two_sum_ordered is exact here, because |start| >= 1/2. The low word holds the rounding
- * error of the high word. Omitting the low word would cause half of the total error of a state. */
+/* Returns the phase at time t [turns], modulo whole turns. The high word of the result lies between
+ * 0 and 2. The condition |start| >= 1/2 makes two_sum_ordered exact. The low word holds the
+ * rounding error of the high word. Without the low word, states would be about half as accurate. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -49,14 +49,14 @@ INLINE dd phase_plus(dd x, wide extra)
     const dd s = two_sum(x.hi, extra);
     return dd_make(s.hi, s.lo + x.lo);
 }
-/* Returns 1 / (2 pi). */
+/* Returns 1 / (2 pi) in double-double precision. */
 INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes the sine and cosine of an angle of x turns. The low bits of u hold the nearest number of
- * quarter turns to x. The polynomials are evaluated at the remainder y, whose magnitude is at most
- * an eighth of a turn. */
+/* Writes the sine and cosine of an angle of x turns. The low bits of u contain the number of
+ * quarter turns nearest to x. The polynomials are evaluated at the remainder y, whose magnitude is
+ * at most an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -131,10 +131,10 @@ typedef struct factors {
     dd first, second;
 } factors;
 
-/* Evaluates the theta series at time t. If `dual` is nonzero, the series are in the dual nome, with
- * hyperbolic functions in place of sine and cosine. Jacobi's transformation to the dual nome adds a
- * phase proportional to the phase of the nutation (`slope`). If `euler` is nonzero, beta is a
- * theta4 instead of a theta2. */
+/* Evaluates the theta series at time t. If `dual` is nonzero, the series use the dual nome, and
+ * hyperbolic functions replace the sine and cosine. Jacobi's transformation adds a phase that is
+ * proportional to the phase of the nutation. For torque-free bodies (`euler`), theta4 takes the
+ * place of theta2 in beta. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -143,7 +143,7 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* The low bits of u hold the nearest number of half turns to x. The remainder |y| is at
+        /* The low bits of u contain the number of half turns nearest to x. The remainder |y| is at
          * most a quarter of a turn. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
@@ -173,9 +173,9 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
     return f;
 }
-/* Returns the state at `time`, given that `span` has elapsed since the initial time. The frame is
- * not applied. For a free body (`euler`), the momentum is constant, and alpha and beta have the
- * same phase. */
+/* Returns the state at `time`, which is the initial time plus `span`. The caller applies the frame
+ * of the solution. For a torque-free body (`euler`), the momentum is constant, and alpha and beta
+ * have the same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = theta_factors(e, dual, euler, span);
@@ -204,9 +204,9 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return r;
 }
 
-/* For larger times, exact products computed without fused multiply-add would overflow. */
+/* Without fused multiply-add, exact products with longer time spans would overflow. */
 static const double longest = 0x1p990;
-/* Returns 1 if the kernel is valid when `span` has elapsed since the initial time. The phases must
+/* Returns 1 if the state at the time `span` after the initial time can be computed. The phases must
  * not exceed 2^50 turns, because doubles must resolve their fractional parts. */
 INLINE mask is_within(const exact_lanes *e, wide span)
 {

@@ -1,5 +1,6 @@
-/* States of a Kowalewski top at many times. Each lane evaluates one time. The results are bitwise
- * equal to those for single times. This file is compiled once for each instruction set. */
+/* States of a Kowalewski top at many times. Each vector lane computes the state at a different
+ * time. The results are bitwise equal to those of the scalar code. This file is compiled once for
+ * each instruction set. */
 #define KR_EXACT_LANES
 #include "kowalewski_state.h"
 

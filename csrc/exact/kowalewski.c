@@ -5,22 +5,21 @@
 #include "kowalewski_plan.h"
 #include "kowalewski_state.h"
 
-/* Number of points of the torus at which plans are checked. */
+/* Number of points on the torus at which solutions are tested. */
 enum { POINTS = 256 };
-/* Ordinary sums are checked at these points only if their error exceeds DOUBTFUL, or if D varies by
- * more than the factor 1/CANCELLING. */
+/* A solution is tested if its error exceeds DOUBTFUL, or if min D / max D is below CANCELLING. */
 #define DOUBTFUL 5e-15
 #define CANCELLING 0.05
-/* A plan is set up anew if its error exceeds this limit. */
+/* The set-up is repeated with more nodes if the error exceeds INACCURATE. */
 #define INACCURATE 1e-14
 
-/* A plan, with the intermediate results of the set-up. */
+/* A closed-form solution and the intermediate results of its set-up. */
 typedef struct kowalewski_memory {
     kr_theta_sums plan;
     kowalewski_work work;
 } kowalewski_memory;
 
-/* Converts a checked scene to the axes and units of kowalewski_curve.h. */
+/* Converts a validated scene to the axes and units of kowalewski_curve.h. */
 static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, across_way *way)
 {
     across_start start;
@@ -33,7 +32,7 @@ static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, acr
     top->l = start.vertical;
     return KR_OK;
 }
-/* Sets the phase of e from the initial attitude `q`. The frame of the plan is not yet set. */
+/* Sets the phase of the factor e from the initial attitude `q`. */
 static void set_phase(kr_theta_sums *plan, kr_quat q)
 {
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
@@ -41,7 +40,8 @@ static void set_phase(kr_theta_sums *plan, kr_quat q)
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     phase_start(&plan->torus.turn[2], turns_of(both.im, both.re));
 }
-/* Converts the plan to the user's units, or to internal units if `own` is nonzero (across.h). */
+/* Converts the solution to the user's units, or to internal units if `own` is nonzero
+ * (across.h). */
 static void bring_back(kr_theta_sums *plan, const across_way *way, double start, int own)
 {
     torus_to_user(&plan->torus, way, start, own);
@@ -49,9 +49,9 @@ static void bring_back(kr_theta_sums *plan, const across_way *way, double start,
     plan->head.second = two_pi * plan->torus.turn[1].fast;
     plan->head.heading = two_pi * plan->torus.turn[2].fast;
 }
-/* Returns the largest error of a plan in internal units. The attitude is checked at the initial
- * time. The vertical e3 and the momentum are checked at the initial time and at the time `moment`,
- * shortly afterwards. */
+/* Returns the largest error of a solution near the initial time, in internal units. The attitude is
+ * checked at the initial time. The vertical and the momentum are compared with a Taylor series at
+ * the initial time and at the time `moment`. */
 static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top, double moment,
                            kr_quat attitude)
 {
@@ -69,7 +69,7 @@ static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top,
     }
     return miss;
 }
-/* Returns the larger of the relative errors of the energy and of <m, e3> at a state. */
+/* Returns the relative error of a state's energy or of its <m, e3>, whichever is larger. */
 static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
 {
     const kr_vec3 up = q_vertical(s->q), m = q_turn_back(s->q, s->m);
@@ -78,9 +78,8 @@ static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
                  vertical = fabs(v_dot(m, up) - o->l.hi) / (1.0 + v_length(m));
     return fmax(energy, vertical);
 }
-/* Returns the largest error of the integrals at points of the torus. The sums were fitted to fewer
- * samples. Near saddles, errors between the samples are up to 1e4 times as large as errors at the
- * samples. */
+/* Returns the largest error of the integrals of motion at many points on the torus. Near saddle
+ * points, the errors can be 1e4 times as large as at the samples used for fitting. */
 static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
 {
     double miss = 0.0;
@@ -95,9 +94,10 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
     }
     return miss;
 }
-/* Computes the sums of a plan, or the dual sums if `dual` is nonzero, and the plan's certificate.
- * The curve is already analysed. Writes the error of the plan without that of the frequencies, or
- * INFINITY if the plan is refused. Returns KR_KOWALEWSKI_PLANNED or the reason of the refusal. */
+/* Computes the theta sums, or the dual sums if `dual` is nonzero, and the error certificate. The
+ * function analyse_curve must be called first. Writes an error estimate that excludes the error of
+ * the frequencies, or INFINITY on failure. Returns KR_KOWALEWSKI_PLANNED on success, or the reason
+ * why the motion is refused. */
 static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude, int dual, double *error)
 {
@@ -118,14 +118,14 @@ static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalews
     *error = fmax(of_sums, miss_of_plan(plan, top, moment, attitude));
     if (dual || *error > DOUBTFUL || least_size(&w->theta) < CANCELLING)
         *error = fmax(*error, miss_on_torus(plan, &w->curve));
-    /* Between the samples, the error of dual sums is up to six times as large. The last number is
-     * the error of the frequencies after 1000 radians. It matters only near separatrices, where a
-     * rounding error of the start changes the motion far more. */
+    /* Between the samples, the error of dual sums is up to six times as large as at the samples.
+     * The last number is the error of the frequencies after 1000 radians. It matters only near
+     * separatrices, where a rounding error of the start changes the motion far more. */
     plan->head.certificate = fmax(fmax(*error, dual ? 6.0 * of_sums : 0.0), 1e3 * w->separatrix);
     return refusal;
 }
-/* Sets up the plan of a top in internal units. If its error exceeds a limit, the integrals over
- * paths are computed with more nodes. If this does not suffice, the dual sums are used, provided
+/* Computes the closed-form solution in internal units. If the error exceeds INACCURATE, the periods
+ * are computed again with more nodes. If the error remains too large, dual sums are used, provided
  * that they are more accurate. Returns what fill_plan returns. */
 static kr_kowalewski_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude)

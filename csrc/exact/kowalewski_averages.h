@@ -1,7 +1,7 @@
-/* Averages of a Kowalewski top over its two arcs, and the frequencies that follow from them. The
- * frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of this
- * integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the
- * contribution of each pole is therefore integrated in closed form:
+/* Averages over the two arcs of a Kowalewski top, and the frequencies of its motion. The frequency
+ * of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of this integrand,
+ * at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the contribution of
+ * each pole is therefore integrated in closed form:
  *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2.
  * Here w is the pole, N - w D = a sin^2 + b cos^2, and g = sqrt(a b)/2 is the value of the
  * numerator at the pole.
@@ -18,7 +18,7 @@ typedef struct heading_pole {
     int close;      /* 1 if the quotient at the arc's end is inaccurate, because the pole is near */
 } heading_pole;
 
-/* Returns root i minus the pole w, to full precision even if the difference is small. */
+/* Returns root i minus the pole w, computed without cancellation. */
 static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
 {
     const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
@@ -28,7 +28,8 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Sets the poles that are treated separately on an arc, and returns the number of these poles. */
+/* Finds the poles that contribute to the heading's integrand on an arc, and returns their
+ * number. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
     const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;
@@ -50,15 +51,14 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
     }
     return count;
 }
-/* Samples of the integrands on one arc, and their sums. */
+/* Samples of the integrands on one arc, and their weighted sums. */
 typedef struct samples {
     dd v[3][GRID + 1]; /* dt/dx, w dt/dx, and the heading's integrand */
     dd sum[3];
     double size[3];
 } samples;
 
-/* Returns the integrand of the heading for |l|, without the contributions that are integrated in
- * closed form. */
+/* Returns the heading's integrand for positive l, with the poles subtracted. */
 static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s, dd c,
                        dd N, dd D, dd R, dd slope)
 {
@@ -89,9 +89,8 @@ static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int 
         out->size[k] += weight * fabs(out->v[k][i].hi);
     }
 }
-/* Replaces the sample of the heading at an end of the arc, where a close pole makes the quotient
- * inaccurate. The new value is interpolated by an even polynomial through the neighbouring
- * samples. */
+/* Corrects the heading's integrand at an end of the arc, where a nearby pole makes it inaccurate.
+ * The new value is interpolated by an even polynomial through the neighbouring samples. */
 static void mend_end(samples *v, int end, int stride)
 {
     const int way = end ? -stride : stride;
@@ -103,8 +102,9 @@ static void mend_end(samples *v, int end, int stride)
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
 /* Averages the integrands over an arc. The number of intervals is doubled until each average
- * changes by at most the rounding error of a double. The relative error of the last average is then
- * about the square of this change. Returns 0 if GRID intervals do not suffice. */
+ * changes by at most the rounding error of a double. Convergence is exponential, so the error of
+ * the last average is about the square of its last change. Returns 0 if the averages do not
+ * converge with GRID intervals. */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {
@@ -141,14 +141,13 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
     }
     return 0;
 }
-/* The determinant of the averages, the rates of the two angles of the torus, and the rate of the
- * heading. */
+/* The determinant of the averages, and the rates of the two torus angles and of the heading. */
 typedef struct kowalewski_rates {
     dd det, rate[2], heading;
 } kowalewski_rates;
 
-/* Computes the sine series of the integrals of dt/dx and (w - base) dt/dx over an arc. The base is
- * the upper end of the arc. The samples of w dt/dx are replaced. */
+/* Computes the sine series of the integrals of dt/dx and (w - base) dt/dx over an arc. Here base is
+ * the value of w at the upper end of the arc. The samples of w dt/dx are overwritten. */
 static void integrate_arc(const kowalewski_curve *o, kowalewski_arc *arc, const cosine_table *table,
                           samples *v)
 {
@@ -156,9 +155,8 @@ static void integrate_arc(const kowalewski_curve *o, kowalewski_arc *arc, const 
         v->v[1][i] = dd_sub(v->v[1][i], dd_mul(o->root[arc->high], v->v[0][i]));
     for (int i = 0; i < 2; i++) integrate_samples(v->v[i], table, arc->points, arc->sine[i]);
 }
-/* Converts the sine series of both integrals to the contributions of arc j to theta1 - x1 and
- * theta2 - x2, where x1 and x2 are the variables of the arcs. Without the base, the terms with p
- * and q nearly cancel if w varies little. */
+/* Computes the contributions of arc j to the periodic functions theta1 - x1 and theta2 - x2.
+ * Subtracting the base from w avoids cancellation if w varies little. */
 static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, double det)
 {
     const dd base = o->root[arc[j].high];
@@ -171,8 +169,8 @@ static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, d
         arc[j].sine[1][k] = (p1 * v - q1 * u) / det;
     }
 }
-/* Computes the averages over both arcs, and the rates. Returns 0 if an average is not accurate
- * enough. */
+/* Computes the averages over both arcs and the rates of the motion. Returns 0 if an average is not
+ * accurate enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples *v, kowalewski_rates *out)
 {
@@ -190,8 +188,8 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
         dd_half(dd_sub(dd_mul(arc[0].pole, out->rate[0]), dd_mul(arc[1].pole, out->rate[1])));
     return out->det.hi > 0.0;
 }
-/* Adds the sine series of one arc to both angles of the torus. s and c are the sine and cosine of
- * the variable of the arc. */
+/* Adds the sine series of one arc to both torus angles, given the sine and cosine of the arc's
+ * variable. */
 static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
 {
     for (int i = 0; i < 2; i++) {

@@ -1,15 +1,16 @@
-/* The curve of a Kowalewski top, its two arcs, and averages over the arcs, in double-double.
+/* The algebraic curve of a Kowalewski top and its two arcs, in double-double precision.
  *
- * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points along
- * -sign(gravity) com. Axis 3 is the distinct principal axis (moment 1). With the angular velocity
- * (p, q, r) in the body frame, and e3 = (g1, g2, g3) in the body frame,
+ * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points away
+ * from the centre of mass if gravity is positive, and towards it otherwise. Axis 3 is the distinct
+ * principal axis (moment 1). With the angular velocity (p, q, r) in the body frame, and e3 = (g1,
+ * g2, g3) in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
  * w2) and F(w2)/(w2 - w1). On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
- * Then dw/F = D R dx, where R is an even periodic function of x. Averages by the trapezoidal rule
- * therefore converge exponentially (S. Kowalevski, Acta Mathematica 12, 1889, 177).
+ * Then dw/F = D R dx, where R is an even periodic function of x. The trapezoidal rule for averages
+ * therefore converges exponentially (Kowalevski, Acta Mathematica 12, 1889, 177).
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_CURVE_H
@@ -20,7 +21,7 @@
 enum { GRID = 1024 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
-/* Indices of the roots: 0, 1 and 2 are the roots of phi, followed by k and -k. */
+/* The roots of phi have the indices 0, 1 and 2, and k and -k have the indices 3 and 4. */
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
 enum { FOLDS = 12 };
 
@@ -64,9 +65,8 @@ static dd polish(const kowalewski_curve *o, dd w, int steps)
     }
     return w;
 }
-/* Returns the isolated root of phi, which is the farthest from the other two. Newton's method
- * starts beyond all roots, on the side of the point of inflection from which it converges
- * monotonically to this root. */
+/* Returns the root of phi that is farthest from the other two. Started beyond all roots, Newton's
+ * method converges monotonically to the outermost root. */
 static dd find_lone_root(const kowalewski_curve *o)
 {
     const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
@@ -98,7 +98,8 @@ static void sort_real_roots(kowalewski_curve *o)
         o->order[at] = i;
     }
 }
-/* Computes the branch points: the roots of phi, and k and -k. Sorts the real ones. */
+/* Computes the branch points, which are the roots of phi and the numbers k and -k. Sorts the real
+ * ones. */
 static void find_roots(kowalewski_curve *o)
 {
     const dd lone = find_lone_root(o), sum = dd_add(o->h, lone),
@@ -129,14 +130,14 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
     o->k = dd_sqrt(k2);
     o->c = dd_sub(dd_of(1.0), k2);
 }
-/* Returns the real root at index i in ascending order. */
+/* Returns the i-th real root in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* The difference between a root e of phi and a = k or -k, for roots that are close to each other.
+/* The accurate difference between a root e of phi and a nearby branch point a, which is k or -k.
  * Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * `resolution` is the magnitude of the smallest factor, relative to the numbers that cancel in
- * it. */
+ * The member `resolution` measures the loss of digits by cancellation in the smallest of the three
+ * factors. */
 typedef struct close_roots {
     int apply; /* 1 if this loses fewer digits to cancellation than a - e */
     dd apart;
@@ -183,14 +184,13 @@ static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
     w[0] = swap ? v : u;
     w[1] = swap ? u : v;
 }
-/* The distances of w1 from k and from the lower end of its arc, and the distance of w2 from the end
- * of its arc. */
+/* The distances of Kowalewski's variables w1 and w2 from the ends of their arcs. */
 typedef struct arc_gaps {
     dd up, down, below;
 } arc_gaps;
 
-/* Returns q^2 (w1 - e)(e - w2) of a state, where e is real root i, an end of an arc below w1. With
- * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this is the square of
+/* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With A^2 = 2 (e
+ * + h), B^2 = e^2 + c and A B = l, this is the square of
  *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (separate) for -k. */
 static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
@@ -204,9 +204,9 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Solves the equations of `separate` iteratively, starting from approximate gaps. `product` holds
- * (k - w1)(k - w2), and (w1 - e)(e - w2) for the lower ends e of the arcs of w1 and w2. The order
- * of the equations is that in which an error of `below` decreases fastest. */
+/* Refines approximate distances from the ends of the arcs by iteration. The array `product`
+ * contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each arc. The equations for the
+ * distances are solved in the order that gives the fastest convergence. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -230,10 +230,11 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
     gap->up = dd_div(product[0], dd_add(width, gap->below));
     gap->down = dd_div(product[1], dd_add(between, gap->below));
 }
-/* Computes the gaps of a state p, q, r, g1, g2, g3. With z = (r x + g3) times the conjugate of the
- * square root of x^2 + g1 + i g2, where x = p + iq,
+/* Computes the distances of w1 and w2 from the ends of their arcs in the state p, q, r, g1, g2, g3.
+ * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * These equations and those of product_at_end determine the gaps to full precision. */
+ * Both products, together with the result of product_at_end, determine the distances to full
+ * precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -269,14 +270,14 @@ static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
     arc->E = dd_of(1.0);
     set_differences(o, arc);
 }
-/* The branch points of the integrands of an arc, given by the values of cos x. They are
- * double-doubles, because branch points close to an end of the arc differ little from 1 or -1. */
+/* The complex singularities of the integrands of an arc, stored as values of cos x. Double-doubles
+ * are needed, because cos x is close to 1 or -1 for singularities near an end of the arc. */
 typedef struct singularities {
     int count;
     cdd cosine[ROOTS + 1 + FOLDS];
 } singularities;
 
-/* Returns the hyperbolic sine of the distance of x from the real axis, given cos x. */
+/* Returns the hyperbolic sine of |Im x|, given cos x. */
 static dd height_of(cdd c)
 {
     const cdd one = cdd_real(dd_of(1.0));
@@ -289,8 +290,7 @@ static cdd sine_of(cdd c)
     const cdd one = cdd_real(dd_of(1.0));
     return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
 }
-/* Returns 1 if x is on the line Re x = pi/2, and 0 if it is on Re x = 0 or pi, given cos x. Returns
- * -1 if it is elsewhere. */
+/* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
 static int line_of(cdd c)
 {
     const cx sine = cdd_high(sine_of(c)), cosine = cdd_high(c);
@@ -298,9 +298,9 @@ static int line_of(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the least height of all singularities. Also finds the lowest singularity that a
- * transformation can remove, and writes its height. Writes 1 if this singularity is on the line Re
- * x = pi/2, or -1 if there is none. */
+/* Returns the smallest sinh |Im x| of all singularities. The values `height` and `crosswise`
+ * describe the nearest singularity that a Landen transformation can remove. If no singularity can
+ * be removed, `crosswise` is set to -1. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -328,10 +328,10 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
     }
     return v;
 }
-/* Moves the singularities by a Landen transformation of modulus m. Let u be the cosine of x, or the
- * sine if `crosswise` is nonzero, and v that of the new variable. Then m u v^2 - (1 + m) v + u = 0.
- * A point u where both solutions v coincide is no longer singular. The point v = 1/m becomes
- * singular. */
+/* Moves the singularities by a Landen transformation of modulus m. Let u be cos x, or sin x if
+ * `crosswise` is nonzero, and let v be the same function of the new variable. Then m u v^2 - (1 +
+ * m) v + u = 0. The transformation removes a singularity u if both solutions v of this equation
+ * coincide. The transformation adds a singularity at v = 1/m. */
 static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
@@ -348,16 +348,16 @@ static singularities move_singularities(const singularities *from, dd m, int cro
     to.cosine[to.count++] = crosswise ? sine_of(last) : last;
     return to;
 }
-/* Returns the modulus of the transformation that removes a singularity at this height
- * (height_of). */
+/* Returns the modulus of the Landen transformation that removes a singularity, given sinh |Im
+ * x|. */
 static dd modulus_for(dd height)
 {
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
-/* Chooses the transformations of an arc. Each transformation removes a singularity near the real
- * axis, and about halves the distances of the other singularities. Returns the height of the
- * nearest singularity after all transformations. */
+/* Chooses Landen transformations that move singularities away from an arc. Each transformation
+ * removes one singularity near the real axis, but brings the others about twice as close. Returns
+ * sinh |Im x| of the nearest remaining singularity. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
@@ -379,7 +379,7 @@ static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Returns the scale for which a complex pair of branch points has Re x = pi/2. */
+/* Returns the scale for which the complex branch points have Re x = pi/2. */
 static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
@@ -388,8 +388,8 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
     const dd down = dd_sub(o->root[arc->low], o->root[1]);
     return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
 }
-/* Chooses the scale of an arc for which its averages converge fastest. `scale` is the best one for
- * real branch points. */
+/* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
+ * `scale` is the optimal scale if all branch points are real. */
 static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     scale_arc(o, arc, scale);
@@ -415,9 +415,8 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_scale(o, &arc[1],
                  dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
 }
-/* Converts the sine and cosine of the variable y of an arc to those of x, and returns dx/dy. The
- * code exchanges values instead of pointers, because gcc 12.2 at -O1 reads the wrong variable
- * through a pointer to one of two variables. */
+/* Converts the sine and cosine of the transformed variable y to those of x, and returns dx/dy. The
+ * code exchanges values instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
 static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
@@ -435,7 +434,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Converts the sine and cosine of x to those of the variable of the arc; the inverse of unfold. */
+/* Applies the inverse of unfold to the sine and cosine of x. */
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {

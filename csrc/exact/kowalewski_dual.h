@@ -1,14 +1,14 @@
-/* The sums of a Kowalewski top after Poisson summation. If an eigenvalue of B is small, as near a
- * separatrix, the terms of kowalewski_theta.h nearly cancel. Poisson summation expresses the same
- * sums by terms that do not cancel. With z = theta + i beta, the sum of the terms of a class r is
+/* Theta sums of a Kowalewski top after Poisson summation. Near a separatrix, an eigenvalue of B is
+ * small, and the terms of the theta sums nearly cancel. Poisson summation expresses the same sums
+ * by terms that do not cancel. With z = theta + i beta, the sum of the terms of a class r is
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
  * where k runs over the dual of the lattice of the class, shifted according to its signs. A common
- * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is also omitted, because it is
+ * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted, because it is
  * included in e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * Linear combinations of the classes have fewer terms, so the coefficients of these combinations
- * are the unknown constants. Poisson summation is exact. The rules for classes and signs are those
- * of kowalewski_theta.h, which were found numerically and have not been proved.
+ * The constants of linear combinations of the classes are fitted, because these combinations have
+ * fewer terms. Poisson summation is exact. The rules that assign classes and signs to terms were
+ * found numerically and have not been proved (kowalewski_theta.h). The study
  * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
  * of separatrix.
  *
@@ -18,8 +18,8 @@
 #include "kowalewski_state.h"
 #include "kowalewski_theta.h"
 
-/* Linear combinations of the classes of one sum: weight[b][i] is the weight of class i in
- * combination b. The number of combinations equals the number of classes. */
+/* Linear combinations of the classes of terms in one sum. The element weight[b][i] is the weight of
+ * class i in combination b. There are as many combinations as classes. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
@@ -30,7 +30,7 @@ typedef struct dual_term {
     int k1, k2;
     cx size;
 } dual_term;
-/* The terms of all sums for one beta, in ascending order of k1 and then of k2. */
+/* The terms of all sums for one value of beta, sorted by k1 and then by k2. */
 typedef struct dual_work {
     double bend[3]; /* 2 pi^2 B^-1 */
     double lift;    /* logarithm of a factor of all terms */
@@ -40,14 +40,15 @@ typedef struct dual_work {
     growth_lanes growth[SAMPLES]; /* at each sample */
 } dual_work;
 
-/* Returns the number exp(2 pi i n/8). */
+/* Returns the root of unity exp(2 pi i n/8). */
 static cx eighth_turn(int n)
 {
     const double half = 0.70710678118654752440;
     const double c[8] = {1.0, half, 0.0, -half, -1.0, -half, 0.0, half};
     return cx_of(c[n & 7], c[(n + 6) & 7]);
 }
-/* Returns the factor of term k1, k2 in class i of a sum: a root of unity, or 0. */
+/* Returns the factor of the term k1, k2 in class i of a sum; the factor is a root of unity or
+ * zero. */
 static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1, int k2)
 {
     const int pairs = has_pairs(kind), one = 2 * b->half[0][i], two = 2 * b->half[1][i];
@@ -75,8 +76,8 @@ static void append_combination(dual_basis *b, int *found, const double weight[])
     if (*found < b->count && size > 0.25 && left > 0.25 * size)
         memcpy(b->weight[(*found)++], rest, sizeof rest);
 }
-/* Finds the combinations of the classes of a sum. The terms of a combination belong to one or two
- * pairs (k1, k2) modulo 8. */
+/* Finds suitable linear combinations of the classes of a sum. Each combination contains only terms
+ * with one or two values of (k1, k2) modulo 8. */
 static void make_basis(int kind, int sum, dual_basis *b)
 {
     const int pairs = has_pairs(kind);
@@ -96,7 +97,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Only classes with equal shifts can be combined. */
+                    /* Classes whose lattices have different shifts cannot be combined. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -105,7 +106,8 @@ static void make_basis(int kind, int sum, dual_basis *b)
                 append_combination(b, &found, weight);
             }
 }
-/* Computes the factors of all terms in all combinations. Rounding errors are replaced by 0. */
+/* Computes the factor of every term in each linear combination. Factors that are pure rounding
+ * error are set to zero. */
 static void find_factors(int kind, int sum, dual_basis *b)
 {
     for (int k = 0; k < 64; k++) {
@@ -124,8 +126,8 @@ static cx factor_of(const dual_basis *b, int which, const dual_term *n)
 {
     return b->factor[which][n->k1 & 7][n->k2 & 7];
 }
-/* Returns the minimum of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 over angles theta between -2 pi
- * and 2 pi. */
+/* Returns the minimum of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 over all theta with components
+ * between -2 pi and 2 pi. */
 static double distance_to_cell(const double bend[3], double k1, double k2)
 {
     /* With theta = 2 pi x, |x| <= 1. The minimum is found by alternating minimization over the two
@@ -149,8 +151,7 @@ static dd exponent_of_term(const dual_work *d, const dual_term *n)
     return dd_add(dd_add(a, c), b);
 }
 /* Chooses a common scale factor that keeps the smallest term within the range of doubles. Returns 0
- * if powers of the growth factors or squares of sums exceed the range. In the product of these
- * powers and the magnitude of a term, large and small factors cancel. */
+ * if growth factors or squared sums would overflow. */
 static int scale_dual_terms(dual_work *d)
 {
     const double across = fabs(d->bend[1]), first = d->bend[0] + across,
@@ -161,8 +162,8 @@ static int scale_dual_terms(dual_work *d)
     return d->wide[0] * first < 1380.0 && d->wide[1] * second < 1380.0 &&
            d->lift + first + second < 340.0;
 }
-/* Lists the terms that exceed a rounding error at some point of the torus. Returns 0 if there are
- * too many terms, or if a term is too large for doubles. */
+/* Lists the terms that are significant at some point of the torus. Returns 0 if there are too many
+ * terms, or if a term would overflow. */
 static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
 {
     const double pi = 3.14159265358979323846, det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -190,7 +191,7 @@ static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
         }
     return scale_dual_terms(d);
 }
-/* Sets the magnitudes of the terms for one value of beta. */
+/* Computes the magnitudes of the terms for one value of beta. */
 static void size_dual_terms(dual_work *d, const double beta[2])
 {
     const double pi = 3.14159265358979323846,
@@ -204,7 +205,7 @@ static void size_dual_terms(dual_work *d, const double beta[2])
         n->size = cx_scale(e.plus * (e.even + e.odd), cx_of(t, s));
     }
 }
-/* Writes the powers exp(k a1/4) and exp(k a2/4) that belong to two angles. */
+/* Computes the powers exp(k a1/4) and exp(k a2/4) at a point on the torus. */
 static void make_growth(const dual_work *d, const double theta[2], growth_lanes *w)
 {
     const double fourth = 0.25 * 0.31830988618379067154; /* 1/(4 pi) */
@@ -212,13 +213,12 @@ static void make_growth(const dual_work *d, const double theta[2], growth_lanes 
     for (int j = 0; j < 2; j++) x[j] = dd_of(fourth * theta[j] - nearest(fourth * theta[j]));
     fill_growth(d->bend, d->wide, x, w);
 }
-/* Returns the product of the powers that belongs to a term. */
+/* Returns the factor exp((k1 a1 + k2 a2)/4) of a term. */
 static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
 }
-/* Adds a term to the sums over each combination, at all samples. `which` is the index of the sum in
- * a pair of sums. */
+/* At the selected samples, adds a term to every linear combination in which it occurs. */
 static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n,
                           sample_choice choice)
 {
@@ -234,7 +234,7 @@ static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which,
         }
     }
 }
-/* Computes the sums over each combination, for two sums at some or all samples. */
+/* Evaluates the linear combinations of two sums at the selected samples. */
 static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2],
                               sample_choice choice)
 {
@@ -243,7 +243,7 @@ static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2
     for (int i = 0; i < d->count; i++)
         for (int j = 0; j < 2; j++) add_dual_term(w, d, sum[j], j, &d->term[i], choice);
 }
-/* Sets the sizes of samples from the columns. */
+/* Computes the magnitude of the sums at each sample. */
 static void size_dual_samples(theta_work *w, sample_choice choice)
 {
     for (int i = 0; i < SAMPLES; i++) {
@@ -254,7 +254,7 @@ static void size_dual_samples(theta_work *w, sample_choice choice)
         w->sample[i].size = sqrt(size);
     }
 }
-/* Computes the constants of S and T for one value of beta, like find_spinor. */
+/* Fits the constants of S and T in the dual sums for one value of beta. */
 static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2], int thorough)
 {
     size_dual_terms(d, beta);
@@ -265,7 +265,8 @@ static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2]
     size_dual_samples(w, OTHER_SAMPLES);
     return solve_spinor_twice(w);
 }
-/* Writes the coefficient of a term in a sum. Returns 0 if the term does not occur in the sum. */
+/* Computes the coefficient of a term in a dual sum. Returns 0 if the sum does not contain the
+ * term. */
 static int dual_coefficient(const theta_work *t, const dual_work *d, int sum, const dual_term *n,
                             cx *out)
 {

@@ -1,11 +1,14 @@
-/* The matrix B and the vector b of the theta functions of a Kowalewski top, in doubles. Both are
- * integrals of v = M^-1 (dw/F, w dw/F), where the elements of M are the periods of the two arcs.
+/* The matrix B and the vector b of the theta functions of a Kowalewski top, in double precision.
+ * Both are integrals of v = M^-1 (dw/F, w dw/F), where the elements of M are the periods of the two
+ * arcs.
  *   B    Row j is 2 |Im int v| from the end of arc j to the root at the other end of the adjacent
  *        gap. If only three roots are real, the integral ends at a complex root instead.
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
- *        w^2 = k^2 - 1 of the heading, where F = i l. The sum is determined only up to rows of B/2.
- * A path leads from a root at x = 0 towards another root at x = pi. As on the arcs, w = N/D, but
- * with complex coefficients. A path is therefore part of a circle or of a straight line.
+ *        w^2 = k^2 - 1 of the heading, where F = i l. The integrals determine b only up to the
+ *        addition of rows of B/2.
+ * A path leads from a root at x = 0 towards another root at x = pi. On a path, w = N/D has the same
+ * form as on the arcs, but with complex coefficients. Each path is therefore an arc of a circle or
+ * a segment of a straight line.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PERIODS_H
@@ -14,15 +17,17 @@
 
 enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u */ };
 
-/* The relative change at which an integral over a path counts as converged. At SETTLED the error is
- * usually about the square of the change, but it may be 1e-12 if a weak singularity is close to the
- * path. At WELL_SETTLED the error is a rounding error. */
+/* An integral counts as converged if a refinement changes it by less than SETTLED or WELL_SETTLED,
+ * relative to its size. With the limit SETTLED, the error may reach 1e-12 if a weak singularity is
+ * close to the path, and is otherwise negligible. With the limit WELL_SETTLED, only rounding errors
+ * remain. */
 #define SETTLED 1e-9
 #define WELL_SETTLED 1e-14
 
 /* A path. For each of the `count` branch points that are not ends of the path, N - root D = a sin^2
- * + b cos^2. `across` is A E - B C, and `base` is a number that is subtracted from w. `settled` is
- * SETTLED or WELL_SETTLED. */
+ * + b cos^2. The coefficient `A` describes the deviation of w from its value at the start of the
+ * path. The member `across` is the product A E. The tolerance `settled` is either SETTLED or
+ * WELL_SETTLED. */
 typedef struct kowalewski_path {
     cx A, C, E, across, a[OTHERS], b[OTHERS];
     cx near[OTHERS], near_d;           /* reference points for the signs of square roots */
@@ -37,7 +42,7 @@ static cx root_of(const kowalewski_curve *o, int i)
     if (!o->pair || i == 0 || i >= ROOT_K) return cx_of(o->root[i].hi, 0.0);
     return cx_of(o->root[1].hi, i == 1 ? o->root[2].hi : -o->root[2].hi);
 }
-/* Returns root i minus root j to full precision. */
+/* Returns root i minus root j, computed without cancellation. */
 static cx root_less_root(const kowalewski_curve *o, int i, int j)
 {
     const int pi = o->pair && (i == 1 || i == 2), pj = o->pair && (j == 1 || j == 2);
@@ -45,9 +50,9 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
     return cx_of(re.hi + 0.0, im); /* not -0 */
 }
-/* Returns the point nearest to zero on the segment from a to b. Each point of the segment, divided
- * by this nearest point, has a positive real part. The result is computed from the nearer end,
- * because the other end may be more than 2^53 times as large. */
+/* Returns the point nearest to zero on the segment from a to b. The quotient of any point of the
+ * segment and the returned point has a positive real part. For accuracy, the calculation starts
+ * from the endpoint that is closer to zero. */
 static cx nearest_on_segment(cx a, cx b)
 {
     const int swap = cx_square(b) < cx_square(a);
@@ -56,8 +61,8 @@ static cx nearest_on_segment(cx a, cx b)
                  at = size > 0.0 ? -(from.re * way.re + from.im * way.im) / size : 0.0;
     return cx_add(from, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
-/* Computes the constants that integrals over a path use. The path is followed from its start to
- * sin^2(x/2) = `end`. Branch points on the rest of the path do not affect the integral. */
+/* Prepares a path for numerical integration. The path is followed from its start to sin^2(x/2) =
+ * `end`. Branch points beyond the end of the path do not affect the integral. */
 static void finish_path(kowalewski_path *p, double end)
 {
     for (int i = 0; i < p->count; i++) {
@@ -69,7 +74,7 @@ static void finish_path(kowalewski_path *p, double end)
     p->near_d_root = cx_sqrt(p->near_d);
     p->scale = cx_sqrt(cx_scale(p->infinite ? -0.5 : 0.5, cx_mul(p->infinite ? p->A : p->C, p->E)));
 }
-/* Returns the path from root i to root j with the coefficients C and E. */
+/* Returns the path from root i to root j, given the coefficients C and E. */
 static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
 {
     kowalewski_path p = {.C = C, .E = E, .settled = o->settled};
@@ -88,7 +93,8 @@ static cx tracked_root(cx z, cx near, cx near_root)
 {
     return cx_mul(cx_sqrt(cx_div(z, near)), near_root);
 }
-/* Writes dt/dx and (w - base) dt/dx, where base is the beginning of the path. Returns D. */
+/* Computes dt/dx and (w - base) dt/dx, where base is the value of w at the start of the path.
+ * Returns D. */
 static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
 {
     const cx D = cx_add(cx_scale(s, p->C), cx_scale(c, p->E));
@@ -102,18 +108,18 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
     return D;
 }
-/* The part of a path over which the integral extends. If `all` is nonzero, this is the whole path.
- * Otherwise, the part begins at the beginning of the path and ends where tan^2(x/2) = `most`. If
- * `backwards` is nonzero, the part begins at the end of the path and ends where cot^2(x/2) =
- * `most`. */
+/* The segment of a path over which a function is integrated. If `all` is nonzero, the segment is
+ * the whole path. Otherwise, the segment begins at the start of the path and ends where tan^2(x/2)
+ * = `most`. If `backwards` is nonzero, the segment begins at the end of the path and ends where
+ * cot^2(x/2) = `most`. */
 typedef struct path_part {
     int all, backwards;
     double most;
 } path_part;
 
-/* Adds dt/dx and (w - base) dt/dx, times dx/du, at one node u of the double exponential rule. With
- * y = exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 + y) on a part of a path.
- * Returns 0 if the contribution of the node is negligible. */
+/* Adds the contribution of one node u of the double exponential rule to both integrals. With y =
+ * exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 + y) on a segment. Returns 0
+ * if the contribution of the node is negligible. */
 static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2], double size[2])
 {
     const double pi = 3.14159265358979323846;
@@ -133,8 +139,8 @@ static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2
     }
     return weight * cx_abs(v[0]) > 1e-18 * size[0] || weight * cx_abs(v[1]) > 1e-18 * size[1];
 }
-/* Integrates over a part of a path by the double exponential rule. Returns 0 if the rule does not
- * converge. */
+/* Integrates over a segment of a path by the double exponential rule. Returns 0 if the rule does
+ * not converge. */
 static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
 {
     cx sum[2] = {{0.0, 0.0}}, old[2] = {{0.0, 0.0}};
@@ -153,7 +159,8 @@ static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
             change = fmax(change, cx_abs(cx_sub(out[k], old[k])) / (step * size[k] + 1e-300));
             old[k] = out[k];
         }
-        /* The last sum also has rounding errors. */
+        /* With the largest number of nodes, rounding errors require the looser tolerance
+         * SETTLED. */
         if (n >= 8 && change < (n < NODES_MOST ? p->settled : SETTLED)) return 1;
     }
     return 0;
@@ -182,24 +189,23 @@ static based_periods periods_from(const kowalewski_arc arc[2], const kowalewski_
                              dd_sub(arc[1].q, dd_mul(base, arc[1].p)).hi, rates->det.hi};
     return r;
 }
-/* Writes the normalised integrals M^-1 (x, y). */
+/* Computes the normalized integrals M^-1 (x, y). */
 static void normalise(const based_periods *m, double x, double y, double v[2])
 {
     v[0] = (m->p2 * y - m->q2 * x) / m->det;
     v[1] = (m->p1 * y - m->q1 * x) / m->det;
 }
-/* The elements of B, the relative difference of its off-diagonal elements, and the vector b
- * (`shift`). */
+/* The matrix B, its relative asymmetry, and the vector b (`shift`). */
 typedef struct kowalewski_matrix {
     double b11, b12, b22, asymmetry, shift[2];
 } kowalewski_matrix;
 
-/* Returns the base of a path that starts at root i: the real part of this root. */
+/* Returns the real part of root i. */
 static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
-/* Returns the path from real root i to the complex root in the upper half plane. The path is a ray
- * in the variable z = (w - real)/(w - complex). In z the upper half plane is the outside of a
- * circle through z = 0. A ray from 0 that points away from the centre of the circle therefore forms
- * an angle of at least a quarter turn with the directions of all other branch points. */
+/* Returns the path from real root i to the complex root in the upper half plane. In the variable z
+ * = (w - real)/(w - complex), the path is a ray. The map to z takes the upper half plane to the
+ * outside of a circle through 0. The ray leads away from the centre of the circle, so its angle to
+ * every other branch point is at least pi/2. */
 static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
 {
     const cx way = root_less_root(o, i, 1), from = cx_of(way.im, way.re);
@@ -213,7 +219,7 @@ static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
     const double scale = sqrt(sqrt(least * most)) / cx_abs(way);
     return path_between(o, i, 1, cx_scale(-scale, from), cx_of(1.0, 0.0));
 }
-/* Returns the path over the gap below the real root at index i, from this root downwards. */
+/* Returns the path from the real root with index i to the next lower real root. */
 static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
 {
     const int high = o->order[i], low = o->order[i - 1];
@@ -226,8 +232,8 @@ static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
               root_less_root(o, o->order[i + 1], low).re;
     return path_between(o, high, low, cx_of(sqrt(mu), 0.0), cx_of(1.0, 0.0));
 }
-/* Writes the imaginary part of the normalised integral over a path, from its beginning to
- * tan^2(x/2) = `most`. Returns 0 if the integral does not converge. */
+/* Computes the imaginary part of the normalized integral over a path, from its start to tan^2(x/2)
+ * = `most`. Returns 0 if the integral does not converge. */
 static int integrate_normalised(const kowalewski_path *p, double most, const based_periods *m,
                                 double v[2])
 {
@@ -256,9 +262,9 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds `part` times the normalised integral over a path that ends at a pole to b. The sign is that
- * on the sheet on which F = i l. At the pole, tan^2(x/2) = `most`. The path begins at root
- * `from`. */
+/* Adds to b a multiple of the normalized integral over a path. The integral is taken on the sheet
+ * on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The path starts at the root with
+ * index `from` and leads to a pole. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)
@@ -279,8 +285,7 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
     return 1;
 }
-/* Returns the straight path in the plane of w that begins at a root and has the direction and
- * length of `way`. */
+/* Returns the straight path that leads from a root e to the point e + way. */
 static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx way)
 {
     kowalewski_path p = {
@@ -293,10 +298,9 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
     finish_path(&p, 1.0);
     return p;
 }
-/* Adds to b the integral from the arc of w1 to a real pole. The path begins at the root above the
- * gap with the pole. If the pole is beyond the complex pair, the path begins at the complex root
- * instead. Half a row of B is the integral from the arc of w1 to the complex root, or across the
- * upper of two gaps to the lower one. */
+/* Adds to b the integral from the arc of w1 to a real pole. The path starts at the root above the
+ * pole. If the pole lies to the left of the complex pair, the path starts at a complex root
+ * instead. The rest of the integral equals half a row of B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {
@@ -319,10 +323,9 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                  up = fmax(-root_less_pole(o, low, pole).hi, 0.0);
     return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
 }
-/* Adds to b the integrals that end at the complex pole i y and at its conjugate. The two integrals
- * are equal. The path to i y begins at the complex root and follows the circle through i y and the
- * conjugate root. If all roots are real, the path is the straight line from the root nearest to
- * zero. */
+/* Adds to b the two equal integrals that lead to the complex pole i y and to its conjugate. The
+ * path is part of the circle through a complex root, the pole i y and the conjugate root. If all
+ * roots are real, the path is the straight line that joins the root nearest to zero to the pole. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                             const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {

@@ -1,17 +1,17 @@
-/* Set-up of the plan of a Kowalewski top from its state in internal units.
+/* Set-up of the theta sums of a Kowalewski top from its initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PLAN_H
 #define KR_KOWALEWSKI_PLAN_H
 #include "kowalewski_dual.h"
 
-/* A top in the axes and units of kowalewski_curve.h: the state p, q, r, g1, g2, g3, and l = <m,
- * e3>. */
+/* The state p, q, r, g1, g2, g3 and the constant l = <m, e3> of a top, in the notation of
+ * kowalewski_curve.h. */
 typedef struct kowalewski_top {
     dd state[6], l;
 } kowalewski_top;
 
-/* Intermediate results of the set-up of a plan. */
+/* Intermediate results of setting up the theta sums. */
 typedef struct kowalewski_work {
     kowalewski_curve curve;
     kowalewski_arc arc[2];
@@ -25,9 +25,9 @@ typedef struct kowalewski_work {
     double rate_miss, separatrix; /* see find_heading and separatrix_error */
 } kowalewski_work;
 
-/* Returns 1 if the initial w1 and w2 lie on the arcs: w1 on the arc that ends at k, w2 below the
- * smallest root. This holds for all known motions, but has not been proved for all orders of the
- * roots. validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
+/* Returns 1 if the initial values of Kowalewski's variables w1 and w2 lie on the arcs. The arc of
+ * w1 ends at k, and that of w2 at the smallest root. The condition has been tested with 1e6 random
+ * tops (validation/studies/torus_accuracy.py), but not proved. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
@@ -38,16 +38,17 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
-/* Returns the relative error of the distance between two branch points. Two roots of phi that are
- * close to each other are accurate to only half of the digits. */
+/* Returns the relative error of the distance between two branch points. If two roots of phi are
+ * nearly equal, only about half of their digits are accurate. */
 static double distance_error(const kowalewski_curve *o, int i, int j)
 {
     const double size = 1.0 + o->k.hi, distance = cx_abs(root_less_root(o, i, j)) / size,
                  digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
-/* Returns the largest relative error of the distances whose logarithms determine the frequencies.
- * These distances are the gaps next to the arcs, and the distance of a complex pair from an arc. */
+/* Returns the largest relative error of the distances on which the frequencies depend
+ * logarithmically. The relevant distances are the gaps next to the arcs, and the distance between
+ * two complex roots near an arc. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -60,8 +61,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to 1 + k. A distance that is
- * not computed as a difference is taken relative to the numbers that cancel in its formula. */
+/* Returns the smallest distance between two branch points, relative to 1 + k. For nearly equal
+ * roots, the member `resolution` of close_roots replaces the distance. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -89,8 +90,8 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
         out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
         const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* There are two formulas for S/T = x/y. The terms of the first one vanish where y[5] = -1,
-         * and those of the second one where y[5] = 1. */
+        /* The ratio S/T = x/y can be computed from two formulas. The terms of the first one vanish
+         * where y[5] = -1, and those of the second one where y[5] = 1. */
         if (y[5].hi > 0.0) {
             out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
             out->y = cx_of(dd_add(y[3], plus).hi, y[4].hi);
@@ -100,13 +101,12 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         }
     }
 }
-/* Returns the coefficient of a term in a sum. `which` is the index of the sum in the pair of sums
- * that are listed together. */
+/* Returns the coefficient of a given term in one of the theta sums. */
 static double coefficient(const theta_work *t, int sum, const sum_term *n, int which)
 {
     return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
 }
-/* Writes the initial values of S and T, and of their time derivatives. */
+/* Computes the initial values of S and T and of their time derivatives. */
 static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slope[2])
 {
     const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
@@ -126,9 +126,9 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Returns the rate of the heading plus a multiple of half of each rate of the torus. The classes of
- * the sums do not determine these multiples. The multiples are found from the initial rate of A = S
- * + T or of B = S - T, whichever is larger. Up to the contribution of D,
+/* Returns the rate of the heading, corrected by integer multiples of half the torus angles' rates.
+ * These integers are found from the initial rate of A = S + T or of B = S - T, whichever is larger.
+ * Up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
 static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], const cx slope[2])
 {
@@ -157,9 +157,9 @@ static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], c
     return dd_add(w->rates.heading,
                   dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
 }
-/* Appends the rows of a sum. Terms at the ends of a row that are below 1e-18 of the largest term
- * are omitted. For a real sum, only half of the terms are stored, multiplied by two. Returns 0 if
- * there is no room. */
+/* Appends a theta sum to the solution, row by row. Negligible terms at the ends of a row are
+ * omitted. A real sum stores only half of its terms, multiplied by two, because the terms form
+ * complex conjugate pairs. Returns 0 if the array of terms or rows is full. */
 static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
                        int *rows, int *terms)
 {
@@ -203,7 +203,8 @@ static void widen(kr_theta_sums *plan, const int most[2])
     for (int j = 0; j < 2; j++)
         if (most[j] > plan->wide[j]) plan->wide[j] = most[j];
 }
-/* Computes and stores all sums. Returns 0 if there is no room or if a sum has too many terms. */
+/* Computes and stores all theta sums. Returns 0 if memory is insufficient or if a sum has too many
+ * terms. */
 static int fill_sums(kr_theta_sums *plan, theta_work *t)
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -230,7 +231,8 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
     }
     return 1;
 }
-/* Appends the rows of a dual sum. Returns 0 if there is no room. */
+/* Appends a dual sum to the solution, row by row. Returns 0 if the array of terms or rows is
+ * full. */
 static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual_work *d, int sum,
                             int *rows, int *terms)
 {
@@ -259,8 +261,8 @@ static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual
     }
     return 1;
 }
-/* Writes the initial values of S and T, and of their time derivatives, for dual sums. The common
- * real part of slope/sum is omitted. */
+/* Computes the initial values of S and T and of their time derivatives from dual sums. A common
+ * growth rate of S and T is omitted from the derivatives. */
 static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx sum[2], cx slope[2])
 {
     const dual_work *d = &w->dual;
@@ -284,8 +286,8 @@ static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx su
         slope[j] = cx_add(slope[j], cx_scale(turn, cx_of(-sum[j].im, sum[j].re)));
     }
 }
-/* Computes and stores all dual sums for one value of beta. The constants of S and T for this value
- * must be known. Returns 0 if there is no room. */
+/* Computes and stores all dual sums for one value of beta. The constants of S and T must already be
+ * known for this value of beta. Returns 0 if the array of terms or rows is full. */
 static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -309,15 +311,15 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     }
     return 1;
 }
-/* Returns the error of the sums: the largest of the ratio of the last singular values, the misfit
- * of the angular velocity, the asymmetry of B, and the error of the rate of the heading. */
+/* Returns the largest of several error estimates for the theta sums. The estimates include the
+ * misfit of the angular velocity, the asymmetry of B and the error of the heading rate. */
 static double error_of_sums(const kowalewski_work *w)
 {
     const theta_work *t = &w->theta;
     const double rates = 1.0 + fabs(w->rates.rate[0].hi) + fabs(w->rates.rate[1].hi);
     return fmax(fmax(t->certificate, t->misfit), fmax(t->matrix.asymmetry, w->rate_miss / rates));
 }
-/* Computes the sums, and the rate of the heading. */
+/* Computes the theta sums and the rate of the heading. */
 static kr_kowalewski_refusal make_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan,
                                        dd *heading)
 {
@@ -328,7 +330,8 @@ static kr_kowalewski_refusal make_sums(kowalewski_work *w, const dd state[6], kr
     *heading = find_heading(w, state, sum, slope);
     return fill_sums(plan, &w->theta) ? KR_KOWALEWSKI_PLANNED : KR_KOWALEWSKI_TERMS;
 }
-/* Computes the dual sums, and the rate of the heading. Returns 0 if the top has no dual sums. */
+/* Computes the dual sums and the rate of the heading. Returns 0 if no dual sums satisfy the
+ * equations. */
 static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan, dd *heading)
 {
     theta_work *t = &w->theta;
@@ -356,8 +359,8 @@ static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *
     *heading = find_heading(w, state, sum, slope);
     return fill_dual_sums(plan, t, d, beta);
 }
-/* Returns the specific reason why a degenerate motion is refused, or `refusal` if there is no
- * specific reason. The initial state may differ from such a motion by rounding errors. */
+/* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason applies.
+ * Rounding errors in the initial state are tolerated. */
 static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
@@ -371,8 +374,8 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
         return KR_KOWALEWSKI_PLANAR;
     return refusal;
 }
-/* Computes the roots, arcs, periods, samples and rates from which the sums are made. Returns
- * KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
+/* Computes the roots, arcs, periods, samples and rates that determine the theta sums. Returns
+ * KR_KOWALEWSKI_PLANNED on success, or the reason why the motion is refused. */
 static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;
@@ -385,7 +388,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
     if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
-    /* The formulas for the initial state divide by these distances. */
+    /* The formulas for the initial state contain divisions by the distances between branch
+     * points. */
     const kr_kowalewski_refusal unresolved =
         distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
     if (!is_on_arcs(o, top->state)) return unresolved;
@@ -400,8 +404,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     make_samples(w, w->theta.sample);
     return KR_KOWALEWSKI_PLANNED;
 }
-/* Returns the ratio of the smallest to the largest D at the samples. If it is small, the terms of
- * ordinary sums cancel. */
+/* Returns the ratio of the smallest to the largest denominator D at the samples. A small ratio
+ * indicates cancellation between the terms of the theta sums. */
 static double least_size(const theta_work *t)
 {
     double least = INFINITY, most = 0.0;
@@ -411,8 +415,8 @@ static double least_size(const theta_work *t)
     }
     return least / most;
 }
-/* Sets the rates and phases of a plan whose sums are complete, beginning at time 0. The caller sets
- * the phase of e. */
+/* Sets the rates and the initial phases of the angles. The caller sets the initial phase of the
+ * factor e. */
 static void set_phases(const kowalewski_work *w, dd heading, kr_theta_sums *plan)
 {
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};

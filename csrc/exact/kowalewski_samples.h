@@ -1,12 +1,12 @@
-/* States of a Kowalewski top at points of its torus, in double-double (F. Koetter, Acta Math. 17
- * (1893) 209). For each root e of phi and each arc j, let g be a square root of +-(w - e). With L =
- * 1/((e - e')(e - e'')), A^2 = 2 (e + h) and B = l/A,
+/* States of a Kowalewski top at given points of its torus, in double-double precision (Koetter,
+ * Acta Math. 17 (1893) 209). For each root e of phi and each arc j, let g be a square root of +-(w
+ * - e). With L = 1/((e - e')(e - e'')), A^2 = 2 (e + h) and B = l/A,
  *     G = +- g1 g2,   a = sum L A G,   p = -sum L B G / a,   q = -d1 d2 / a,
  *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
  *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
- * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. There are five
- * signs: one for each root and one for each arc. The signs are determined by comparison with a
- * state shortly after the initial time.
+ * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. Five signs must be
+ * determined, one for each root of phi and one for each arc. The signs are determined by comparison
+ * with a state shortly after the initial time.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_SAMPLES_H
@@ -20,7 +20,7 @@ typedef struct kowalewski_roots {
     double sign[5];
 } kowalewski_roots;
 
-/* The factors that depend only on the position on one arc. */
+/* The factors of a state that depend only on the position on one arc. */
 typedef struct arc_point {
     cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
     dd N, D, d;
@@ -50,7 +50,7 @@ static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)
         out->lb[i] = cdd_mul(L, B);
     }
 }
-/* Returns the square root of way (w - e_i) D, given the sine and cosine of x/2. */
+/* Returns a square root of way * (w - e_i) D, given the sine and cosine of x/2. */
 static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc, int i, double way,
                            dd s, dd c)
 {
@@ -65,7 +65,7 @@ static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc,
     return cdd_sqrt(cdd_add(cdd_scale(dd_square(s), a), cdd_scale(dd_square(c), b)));
 }
 /* Computes the factors of arc j at a point, given the sine and cosine of x/2. The caller must set
- * the angles of the point. */
+ * the members `theta` and `angle`. */
 static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c,
                        arc_point *out)
 {
@@ -84,7 +84,7 @@ static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd 
 }
 static cdd with_sign(double sign, cdd a) { return sign < 0.0 ? cdd_neg(a) : a; }
 
-/* Writes the number a and the products a p and a q. */
+/* Computes the denominator a and the products a p and a q. */
 static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_point *two, dd *a,
                     dd *p, dd *q)
 {
@@ -98,7 +98,7 @@ static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_p
     *p = dd_neg(sum_b.re);
     *q = dd_neg(dd_mul(one->d, two->d));
 }
-/* Writes the state p, q, r, g1, g2, g3, given one point on each arc. */
+/* Computes the state p, q, r, g1, g2, g3 from one point on each arc. */
 static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, const arc_point *one,
                        const arc_point *two, dd out[6])
 {
@@ -123,7 +123,7 @@ static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, con
     const dd rest = dd_sub(dd_sub(o->l, dd_mul(out[2], out[5])), dd_twice(dd_mul(p, out[3])));
     out[4] = dd_div(rest, dd_twice(q));
 }
-/* Writes the Taylor coefficients of the state p, q, r, g1, g2, g3 with respect to time. */
+/* Computes the Taylor coefficients of the state p, q, r, g1, g2, g3. */
 static void expand(const dd y[6], dd c[6][ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = y[i];
@@ -149,10 +149,10 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Computes the point on an arc at which Kowalewski's variable is `gap` below the upper end. If the
- * lower end is not at infinity, the variable is `rest` above it. `next` is a later value of `gap`,
- * which determines the direction of the motion. Returns 0 if the sine or cosine of x/2 is at most
- * `least`. */
+/* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
+ * end. If the lower end is finite, `rest` is the distance from this end. The direction of motion
+ * follows from `next`, the value of `gap` at a later time. Returns 0 if the point is so close to an
+ * end of the arc that the sine or cosine of x/2 is at most `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
                          dd next, double least, arc_point *out)
 {
@@ -187,8 +187,9 @@ static double miss_of(const dd got[6], const dd want[6])
     }
     return most;
 }
-/* Determines the five signs by comparison with a single state. The signs of the roots must
- * reproduce p and q of this state. Returns the error of the state computed with these signs. */
+/* Determines the five signs of the square roots by comparison with a single state. Only the correct
+ * signs reproduce the components p and q of the state. Returns the error of the state for the best
+ * choice of signs. */
 static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
                          const dd state[6])
 {
@@ -220,11 +221,10 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
     return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
-/* Determines the signs, and the initial angles on the torus. The signs are determined from a state
- * shortly after the initial time that is not close to an end of an arc. If w1 or w2 is slow, it
- * stays near the end of its arc for a long time. In this case, a state closer to the end is used.
- * Returns the error of this state divided by the velocity: near a saddle, early states depend far
- * less on the angles than late ones. */
+/* Determines the signs of the square roots and the initial angles on the torus. The signs are
+ * determined from an early state that is not close to an end of an arc. If w1 or w2 changes slowly,
+ * a state closer to an end is accepted. Because slow states depend little on the angles, the
+ * returned error is divided by the velocity. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

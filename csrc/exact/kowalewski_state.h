@@ -1,6 +1,6 @@
-/* The state of a Kowalewski top at time t, evaluated from its plan. The same kernel evaluates
- * either a single time or one time per lane. Results in a lane are bitwise equal to those for a
- * single time.
+/* State of a Kowalewski top at time t, computed from its closed-form solution. The code computes
+ * the state at a single time, or at a different time in each vector lane. Single and vectorized
+ * evaluations give bitwise equal results.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_KOWALEWSKI_STATE_H
@@ -10,16 +10,17 @@
 
 enum { HALF_WIDE = WIDE_MOST / 2 + 1 };
 
-/* Powers of exp(i theta1/2) and exp(i theta2/2). re1 and im1 have exp(i k theta1/2) at index k >=
- * 0. re2 and im2 have exp(i k theta2/2) at index (k + WIDE_MOST)/2. Even and odd k are stored in
- * separate arrays, so that the powers for a row are contiguous. */
+/* Powers of exp(i theta1/2) and exp(i theta2/2), as real and imaginary parts. The power exp(i k
+ * theta1/2) is stored at index k of re1 and im1. The power exp(i k theta2/2) is stored at index (k
+ * + WIDE_MOST)/2 of re2 and im2. Powers with even and odd k are stored in separate arrays, so that
+ * the powers for a row are contiguous. */
 typedef struct wave_lanes {
     wide re1[WIDE_MOST + 1], im1[WIDE_MOST + 1];
     wide re2[2][WIDE_MOST + 1], im2[2][WIDE_MOST + 1];
 } wave_lanes;
 
-/* Writes the powers of c + i s up to the exponent `most`. Each power is the product of two powers
- * with nearly equal exponents. */
+/* Computes the powers of c + i s up to the exponent `most`. To limit rounding errors, each power is
+ * the product of two powers with nearly equal exponents. */
 INLINE void fill_powers(wide s, wide c, int most, wide re[], wide im[])
 {
     re[0] = wide_splat(1.0);
@@ -46,15 +47,15 @@ INLINE void fill_waves(const kr_theta_sums *plan, const dd phase[2], wave_lanes 
         w->im2[k & 1][up] = im[k];
     }
 }
-/* Powers of the growth factors exp(a1/4) and exp(a2/4) of the dual sums (kowalewski_dual.h). `one`
- * contains power k at index k + WIDE_MOST. `two` has one array for each k modulo 4, with power k at
- * index (k + WIDE_MOST)/4, so the powers for a row are contiguous. */
+/* Powers of the growth factors exp(a1/4) and exp(a2/4) of the dual sums (kowalewski_dual.h). The
+ * power exp(k a1/4) is stored at index k + WIDE_MOST of `one`. The power exp(k a2/4) is stored at
+ * index (k + WIDE_MOST)/4 of the array two[k mod 4]. */
 typedef struct growth_lanes {
     wide one[2 * WIDE_MOST + 1];
     wide two[4][WIDE_MOST / 2 + 1];
 } growth_lanes;
 
-/* Writes the powers of exp(a) with exponents from -most to most at indices 0 to 2 WIDE_MOST. */
+/* Writes exp(k a) for |k| <= most to index k + WIDE_MOST of `out`. */
 INLINE void fill_growth_powers(dd a, int most, wide out[])
 {
     const exponential e = exponential_of(a);
@@ -67,8 +68,8 @@ INLINE void fill_growth_powers(dd a, int most, wide out[])
         up[-k] = up[-(k / 2)] * up[k / 2 - k];
     }
 }
-/* Writes the powers. x contains half of each angle, in turns. `bend` has the elements of 2 pi^2
- * B^-1. */
+/* Computes the powers of both growth factors. The array x contains half of each angle [turns].
+ * `bend` has the elements of 2 pi^2 B^-1. */
 INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], growth_lanes *w)
 {
     wide power[2 * WIDE_MOST + 1];
@@ -79,8 +80,8 @@ INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], 
     for (int k = -most[1]; k <= most[1]; k++)
         w->two[k & 3][(k + WIDE_MOST) / 4] = power[k + WIDE_MOST];
 }
-/* Writes the dual sum over some rows, whose terms start at `term`. Each term of a complex sum
- * consists of two numbers. Returns the address after the last term. */
+/* Evaluates a dual sum whose coefficients start at `term`. Each coefficient of a complex sum is
+ * stored as two numbers. Returns a pointer past the last coefficient. */
 INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_complex,
                                    const double *term, const growth_lanes *w, wide *re, wide *im)
 {
@@ -103,7 +104,7 @@ INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_compl
     *im = sum_im;
     return term;
 }
-/* Writes all dual sums, and adds the contribution of the first two phases to the phase of e. */
+/* Evaluates all dual sums, and adds the contribution of the torus angles to the phase of e. */
 INLINE void sum_dual(const kr_theta_sums *plan, const dd phase[2], dd *turn, wide re[], wide im[])
 {
     growth_lanes w;
@@ -121,8 +122,8 @@ INLINE void sum_dual(const kr_theta_sums *plan, const dd phase[2], dd *turn, wid
         row += plan->rows[i];
     }
 }
-/* Writes the sum over some rows, whose terms start at `term`. Returns the address after the last
- * term. */
+/* Evaluates a theta sum whose coefficients start at `term`. Returns a pointer past the last
+ * coefficient. */
 INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *term,
                               const wave_lanes *w, wide *re, wide *im)
 {
@@ -159,8 +160,7 @@ INLINE void sum_all(const kr_theta_sums *plan, const dd phase[2], wide re[], wid
         row += plan->rows[i];
     }
 }
-/* Returns the state at `time`, given the values of the plan's three phases. The plan's frame
- * transforms the state to the frame of description. */
+/* Returns the state at `time`, given half of each torus angle and the phase of e [turns]. */
 INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, const dd phase[3])
 {
     wide re[SUMS], im[SUMS], s, c;
@@ -191,7 +191,7 @@ INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, co
     r.q = torus_attitude(&plan->torus, q);
     return r;
 }
-/* Returns the state at `time`, given that `span` has elapsed since the initial time. */
+/* Returns the state at `time`, which is the initial time plus `span`. */
 INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd span)
 {
     dd phase[3];

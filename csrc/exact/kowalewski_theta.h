@@ -1,13 +1,13 @@
-/* The coefficients of the sums of a Kowalewski top. With n = (k1, k2)/2, up to a constant factor
- * for each class of n, the coefficients are
+/* The coefficients of the theta sums of a Kowalewski top. With n = (k1, k2)/2, up to a constant
+ * factor for each class of n, the coefficients are
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
- * with beta = 0 for P, Q and R. Classes and signs depend on the order of the real roots (`kind`).
- * Each sum contains terms of only some of the classes. These rules were found numerically and have
- * not been proved. validation/studies/torus_accuracy.py tests them with 1e6 random tops. A plan is
- * refused if its sums do not agree with states of the top. The constants of S and T are the null
- * vector of the equations
+ * with beta = 0 for P, Q and R. The classes and signs of the terms depend on the order of the real
+ * roots. Each theta sum contains terms of only some of the classes. The rules were found
+ * numerically and have not been proved. The study validation/studies/torus_accuracy.py tests the
+ * rules for classes and signs with 1e6 random tops. Solutions are rejected if the sums disagree
+ * with states of the top. The constants of S and T are the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
- * at points of the torus. The constants of P, Q and R solve least-squares problems.
+ * at points of the torus. The constants of P, Q and R are found by linear least squares.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_THETA_H
@@ -17,29 +17,29 @@
 #include "kowalewski_samples.h"
 #include "least_squares.h"
 
-/* The ratio of singular values below which the equations count as satisfied, and a limit for the
- * same ratio from a third of the samples. */
+/* The equations count as satisfied if the ratio of the two smallest singular values is below
+ * SATISFIED. NEARLY_SATISFIED is the looser limit for a fit to only a third of the samples. */
 #define SATISFIED 1e-8
 #define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds of curves, classified by the order of the real roots. With e for a root of phi, they
- * are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds of curves, classified by the order of the real roots. With e denoting a root of phi,
+ * the six orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* A term without the constant of its class. The sign of a term depends on the sum, so the values
- * for two sums are stored; they differ at most in sign. */
+/* A term of a theta sum, excluding the constant factor of its class. The values of a term in two
+ * sums are stored, because they may differ in sign. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
 } sum_term;
-/* All terms for one value of beta that are not negligible, in ascending order of k1 and then of k2.
- * `wide` holds the largest |k1| and |k2|. */
+/* All significant terms for one value of beta, sorted by k1 and then by k2. The array `wide` holds
+ * the largest |k1| and |k2|. */
 typedef struct sum_terms {
     int count, wide[2];
     sum_term term[TERMS];
 } sum_terms;
 
-/* A state of the top at one point of the torus. */
+/* The state of a top at one point of its torus. */
 typedef struct torus_sample {
     double p, q, r;
     cx x, y; /* coefficients of the equation S x = T y */
@@ -76,10 +76,10 @@ static int class_of(int kind, int k1, int k2)
     if (has_pairs(kind)) return 2 * odd(k1) + odd(k2);
     return 4 * odd(k1) + ((k2 - 2 * floor_half(k1)) & 3);
 }
-/* Returns 1 if the sum has terms of this class. */
+/* Returns 1 if a sum contains terms of the class with the given index. */
 static int has_class(int kind, int sum, int index)
 {
-    /* Bit i stands for class i. */
+    /* Bit i of each number is set if the sum contains terms of class i. */
     static const unsigned char classes[KINDS][SUMS] = {
         {0x55, 0xaa, 0x55, 0x0a, 0xaa}, {0x0f, 0x0f, 0x0f, 0x0a, 0x0f},
         {0x0f, 0x0f, 0x07, 0x02, 0x0d}, {0x0f, 0x0f, 0x07, 0x02, 0x0d},
@@ -87,7 +87,7 @@ static int has_class(int kind, int sum, int index)
     };
     return classes[kind][sum] >> index & 1;
 }
-/* Returns the sign of a term within its class, for a given sum. */
+/* Returns the sign of the term k1, k2 in a given sum. */
 static double sign_of_term(int kind, int sum, int k1, int k2)
 {
     static const double signs[KINDS][SUMS][2] = {
@@ -120,7 +120,7 @@ static double decay(dd x)
     return e.plus * (e.even + e.odd);
 }
 /* Lists the terms of two sums that are larger than e^-40 times the largest possible term. Returns 0
- * if there are too many. */
+ * if there are too many terms. */
 static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], const double beta[2],
                       sum_terms *out)
 {
@@ -154,8 +154,8 @@ static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], co
     }
     return out->count > 0;
 }
-/* Writes exp(i k theta/2) for |k| up to `most`. Each power is the product of two powers with nearly
- * equal exponents. */
+/* Computes exp(i k theta/2) for |k| up to `most`. To limit rounding errors, each power is the
+ * product of two powers with nearly equal exponents. */
 static void make_waves(double theta, int most, cx wave[])
 {
     cx *w = wave + WIDE_MOST;
@@ -164,8 +164,8 @@ static void make_waves(double theta, int most, cx wave[])
     for (int k = 2; k <= most; k++) w[k] = cx_mul(w[k / 2], w[k - k / 2]);
     for (int k = 1; k <= most; k++) w[-k] = cx_conj(w[k]);
 }
-/* Sums the terms of each class, for two sums at one sample. Terms with the same k1 and the same k2
- * modulo 4 belong to the same class. */
+/* Sums the terms of each class at one sample, for two theta sums. Terms with the same k1 and the
+ * same k2 modulo 4 belong to the same class. */
 static void sum_classes(theta_work *w, const int sum[2], const double theta[2], cx out[2][CLASSES])
 {
     const sum_term *t = w->terms.term, *const end = t + w->terms.count;
@@ -198,8 +198,8 @@ static cx weigh(const cx column[CLASSES], const double constant[CLASSES])
 }
 static const int spinor_sums[2] = {SUM_S, SUM_T};
 
-/* The samples that are used: a third of them, which lie in all rows and columns, the others, or
- * all. A third suffices to exclude a value of b. */
+/* Subsets of the samples used for fitting. The subset THIRD_OF_SAMPLES contains samples from all
+ * rows and columns. A third of the samples suffices to reject a wrong value of b. */
 typedef enum sample_choice { THIRD_OF_SAMPLES, OTHER_SAMPLES, ALL_SAMPLES } sample_choice;
 static int is_chosen(int i, sample_choice choice)
 {
@@ -211,9 +211,9 @@ static void fill_columns(theta_work *w, const int sum[2], sample_choice choice)
     for (int i = 0; i < SAMPLES; i++)
         if (is_chosen(i, choice)) sum_classes(w, sum, w->sample[i].theta, w->column[i]);
 }
-/* Computes the constants of S and T from some or all samples. The equation of each sample is
- * divided by the sample's size. Returns the ratio of the smallest singular value to the next larger
- * one. */
+/* Fits the constants of S and T to some or all samples. Each equation is divided by the approximate
+ * magnitude of the sums at its sample. Returns the ratio of the smallest singular value to the
+ * second smallest. */
 static double solve_spinor(theta_work *w, sample_choice choice)
 {
     lsq *m = &w->lsq;
@@ -241,16 +241,16 @@ static double solve_spinor(theta_work *w, sample_choice choice)
                 has_class(w->kind, spinor_sums[j], index) ? null[at++] : 0.0;
     return ratio;
 }
-/* Computes D at all samples. */
+/* Computes the denominator D at all samples. */
 static void find_sizes(theta_work *w)
 {
     for (int i = 0; i < SAMPLES; i++)
         w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
                                         cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
 }
-/* Computes the constants of S and T from the columns. The equations are then divided by D and
- * solved again, so that the errors of S and T are small relative to D everywhere. Returns the ratio
- * of the smallest singular value to the second smallest. */
+/* Fits the constants of S and T to all samples. The fit is repeated with equations divided by D, so
+ * that errors are small relative to D everywhere. Returns the ratio of the smallest singular value
+ * to the second smallest. */
 static double solve_spinor_twice(theta_work *w)
 {
     const double ratio = solve_spinor(w, ALL_SAMPLES);
@@ -260,8 +260,9 @@ static double solve_spinor_twice(theta_work *w)
     find_sizes(w);
     return better;
 }
-/* Computes the constants of S and T for one beta. If `thorough` is 0, first tries a third of the
- * samples. Returns the ratio that solve_spinor_twice returns. */
+/* Fits the constants of S and T for one value of beta. If `thorough` is 0, the function fails
+ * unless a third of the samples can be fitted. Returns the ratio of the two smallest singular
+ * values, or INFINITY on failure. */
 static double find_spinor(theta_work *w, const double beta[2], int thorough)
 {
     if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
@@ -271,8 +272,8 @@ static double find_spinor(theta_work *w, const double beta[2], int thorough)
     fill_columns(w, spinor_sums, OTHER_SAMPLES);
     return solve_spinor_twice(w);
 }
-/* Writes beta for one of the four values of b, which differ by rows of B/2. Adds the multiples of
- * the rows of B for which the sums are smallest. */
+/* Computes beta from one of four candidates for b, which differ by rows of B/2. Multiples of the
+ * rows of B are added to make the terms of the sums as small as possible. */
 static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
 {
     const double det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -284,16 +285,17 @@ static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
     beta[0] = 0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0];
     beta[1] = 0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1];
 }
-/* Computes the constants of S and T for one of the four values of b. Returns the result of
- * find_spinor. */
+/* Fits the constants of S and T for one of the four candidates for b. Returns the ratio of the two
+ * smallest singular values, or INFINITY on failure. */
 static double try_spinor_class(theta_work *w, int i, int thorough)
 {
     double beta[2];
     find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta, thorough);
 }
-/* Tries the four values of b until one satisfies the equations with a small error. If there is no
- * such value, uses the best one. Returns 0 if no value satisfies the equations at all. */
+/* Tries the four candidates for b until one satisfies the equations to high accuracy. If no
+ * candidate is accurate, the best one is used. Returns 0 if no candidate satisfies the
+ * equations. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;
@@ -307,8 +309,8 @@ static int find_spinor_class(theta_work *w)
     w->certificate = try_spinor_class(w, best, 1);
     return 1;
 }
-/* Computes the constants of one sum, with index `which` in the pair `sum`, from its class sums.
- * Also updates the largest misfit. */
+/* Fits the constants of one of the sums P, Q and R. The largest residual is recorded in
+ * `misfit`. */
 static void find_velocity(theta_work *w, const int sum[2], int which)
 {
     double right[LSQ_ROWS] = {0.0}, most = 0.0, miss = 0.0, solution[LSQ_COLUMNS];

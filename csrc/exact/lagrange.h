@@ -1,16 +1,16 @@
 /* Set-up of the closed-form solution for the Lagrange top. Let u = a.e3 be the height of the axis
  * a, U u the potential energy, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
- * The rates (nu of the nutation, k1 and k2 of alpha and beta) and the roots are computed in
- * double-double, without cancellation. The moment of inertia about the axis only contributes a
- * constant spin, which is added separately. This header is compiled once for each instruction set
- * and number of lanes (lane_types.h). */
+ * The roots, the rate nu of the nutation, and the rates k1 and k2 of alpha and beta are computed in
+ * double-double arithmetic. The moment of inertia about the axis contributes only a constant spin,
+ * which is added separately. This header is compiled once for each instruction set and number of
+ * lanes (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
 #include "theta.h"
 
-/* Data of the initial state, in the notation defined at the top of this file. */
+/* Quantities derived from the initial state. */
 typedef struct initial {
     dd w[3], g;         /* W [T^-1] and g [T^-2] */
     dd w_square;        /* |W|^2 */
@@ -20,8 +20,8 @@ typedef struct initial {
     dd climb;           /* du/dt */
 } initial;
 
-/* The distances of u1, u2 and u3 from the initial height u0, from the poles u = -1 and 1, and from
- * each other. Distances that become infinite at zero torque are multiplied by g. */
+/* Distances between the roots u1, u2 and u3, the initial height u0 and the poles u = -1 and 1.
+ * Distances that become infinite at zero torque are multiplied by g. */
 typedef struct turning {
     dd down, up;                     /* u0 - u1, u2 - u0 */
     dd third;                        /* g (u3 - u0) */
@@ -46,9 +46,9 @@ static inline initial initial_of(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Computes the turning heights if u3 is the isolated root. The cubic is expanded about the initial
- * height, in v = u - u0, because u1 and u2 may be close to u0. Newton's method yields V = g (u3 -
- * u0). The other two roots are then the solutions of a quadratic equation. */
+/* Computes the roots u1, u2 and u3 of the cubic if u3 is far from the other two. The cubic is
+ * expanded about the initial height, in v = u - u0, because u1 and u2 may be close to u0. Newton's
+ * method yields V = g (u3 - u0). The other two roots follow from a quadratic equation. */
 static inline void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
@@ -68,8 +68,8 @@ static inline void about_start(const initial *s, const dd c[3], wide guess, turn
     r->minus3 = dd_sub(r->third, dd_mul(s->g, s->minus));
     r->minus1 = dd_add(s->minus, r->down);
 }
-/* Computes the turning heights if u1 is the isolated root. The cubic is expanded about the upper
- * pole, because u2 and u3 can coincide only there. */
+/* Computes the roots u1, u2 and u3 of the cubic if u1 is far from the other two. The cubic is
+ * expanded about the upper pole, because u2 and u3 can coincide only there. */
 static inline void about_top(const initial *s, wide guess, turning *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -95,9 +95,9 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->span = dd_sub(r->minus1, r->minus2);
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
-/* Recomputes the smaller of a and b as product / (larger * beside), which avoids cancellation. The
- * mask `smaller_a` marks the lanes in which a is smaller than b. If both are zero, they remain
- * zero. */
+/* Recomputes the smaller of a and b as product / (larger * beside) to avoid cancellation. The mask
+ * `smaller_a` marks the lanes in which a is smaller than b. If both a and b are zero, they are left
+ * unchanged. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
@@ -109,7 +109,7 @@ static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd 
 /* Replaces small distances, which suffer from cancellation, by quotients of exact products:
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * `top` is nonzero if about_start computed the heights. */
+ * The argument `top` is nonzero if about_start computed the roots. */
 static inline void sharpen(const initial *s, turning *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
@@ -138,8 +138,8 @@ static inline void heights_about_top(const initial *s, wide guess, turning *r)
     about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
 }
-/* Finds the turning heights. The cubic is expanded about a point at which two nearly equal roots
- * can be computed without losing digits. */
+/* Finds the roots u1, u2 and u3 of the cubic. The expansion point is chosen such that two nearly
+ * equal roots can be computed accurately. */
 static turning turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -165,8 +165,7 @@ static turning turning_heights(const initial *s)
 /* Writes the rates nu, k1 and k2, and returns agm(1, k'). The rate k1 is
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
  * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. For k2,
- * the sum starts from u2 or u3, whichever is farther from the pole and therefore has the larger
- * p0. */
+ * the sum starts from u2 or u3, whichever is farther from the pole. */
 static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
@@ -191,13 +190,13 @@ static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *
     }
     return mean;
 }
-/* The imaginary parts y1 and y2 of the arguments of alpha and beta, and T (theta_stretch). */
+/* The imaginary parts y1 and y2 of the arguments of alpha and beta, and the ratio T of K' to K. */
 typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns the arguments, which are incomplete elliptic integrals of the first kind. p1 and p2 are
- * 1 + u1 and 1 + u2; m1 and m2 are 1 - u1 and 1 - u2. */
+/* Computes the arguments of alpha and beta, which are incomplete elliptic integrals of the first
+ * kind. Here p1 and p2 are 1 + u1 and 1 + u2, and m1 and m2 are 1 - u1 and 1 - u2. */
 static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r,
                                      dd average)
 {
@@ -217,7 +216,7 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
 }
 /* Sets the theta series of alpha, beta and the horizontal momentum, in the dual nome if `dual` is
  * nonzero. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1
- * - u)/2 at the turning heights. */
+ * - u)/2 at the extreme heights. */
 static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
                                   int dual)
 {
@@ -259,10 +258,10 @@ static inline void lagrange_series(exact_lanes *exact, const turning *r, const a
     } else
         series_of_kind(exact, r, a, 0);
 }
-/* Sets the scale factor of the horizontal momentum from its value at the lower turning height. The
- * momentum is larger there than at the upper one, because m1 p2 >= p1 m2 and plus3 >= minus3 (in
- * the notation of arguments_of). The series, a theta3 of a real or imaginary argument, is
- * positive. */
+/* Sets the scale factor of the horizontal momentum from its magnitude at the lowest position of the
+ * axis. The momentum is larger there than at the highest position, because m1 p2 >= p1 m2 and plus3
+ * >= minus3 (in the notation of arguments_of). The theta3 series is positive for real and imaginary
+ * arguments. */
 static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r,
                                      wide i1)
 {
@@ -277,7 +276,7 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
 /* Returns the initial phase [turns], between 0 and 1/4. The phase is computed from the distance to
- * the nearer turning height. */
+ * the nearer of the two extreme heights. */
 static inline dd phase_at_start(const turning *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
@@ -293,10 +292,10 @@ static inline dd phase_at_start(const turning *r, wide mean)
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
 /* Sets the initial phases of the nutation, of alpha and of beta. The phase of the horizontal
- * momentum is the sum of the phases of alpha and beta. Only two of these three phases are computed
+ * momentum is the sum of the phases of alpha and beta. Only two of the three phases are computed
  * directly, because the phase of a quantity close to zero is inaccurate. The phase of the momentum
- * is less accurate when the momentum is nearly vertical. This phase is used only if the momentum,
- * relative to its maximum, exceeds twice the smaller of alpha and beta, relative to theirs. */
+ * is less accurate when the momentum is nearly vertical. The phase of the momentum is used only if
+ * the momentum is large compared with alpha or beta. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
@@ -307,7 +306,7 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const wide mh = top->m.x * top->m.x + top->m.y * top->m.y;
     const wide top_square =
         s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
-    /* Squared magnitudes relative to their maxima. */
+    /* Squared magnitudes of alpha, beta and the momentum, relative to their maxima. */
     const wide of_first = alpha * per_all / r->plus2.hi, of_second = beta * per_all / r->minus1.hi,
                of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
@@ -324,23 +323,23 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the axis is at rest at a pole. In all other cases, the tilt or the velocity of the
- * axis exceeds the threshold of kr_exact_resolves. */
+/* Returns 1 if the axis is at rest at a pole. The function kr_exact_resolves excludes tops that are
+ * nearly at rest at a pole. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* Returns half of c (1/I3 - 1/I1), where c = <m, a>. This is half the difference between the spin
- * and the component of W along the axis. The caller adds the result to the rate of alpha, and
+/* Returns half of c (1/I3 - 1/I1), where c = <m, a>. The result is half the difference between the
+ * spin and the component of W along the axis. The caller adds the result to the rate of alpha, and
  * subtracts it from the rate of beta. */
 static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
-/* Intermediate results of setting up a closed-form solution, in the order of the stages. */
+/* Intermediate results of setting up a closed-form solution. */
 typedef struct setting {
     exact_lanes exact;
     exact_top top;
@@ -351,7 +350,7 @@ typedef struct setting {
     arguments at;
 } setting;
 
-/* Computes the data needed by all later stages. */
+/* Computes quantities that all later stages of the set-up need. */
 static void begin_setting(setting *s)
 {
     s->i1 = equal_moment(&s->top);
@@ -369,7 +368,7 @@ static void set_angles(setting *s)
     lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Sets up n closed-form solutions in internal units; begin_setting must have been called for each.
+/* Computes n closed-form solutions in internal units, after begin_setting has been called for each.
  * No axis may be at rest at a pole, and weight * |com| must be positive. Each stage is completed
  * for all tops before the next, because the code of all stages exceeds the first-level instruction
  * cache. */

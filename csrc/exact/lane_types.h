@@ -3,15 +3,15 @@
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top). All quantities that grow
- * with time are computed in double-double, so that the errors of states do not grow. The function
- * theta4(X) is not needed, because q is normalized.
+ * with time are double-doubles, so that the errors of states do not grow. The common denominator
+ * theta4(X) cancels, because q is normalized.
  *
- * This header is compiled once for each instruction set, like the files that include it, and once
- * more with KR_EXACT_LANES. Each number is then a vector with one lane per top (math/simd.h). The
- * result in a lane is bitwise equal to that for a single top. If lanes take different branches,
- * both branches are computed, and each lane selects its own result. A loop runs until all lanes are
- * finished, leaving finished lanes unchanged. Without KR_EXACT_LANES, a single top is processed,
- * with ordinary branches and loops. */
+ * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
+ * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
+ * lane is bitwise equal to that of the scalar code. If lanes take different branches, both branches
+ * are computed, and each lane selects its own result. A loop runs until all lanes are finished,
+ * leaving finished lanes unchanged. Without KR_EXACT_LANES, a single top is processed with ordinary
+ * branches and loops. */
 #ifndef KR_EXACT_LANE_TYPES_H
 #define KR_EXACT_LANE_TYPES_H
 #if defined KR_EXACT_LANES
@@ -25,11 +25,11 @@
 #include "math/isa.h"
 #include "math/simd.h"
 
-/* The kinds of series: for the heavy or the torque-free top, in the nome or in the dual nome. The
+/* A theta series describes a heavy or a torque-free top, and uses the nome or the dual nome. The
  * dual nome is smaller than the nome if K' < K, for example near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
-/* The types of kreisel.h and layout.h, with one lane per top. */
+/* Counterparts, with one lane per top, of the types in kreisel.h and layout.h. */
 #if defined KR_EXACT_LANES
 typedef struct vec3_lanes {
     wide x, y, z;
@@ -48,7 +48,7 @@ typedef struct theta_lanes {
 typedef struct phase_lanes {
     wide fast, slow, start, more;
 } phase_lanes;
-/* The members of kr_exact_form in the same order, without `framed` and `frame`. */
+/* A kr_exact_form with one lane per top, but without the members `framed` and `frame`. */
 typedef struct exact_lanes {
     wide period, precession, spin, begin, curve;
     phase_lanes nutation, first, second;
@@ -57,7 +57,7 @@ typedef struct exact_lanes {
     wide momentum, side;
     vec3_lanes constant;
 } exact_lanes;
-/* Only heavy tops are processed in lanes. */
+/* Only heavy tops are processed in vector lanes. */
 INLINE int is_euler(const exact_lanes *e) { return (void)e, 0; }
 INLINE mask is_dual(const exact_lanes *e)
 {
@@ -76,8 +76,8 @@ INLINE mask is_dual(const kr_exact_form *e)
     return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
 }
 #endif
-/* Copies the lanes selected by the mask m from `from` to `to`. Both are structures of `bytes` bytes
- * that consist entirely of lanes. */
+/* Copies the lanes that the mask m selects, and leaves the other lanes of `to` unchanged. Both
+ * arguments point to structures that consist entirely of lanes. */
 INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {

@@ -1,6 +1,6 @@
-/* The members of kr_exact, kr_exact_map and kr_turning. kreisel.h declares the first members and
- * reserves memory for the rest, so programs do not depend on the layout. Only dispatch.c uses the
- * public types; all other files use the types of this header. */
+/* The private layout of kr_exact, kr_exact_map and kr_turning. The public header declares only the
+ * first members of each type and reserves memory for the rest, so programs do not depend on the
+ * layout. Only dispatch.c uses the public types; all other files use the types of this header. */
 #ifndef KR_EXACT_LAYOUT_H
 #define KR_EXACT_LAYOUT_H
 #include <stddef.h>
@@ -18,9 +18,9 @@ typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 
-/* The closed-form solution of lane_types.h. All members consist of doubles, like those of kr_exact.
- * C's aliasing rules therefore permit a kr_exact to be read through a pointer to this type. The
- * library writes a kr_exact with memcpy. */
+/* The closed-form solution in the notation of lane_types.h. All members consist of doubles, like
+ * those of kr_exact. C's aliasing rules therefore permit a kr_exact to be read through a pointer to
+ * this type. To write a kr_exact, the library uses memcpy. */
 typedef struct kr_exact_form {
     double period, precession, spin; /* as in kr_exact */
     double begin;                    /* [T] */
@@ -73,8 +73,8 @@ KR_CHECK_LAYOUT(kr_turning_is_laid_out,
                         offsetof(kr_turning_form, critical_spin) &&
                     offsetof(kr_turning, motion_type) == offsetof(kr_turning_form, motion_type) &&
                     offsetof(kr_turning, private_) == offsetof(kr_turning_form, sum));
-/* If a public type and its private counterpart had different alignments, these structures would
- * have different padding. */
+/* If the alignments of a public and a private type differed, the two structures below would have
+ * different padding. */
 struct kr_aligned_public {
     char a;
     kr_exact exact;

@@ -1,6 +1,6 @@
-/* Solves small dense least-squares problems in doubles by Householder QR factorization with column
- * pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times the longest
- * one is treated as zero. */
+/* Solves small dense least-squares problems in double precision by Householder QR factorization
+ * with column pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times
+ * the longest one is treated as zero. */
 #ifndef KR_EXACT_LEAST_SQUARES_H
 #define KR_EXACT_LEAST_SQUARES_H
 #include <math.h>
@@ -55,8 +55,8 @@ static inline void lsq_scale(lsq *m)
     for (int j = 0; j < m->rank; j++)
         for (int i = 0; i < m->rows; i++) m->a[j][i] /= m->size[j];
 }
-/* Applies the k-th Householder reflection to x. Column k stores this reflection from the diagonal
- * element downwards. */
+/* Applies the k-th Householder reflection to x. Column k stores the reflection vector in its
+ * elements from the diagonal downwards. */
 static inline void lsq_reflect(const lsq *m, int k, double *x)
 {
     const double *v = m->a[k];
@@ -69,8 +69,8 @@ static inline void lsq_reflect(const lsq *m, int k, double *x)
     const double s = 2.0 * dot / square;
     for (int i = k; i < m->rows; i++) x[i] -= s * v[i];
 }
-/* Factors the matrix. Afterwards, the part of column k above the diagonal is a column of R, and the
- * rest is the k-th reflection. */
+/* Factors the matrix. Above the diagonal, column k becomes a column of R; its remaining elements
+ * store the k-th reflection. */
 static inline void lsq_factor(lsq *m)
 {
     lsq_scale(m);
@@ -109,9 +109,8 @@ static inline void lsq_unscale(const lsq *m, const double *x, double *out)
 {
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
-/* Solves a least-squares problem, given the factored matrix and a right-hand side, which is
- * overwritten. Columns are omitted if their diagonal element of R is at most 1e-13 times the first
- * one. */
+/* Solves a least-squares problem for a factored matrix, overwriting the right-hand side. A column
+ * is omitted if its diagonal element in R is at most 1e-13 times the first diagonal element. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;
@@ -127,7 +126,8 @@ static inline double lsq_normalise(double *x, int n)
     for (int i = 0; i < n; i++) x[i] /= size;
     return size;
 }
-/* Replaces x by (R^t R)^-1 x, scaled to unit length. Returns the length before scaling. */
+/* Replaces x by (R^t R)^-1 x, scaled to unit length. Returns the length of the vector before
+ * scaling. */
 static inline double lsq_iterate(const lsq *m, double *x)
 {
     lsq_forward(m, x);

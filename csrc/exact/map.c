@@ -1,6 +1,6 @@
-/* The closed-form solution of the Bobenko-Suris map: set-up and states. This file is compiled once
- * for each instruction set. The map has its own file, so programs that do not use it, such as the
- * viewer, do not link its code. */
+/* Set-up and states of the closed-form Bobenko-Suris map. This file is compiled once for each
+ * instruction set. The map has its own file, so programs that do not use it, such as the viewer, do
+ * not link its code. */
 #include "dispatch.h"
 #include "map.h"
 

@@ -1,22 +1,22 @@
-/* The k-th state of the Bobenko-Suris map in closed form. The states lie on an elliptic curve like
- * that of the continuous motion, at equally spaced phases. A link is a pair of consecutive states.
+/* The k-th state of the Bobenko-Suris map in closed form. The states lie at equally spaced phases
+ * on an elliptic curve like that of the continuous motion. A link is a pair of consecutive states.
  * In the notation of map_curve.h, where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence the phase of alpha increases by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step. The
- * phase of beta increases by the corresponding expression. The momentum of a state belongs to the
- * link that ends at this state, and thus to an instant half a step earlier. The rotation about the
- * axis is exact, as in methods/bobenko_suris.h. This header is compiled once for each instruction
- * set, because double-doubles are faster with fused multiply-add. */
+ * phase of beta increases by the corresponding expression with N-, s1 and y2. The momentum of a
+ * state belongs to the link that ends at this state, and thus to an instant half a step earlier.
+ * The rotation about the axis is exact, as in methods/bobenko_suris.h. This header is compiled once
+ * for each instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"
 #include "map_curve.h"
 #include "scaling.h"
 
-/* Returns arg theta2(x + i y) for |x| <= pi/4. If K'/K < 1, sums the dual series, which is a
- * theta4. The terms are `weight` times cos(n x) cosh(n y) and sin(n x) sinh(n y), with odd n for
- * theta2 and even n for theta4. Here c and s are cos(n x) and sin(n x), and `up` and `down` are
+/* Returns arg theta2(x + i y) for |x| <= pi/4. If K'/K < 1, the dual series is summed, which is a
+ * theta4 series. The terms are `weight` times cos(n x) cosh(n y) and sin(n x) sinh(n y), with odd n
+ * for theta2 and even n for theta4. Here c and s are cos(n x) and sin(n x), and `up` and `down` are
  * e^(n y) and e^(-n y). */
 static dd arg_theta2(const map_curve *r, dd x, dd y)
 {
@@ -49,16 +49,16 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     if (!dual) return dd_atan2(dd_neg(im), re);
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
-/* Returns the increase in the phase of alpha (sign 1) or beta (sign -1) over one step. The increase
- * is computed from the link that is symmetric about a turning height. */
+/* Returns the increase in the phase of alpha (sign 1) or beta (sign -1) over one step. The
+ * calculation uses two consecutive states that are symmetric about an extreme height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
     dd re, im;
     map_linear(k, s, sign, &re, &im);
     return dd_sub(dd_atan2(im, re), dd_twice(arg_theta2(r, dd_half(r->eta), y)));
 }
-/* Sets the theta series of alpha, beta and the momentum, and theta4 (`pole`), which scales the
- * momentum. */
+/* Sets the theta series of alpha, beta and the momentum, and the theta4 series by which the
+ * momentum is divided. */
 static void map_series(kr_exact_map_form *map, const map_curve *r)
 {
     const double pi = 3.14159265358979323846, T = r->ratio.hi, y1 = r->y1.hi, y2 = r->y2.hi;
@@ -84,8 +84,7 @@ static void map_series(kr_exact_map_form *map, const map_curve *r)
     theta_scale(&curve->alpha, sqrt(0.5 * r->plus2) * theta_at(three.even, at) / high);
     theta_scale(&curve->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
 }
-/* Returns theta4 after k steps, with the same scale factor as the other theta functions of the
- * kernel. */
+/* Returns theta4 after k steps, on the same scale as the other theta functions. */
 static double pole_at(const kr_exact_map_form *map, double k)
 {
     const kr_phase *f = &map->curve.nutation;
@@ -99,10 +98,9 @@ static double pole_at(const kr_exact_map_form *map, double k)
     s = sinh(x * map->curve.stretch);
     return theta_at(map->pole.even, -s * s) * sqrt(1.0 + s * s);
 }
-/* Sets the scale factor of the momentum from its magnitude and sign in the lower of the two
- * symmetric links. The momentum is larger there than at the upper one, because 1 + |W|^2 = (1 +
- * E)/(1 + b s). The sign of the momentum follows from W ~ alpha beta' - beta alpha'. Returns the
- * largest |W|^2. */
+/* Sets the scale factor of the momentum from its value at the lowest position of the axis. The
+ * momentum is larger there than at the highest position, because 1 + |W|^2 = (1 + E)/(1 + b s). The
+ * sign of the momentum follows from W ~ alpha beta' - beta alpha'. Returns the largest |W|^2. */
 static double set_momentum(kr_exact_map_form *map, const map_link *k)
 {
     double f[6], g[6], h[6];
@@ -120,8 +118,8 @@ static double set_momentum(kr_exact_map_form *map, const map_link *k)
     return across + k->l.hi * k->l.hi;
 }
 /* Sets the initial phases. The phase of the momentum is the sum of the phases of alpha and beta.
- * For the two quantities of largest magnitude, the phases are computed directly; the third phase
- * then follows. */
+ * The phases of the two largest quantities are computed directly; the third phase follows from
+ * them. */
 static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
@@ -158,8 +156,7 @@ static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
            (fmin(plus.hi, minus.hi) <= least || (w == 0.0 && k->b.hi == 0.0));
 }
 /* Sets up the closed-form solution of the map in internal units, using the step size as the unit of
- * time. Returns 0 if 1 + b s = 0, or if the motion is too close to a separatrix for accurate
- * roots. */
+ * time. Returns 0 if 1 + b s = 0, or if the motion is too close to a separatrix. */
 static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
 {
     const dd i1 = equal_moment(top);
@@ -194,8 +191,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
     set_rates(curve, r.eta.hi, first.hi, second.hi);
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
-/* Returns the k-th state: the attitude after k steps, and the momentum of the link that ends at
- * this state. If k is too large for the kernel, returns the initial state. */
+/* Returns the attitude after k steps and the momentum during the last step. If k is too large to
+ * compute the phases, returns the initial state. */
 static kr_state map_state(const kr_exact_map_form *map, int64_t k)
 {
     const kr_exact_form *curve = &map->curve;
@@ -210,16 +207,15 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the closed-form solution reproduces the initial attitude, `start`. It may fail to do
- * so if the step size is 1e-8 or less and the initial axis is very close to a pole. Double-double
- * arithmetic then cannot resolve the distances from the pole. */
+/* Returns 1 if the closed-form solution reproduces the initial attitude `start`. For step sizes of
+ * 1e-8 or less, the solution may be inaccurate if the initial axis is very close to a pole.
+ * Double-double arithmetic cannot resolve very small distances from a pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
-/* Sets up the closed-form solution of the Bobenko-Suris map for a scene. A step so large that 1 + b
- * s < 0 is equivalent to a step of the top with up and down interchanged. The solution then starts
- * from the first link of that top. */
+/* Sets up the closed-form solution of the Bobenko-Suris map for a scene. If 1 + b s < 0, the
+ * solution of the equivalent top with up and down interchanged is computed instead. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
     const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};
@@ -237,14 +233,14 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     map_link k;
     int below = top.own.lever.hi < 0.0;
     /* The first pass determines whether up and down are exchanged, and the second pass uses the
-     * result. A third pass would repeat the second. */
+     * result. Further passes would not change the result. */
     for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
-        return KR_ERR_ARGUMENT; /* Powers of the step would underflow or overflow. */
+        return KR_ERR_ARGUMENT; /* Powers of the step size could underflow or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) {
         turn_over(&r.curve);

@@ -14,8 +14,7 @@
 #include "single.h"
 #include "theta.h"
 
-/* The first link, between the initial state and the state after one step, and the data that
- * determine the curve. */
+/* The first step of the map, and the quantities that determine the elliptic curve. */
 typedef struct map_link {
     dd l, c, b, energy, x; /* notation of the file's head; b and x are multiplied by `sign` */
     dd s, climb;           /* u + u', u' - u */
@@ -26,7 +25,7 @@ typedef struct map_link {
     double unit;           /* m = unit W */
     double sign;           /* sign of 1 + b s */
 } map_link;
-/* The elliptic functions of a curve. Half a period corresponds to a phase of pi. */
+/* Parameters of the elliptic functions on a curve. The phase increases by 2 pi in each period. */
 typedef struct map_curve {
     dd k2, kp2, mean, ratio; /* k^2, k'^2, agm(1, k'), K'/K */
     dd eta, y1, y2;          /* growth of the phase in a step; imaginary parts of the arguments */
@@ -43,7 +42,7 @@ static void cross(const dd a[3], const dd b[3], dd r[3])
         r[i] = dd_sub(dd_mul(a[j], b[k]), dd_mul(a[k], b[j]));
     }
 }
-/* Performs the first step of the map, and computes the constants of the link. */
+/* Performs the first step of the map, and computes the constants of the curve. */
 static map_link map_link_of(const exact_top *top, double step)
 {
     const dd one = dd_of(1.0), i1 = equal_moment(top), scale = dd_div(dd_of(0.5 * step), i1);
@@ -92,9 +91,9 @@ static void fill_cubic(map_link *k)
                      dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
     k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
-/* Computes the roots of P, which is expanded in v = s - s0 about the value s0 of the first link.
- * Newton's method yields the isolated root. The other two are the solutions of a quadratic
- * equation, computed without cancellation. */
+/* Computes the roots of the cubic P from its expansion about the value s0 of the first step.
+ * Newton's method yields the isolated root. The other two roots solve a quadratic equation, and are
+ * computed without cancellation. */
 static void find_map_roots(map_link *k)
 {
     const dd c[3] = {
@@ -131,7 +130,7 @@ static void find_map_roots(map_link *k)
     k->s2 = dd_add(k->s, k->above);
 }
 /* Writes s and (u' - u)^2 = P(s)/(1 + b s) for the link at the phase with the given values of sn^2
- * and cn^2. Both are computed from the distances between s and the roots. */
+ * and cn^2. The calculation uses only the distances between s and the roots. */
 static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
@@ -142,16 +141,16 @@ static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_sq
     *s = dd_add(k->s1, up);
     *climb_square = dd_div(dd_mul(dd_mul(up, down), third), map_height(k, *s));
 }
-/* Writes the real and imaginary parts of N+ (sign 1) or N- (sign -1). */
+/* Computes the real and imaginary parts of N+ (sign 1) or N- (sign -1). */
 static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
 {
     const dd y = dd_mul(k->x, map_height(k, s));
     *re = dd_add(y, dd_times(sign, s));
     *im = dd_sub(dd_mul(k->l, y), dd_mul(k->c, s));
 }
-/* Writes the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles. 1 + sign *
- * u is a sum. 1 - sign * u is a quotient of the product (1 - sign * u)(1 - sign * u') for the link
- * that begins at the turning height. */
+/* Computes the distances of the extreme height u1 (sign -1) or u2 (sign 1) from the poles. 1 + sign
+ * * u is a sum. 1 - sign * u is a quotient of the product (1 - sign * u)(1 - sign * u') for the
+ * link that begins at the extreme height. */
 static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
 {
     dd s, square, re, im;
@@ -164,7 +163,7 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
     *near = dd_div(dd_add(dd_square(re), dd_square(im)),
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
-/* Returns u3 - 1, computed from the product (1 - u)(1 - u') for the link adjacent to u3. */
+/* Returns u3 - 1, the distance of the third root from the pole, computed without cancellation. */
 static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
@@ -174,12 +173,12 @@ static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
     return dd_div(dd_add(dd_square(re), dd_square(im)),
                   dd_twice(dd_mul(y, dd_sub(other, dd_of(1.0)))));
 }
-/* The squares of the elliptic functions sn, cn, dn at eta/2, half the phase increment of a step. */
+/* The squares of the elliptic functions sn, cn and dn at half the phase increment of a step. */
 typedef struct half_stride {
     dd sn2, cn2, dn2;
 } half_stride;
 
-/* Sets the modulus, the periods and the phase increment eta per step, from the roots of the
+/* Computes the modulus, the periods and the phase increment eta per step from the roots of the
  * cubic. */
 static half_stride set_periods(const map_link *k, map_curve *r)
 {
@@ -194,7 +193,8 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     r->kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
     r->mean = elliptic_mean(dd_sqrt(r->kp2), 0, NULL, NULL);
     r->ratio = dd_div(r->mean, elliptic_mean(dd_sqrt(r->k2), 0, NULL, NULL));
-    /* These are the squares at eta. The squares at eta/2 follow from the half-argument formulas. */
+    /* Here sn2, cn2 and dn2 are the squares of sn, cn and dn at eta. The squares at eta/2 follow
+     * from the half-argument formulas. */
     const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2);
     const dd cn = dd_sqrt(cn2), dn = dd_sqrt(dn2);
     const half_stride half = {dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn))),
@@ -204,8 +204,8 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     return half;
 }
 /* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
- * elliptic integrals of the first kind. Also sets the turning heights, on which these arguments
- * depend. */
+ * elliptic integrals of the first kind. The distances 1 + u2 and 1 - u1 between the extreme heights
+ * and the poles are set as well. */
 static void set_arguments(const map_link *k, half_stride half, map_curve *r)
 {
     const dd one = dd_of(1.0), sh = half.sn2, ch = half.cn2, dh = half.dn2;
@@ -220,7 +220,7 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     const dd rho = dd_div(dd_mul(minus2, dh), far);
     cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
     /* If y2 is close to its limit and u3 is close to 1, the difference above suffers from
-     * cancellation. The product below does not. */
+     * cancellation, and is therefore computed by another formula. */
     if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
         const dd kc = dd_mul(r->k2, ch);
         const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));
@@ -232,8 +232,8 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     r->plus2 = plus2.hi;
     r->minus1 = minus1.hi;
 }
-/* Returns the phase at the midpoint of the first link, computed from the distances between s and
- * the roots s1 and s2. */
+/* Returns the phase in the middle of the first step, computed from the distances between s and the
+ * roots s1 and s2. */
 static double start_phase(const map_link *k, const map_curve *r)
 {
     const dd low = dd_mul(k->below, map_height(k, k->s2));

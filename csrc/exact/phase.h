@@ -1,15 +1,14 @@
-/* Phases and rates of a closed-form solution, and functions of the attitude for setting up
- * solutions. Angles are measured in turns, because whole turns can then be dropped without rounding
- * errors. This header is compiled once for each instruction set and number of lanes
- * (lane_types.h). */
+/* Phases and rates of closed-form solutions, and functions of the attitude for their set-up. Angles
+ * are measured in turns, because whole turns can then be dropped without rounding errors. This
+ * header is compiled once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
-/* Write the real and imaginary parts of alpha, beta and the horizontal momentum, including their
- * phases. These values describe the state before the normalization of q and the application of the
- * frame. The function factors_of_kind requires that all lanes have series of the same kind, whereas
- * factors_at does not. */
+/* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
+ * and the horizontal momentum. The phase factors are included, but q is not yet normalized and the
+ * frame is not yet applied. The function factors_of_kind requires that all lanes have series of the
+ * same kind, whereas factors_at does not. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -76,7 +75,8 @@ static inline dd turns_of(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
     const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
-    /* The remaining angle is the argument of a + i b, where |b| <= a. */
+    /* After subtraction of a multiple of a quarter turn, the angle is the argument of a + i b with
+     * |b| <= a. */
     const wide a = wide_choose(flat, ax, ay),
                b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
     const wide quarters =
@@ -102,7 +102,7 @@ static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
     return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
                   dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
 }
-/* Replaces q by the product q * by, which applies the rotation `by` first. */
+/* Replaces q with the product q * by, which applies the rotation `by` first. */
 static inline void turn_first(dd q[4], quat_lanes by)
 {
     const dd a[4] = {q[0], q[1], q[2], q[3]};
@@ -122,7 +122,8 @@ static inline quat_lanes rounded(const dd q[4])
 }
 
 /* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.
- * Both values are computed directly from the quaternion, so no digits are lost near a pole. */
+ * The values 1 + u and 1 - u are computed directly from the quaternion, so no digits are lost near
+ * a pole. */
 static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -158,12 +159,11 @@ static inline wide sign_of(wide x)
     return wide_choose(is_positive(x), one, wide_choose(is_negative(x), -one, zero));
 }
 
-/* Sets the period and mean rates of the Euler angles from the rates of the phases of the nutation,
- * of alpha and of beta. The values of theta1 and theta2 at X + i y also wind about zero. The
- * direction of the winding is opposite to the sign of y, which equals the sign of `slope`. If
- * theta1 or theta2 passes through zero, its phase jumps by half a turn in an undefined direction.
- * The winding number is then defined as zero. For a torque-free top, beta is a theta4, which has no
- * zeros and therefore does not wind. */
+/* Sets the nutation period and the mean rates of precession and spin from the rates of the phases.
+ * The complex values of theta1 and theta2 rotate about zero as X increases. The direction of
+ * rotation is given by the sign of `slope`, which is opposite to that of y. If theta1 or theta2
+ * passes through zero, its phase jumps by half a turn, and its winding number is defined as zero.
+ * For a torque-free top, beta is a theta4 function, which does not rotate about zero. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -191,8 +191,7 @@ static inline exact_top seen_from_below(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Converts the solution for the top with up and down interchanged to the solution for the top
- * itself, except for the frame. */
+/* Undoes the interchange of up and down in a solution, but leaves its frame unchanged. */
 static inline void turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
@@ -200,9 +199,9 @@ static inline void turn_over(exact_lanes *exact)
     exact->precession = -exact->precession;
 }
 
-/* Converts a solution, except for its frame, from internal units to the user's units. `unit` is the
- * internal unit of time, a power of two, and `momentum` is the internal unit of momentum, both in
- * the user's units. */
+/* Converts a solution, except for its frame, from internal units to the user's units. The arguments
+ * `unit` and `momentum` are the internal units of time and momentum, expressed in the user's
+ * units. */
 static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;

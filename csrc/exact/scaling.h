@@ -16,8 +16,9 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Writes the rotation that maps the third working axis of a spherical body to the direction of its
- * centre of mass. The rotation corrects the rounding error of the working axis. Returns |com|. */
+/* Computes the rotation that maps the third working axis of a spherical body to the direction of
+ * its centre of mass. The rotation corrects the rounding error of the working axis. Returns
+ * |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
@@ -34,8 +35,8 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
-/* Returns half the rate -rotor / I3, in internal units. In tilted axes, the components of the rotor
- * momentum have rounding errors, but its norm does not. */
+/* Returns half the rate that the rotor adds to the spin, in internal units. If the axes are tilted,
+ * rounding errors affect the components of the rotor momentum, but not its norm. */
 static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
@@ -84,8 +85,8 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     top->half_turn = half_turn_of_rotor(&scene->body, &w, &top->units);
     return KR_OK;
 }
-/* Converts a solution to the frame of description and the user's units. `unit` is the internal unit
- * of time. */
+/* Converts a solution to the user's axes and units. The argument `unit` is the internal unit of
+ * time, expressed in the user's units. */
 static void to_frame_and_units(kr_exact_form *exact, const described_top *top, double start,
                                double unit)
 {

@@ -6,9 +6,8 @@
 #include "frame.h"
 #include "phase.h"
 
-/* Returns the state at time t, given that `span` has elapsed since the initial time. The kernel is
- * called with constant arguments for each kind of series, so the compiler can remove unused
- * code. */
+/* Returns the state at t, which is the initial time plus `span`. The kernel is called with constant
+ * arguments for each kind of series, so the compiler can remove unused code. */
 static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
@@ -23,8 +22,8 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = framed(e->frame, r.q);
     return r;
 }
-/* Returns the state at a time beyond the range of the kernel: the initial state, whose integrals of
- * motion are correct. Returns NaN if t is not finite. */
+/* If t is so late that the phases are unknown, returns the initial state, whose integrals of motion
+ * are correct. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
@@ -37,8 +36,8 @@ static inline kr_state state_at(const kr_exact_form *e, double t)
     return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
 }
 
-/* Sets up a motion in which alpha and beta have constant magnitudes and constant rates. Examples
- * are sleeping, hanging and resting tops, and torque-free symmetric bodies. */
+/* Sets up a motion in which alpha and beta have constant magnitudes and constant rates. Sleeping,
+ * hanging and resting tops and torque-free symmetric bodies move in this way. */
 static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);

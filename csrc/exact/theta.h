@@ -1,8 +1,9 @@
-/* Elliptic integrals, the roots of a cubic, and theta functions as polynomials. Complete integrals
- * are computed by the arithmetic-geometric mean M. The integral of the third kind is (DLMF 19.8.6)
+/* Elliptic integrals, roots of cubic polynomials, and theta functions as polynomials. Complete
+ * elliptic integrals are computed by the arithmetic-geometric mean M. The integral of the third
+ * kind is (DLMF 19.8.6)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
- * Incomplete integrals of the first kind are Carlson's R_F, computed by duplication. This header is
- * compiled once for each instruction set and number of lanes (lane_types.h). */
+ * Incomplete elliptic integrals of the first kind are computed from Carlson's R_F by duplication.
+ * This header is compiled once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_THETA_H
 #define KR_EXACT_THETA_H
 #include "kernel.h"
@@ -13,8 +14,9 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Each step squares the relative differences. Iteration therefore stops one step after the
- * differences fall below 1e-8, and this last step needs only double precision. */
+ * Each step of the iteration squares the relative differences between its variables. The iteration
+ * stops one step after the differences fall below 1e-8; double precision suffices for the last
+ * step. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -50,7 +52,7 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     }
     return dd_sub(a, dd_of(0.25 * rest * a.hi));
 }
-/* Returns agm(a, b) in doubles. */
+/* Returns agm(a, b) in double precision. */
 static inline wide elliptic_agm(wide a, wide b)
 {
     for (int i = 0; i < 40; i++) {
@@ -63,8 +65,8 @@ static inline wide elliptic_agm(wide a, wide b)
     return 0.5 * (a + b);
 }
 /* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. For series in the
- * square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. Dual series multiply a phase
- * by pi / T. If the series are dual, pi / T is stored in double-double precision. */
+ * square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. The phase of a dual series is
+ * multiplied by pi / T. For dual series, pi / T is stored in double-double precision. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -77,8 +79,8 @@ static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
     }
     return T;
 }
-/* Returns Carlson's R_F(x, y, z). Duplication is repeated until the arguments are close enough for
- * the series about their mean to be accurate to double precision (DLMF 19.26.18, 19.36.1). */
+/* Returns Carlson's R_F(x, y, z). Duplication stops when the series about the mean of the arguments
+ * is accurate to double precision (DLMF 19.26.18, 19.36.1). */
 static inline wide elliptic_rf(wide x, wide y, wide z)
 {
     wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
@@ -118,8 +120,8 @@ static inline wide third_of_angle(wide c)
     return x;
 }
 /* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: if there are three real roots, the one
- * farthest from the other two. Sets `top` if the root is the largest, and clears it if the root is
- * the smallest. */
+ * farthest from the other two. Sets `top` to 1 if the isolated root is the largest, and to 0 if it
+ * is the smallest. */
 static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
@@ -131,7 +133,8 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Refines a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision by
- * two Newton steps. The slope at the initial guess is accurate enough for both steps. */
+ * two Newton steps. Both Newton steps use the slope at the initial guess, which is accurate
+ * enough. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -156,13 +159,13 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j of a table to `sum`. The coefficients of row j after the j-th are
+/* Adds `weight` times row j of a table to `sum`. The coefficients after the j-th in row j are
  * zero. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
 }
-/* Writes sinh y and cosh y to full precision, even for small y. With exp y = 2^k exp r
+/* Computes sinh y and cosh y to full precision, even for small y. With exp y = 2^k exp r
  *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
 static inline void sinhcosh_all(wide y, wide *s, wide *c)
 {
@@ -172,8 +175,8 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
     *c = e.even * even + e.odd * odd;
 }
 /* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. If `dual`
- * is nonzero, returns theta(y + i x) in the same form, with sinh in place of sine, and times i for
- * theta1. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
+ * is nonzero, returns theta(y + i x) as polynomials in sinh^2 x instead. The dual form of theta1 is
+ * multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

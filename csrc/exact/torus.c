@@ -68,7 +68,7 @@ static kr_status plan_of_user(const kr_torus_form *form, const kr_scene *scene, 
     if (!memory || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
     return kr_torus_widest_isa(form)->scalar->plan(scene, 0, bound, memory);
 }
-/* Returns the message for the refusal with this number, or NULL if there is no such refusal. */
+/* Returns the message for a refusal, or NULL if the number of the refusal is invalid. */
 static const char *find_text(const char *const texts[], int count, int refusal)
 {
     return refusal >= 0 && refusal < count ? texts[refusal] : NULL;

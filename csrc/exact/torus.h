@@ -1,33 +1,33 @@
 /* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
- * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. A solution is stored as a
- * plan in memory of a fixed size. The plan begins with the members that kreisel.h declares, and
- * ends with the coefficients of its series. The memory after the plan is used only for the
- * set-up. */
+ * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. The data of a closed-form
+ * solution are called a plan, and are stored in memory of a fixed size. The plan begins with the
+ * members that kreisel.h declares, and ends with the coefficients of its series. Additional memory
+ * after the plan is needed only during the set-up. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "layout.h"
 #include "math/isa.h"
 
-/* The members common to both kinds of plans. */
+/* Members common to the solutions of Kowalewski and Goryachev-Chaplygin tops. */
 typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* Half of each angle, and for a Kowalewski top the phase of e. For other tops, the third phase
-     * is zero. */
+    /* Phases of half of each torus angle, and of the factor e of a Kowalewski top. For other tops,
+     * the third phase is zero. */
     kr_phase turn[3];
 } kr_torus;
 
-/* Functions that set up one plan and evaluate one state. If `own` is nonzero, the plan is in
- * working axes and internal units, with initial time 0. `bound` is as in kr_kowalewski_plan. */
+/* Functions that set up one plan and evaluate one state. If `own` is nonzero, the solution is in
+ * working axes and internal units. For the argument `bound`, see kr_kowalewski_plan. */
 typedef struct kr_torus_scalar {
     size_t memory_size; /* of the plan and its set-up, in bytes */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
     kr_state (*state)(const void *plan, double t);
-    /* Returns the state at two angles, like kr_kowalewski_state_at. */
+    /* Returns the state for two given torus angles, like kr_kowalewski_state_at. */
     kr_state (*state_at)(const void *plan, double first, double second);
 } kr_torus_scalar;
-/* Evaluates many states, one in each lane. */
+/* Evaluates many states, one in each vector lane. */
 typedef void kr_torus_evaluate(const void *plan, size_t n, const double t[], kr_state out[]);
 typedef struct kr_torus_isa {
     const char *name;
@@ -40,13 +40,14 @@ typedef struct kr_torus_form {
     double bound;                   /* the default bound of the certificate */
     size_t plan_size, torus_offset; /* of a plan, and of the kr_torus in a plan, in bytes */
     /* Returns 1 if the closed-form solution applies to the initial state of a checked scene with a
-     * body of this kind. NULL: it applies to all initial states. */
+     * body of this kind. The function pointer is NULL if the solution applies to all initial
+     * states. */
     int (*suits)(const kr_scene *scene);
     /* Returns the size of the used part of a plan, in bytes. Copying this part suffices to copy the
      * plan. */
     size_t (*used_size)(const void *plan);
-    /* The instruction sets that are included in the build, with the widest first. The table ends
-     * with a NULL name. */
+    /* The instruction sets in the build, starting with the widest. The table ends with a NULL
+     * name. */
     kr_torus_isa isas[4];
 } kr_torus_form;
 extern const kr_torus_form kr_kowalewski_form, kr_chaplygin_form;
@@ -66,7 +67,7 @@ static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
     while (!isa->runs_here()) isa++; /* untaken: if the first one runs */
     return isa;
 }
-/* Writes n states of a plan, bitwise equal to those of kr_torus_scalar, but faster. */
+/* Writes n states of a plan, faster than kr_torus_scalar but with bitwise equal results. */
 static inline void kr_torus_states(const kr_torus_form *form, const void *plan, size_t n,
                                    const double t[], kr_state out[])
 {
@@ -77,6 +78,6 @@ static inline void kr_torus_states(const kr_torus_form *form, const void *plan, 
     }
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
 }
-/* Returns 1 if the initial <m, e3> of a checked scene is zero up to the rounding errors of m. */
+/* Returns 1 if the initial vertical momentum of a validated scene is zero up to rounding errors. */
 int kr_chaplygin_is_level(const kr_scene *scene);
 #endif

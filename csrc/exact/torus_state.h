@@ -1,4 +1,4 @@
-/* The parts of the state that Kowalewski and Goryachev-Chaplygin tops have in common.
+/* Functions shared by the state evaluation of Kowalewski and Goryachev-Chaplygin tops.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_EXACT_TORUS_STATE_H
@@ -7,7 +7,7 @@
 #include "kernel.h"
 #include "torus.h"
 
-/* Returns a phase of a plan [turns], given that `span` has elapsed since the initial time. */
+/* Returns a phase of a closed-form solution [turns] at the time `span` after the initial time. */
 INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
 {
     const kr_phase *p = &torus->turn[i];
@@ -20,9 +20,9 @@ INLINE double fraction_of_turns(double turns)
 {
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
-/* Returns the time, relative to the initial time, at which the kernel is evaluated for the time t.
- * Returns 0 if t is so late that its phases are unknown; the kernel then returns the initial state,
- * whose integrals are correct. Also returns 0 if t is not finite. */
+/* Returns t minus the initial time, or 0 if t is infinite, NaN, or so late that the phases are
+ * unknown. If the result is 0, the caller computes the initial state, whose integrals of motion are
+ * correct. */
 INLINE dd torus_span(const kr_torus *torus, wide t)
 {
     const dd span = two_sum(t, wide_splat(-torus->begin));
@@ -32,7 +32,7 @@ INLINE dd torus_span(const kr_torus *torus, wide t)
         within = mask_and(within, wide_less(wide_abs(span.hi * torus->turn[i].fast), most));
     return dd_choose(within, span, dd_of(wide_splat(0.0)));
 }
-/* Converts an attitude of the closed-form axes to the frame of description. */
+/* Converts an attitude from the axes of the closed-form solution to the user's axes. */
 INLINE quat_lanes torus_attitude(const kr_torus *torus, quat_lanes q)
 {
     const kr_quat f = torus->frame;
@@ -44,15 +44,16 @@ INLINE quat_lanes torus_attitude(const kr_torus *torus, quat_lanes q)
     return r;
 }
 #if defined KR_EXACT_LANES
-/* Returns the first times in t, at most one for each lane. If there are fewer times than lanes, the
- * last lanes repeat the first time. */
+/* Loads one time from t into each lane. If there are fewer times than lanes, the remaining lanes
+ * repeat the first time. */
 INLINE wide load_time_lanes(size_t n, const double t[])
 {
     double times[LANES];
     for (size_t i = 0; i < LANES; i++) times[i] = t[i < n ? i : 0];
     return wide_load(times);
 }
-/* Writes the states of all lanes, or of the first n. States at non-finite times are set to NaN. */
+/* Writes the states of the first n lanes, or of all lanes if n is larger. States at non-finite
+ * times are set to NaN. */
 INLINE void store_state_lanes(const state_lanes *s, size_t n, kr_state out[])
 {
     double rows[8][LANES];

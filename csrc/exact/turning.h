@@ -1,17 +1,17 @@
-/* Turning points: the nutation angles between which the axis rises and falls, and the precession at
- * these angles. With m3 = <m, e3>, c = <m, apex> and the nutation th
+/* The extreme nutation angles of a top, and the precession at these angles. With m3 = <m, e3>, c =
+ * <m, apex> and the nutation th
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
- * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. A torque-free body
- * is treated as a top with u3 at infinity, because only g u3 is used. This header is compiled once
- * for each instruction set, because double-doubles are faster with fused multiply-add. */
+ * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
+ * body, u3 is infinite, but only the product g u3 is used. This header is compiled once for each
+ * instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_TURNING_H
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
 /* Types of motion. Quantities are considered equal if they agree within KR_INPUT_RTOL. For angles,
- * this tolerance is in radians. For precession rates and momenta, the tolerance is relative to the
- * magnitude of their terms. */
+ * the tolerance is measured in radians. For precession rates and momenta, the tolerance is relative
+ * to the magnitude of their terms. */
 enum motion_type {
     RESTING,    /* no torque, and the apex rests */
     CIRCLE,     /* no torque: a circle about the angular momentum */
@@ -29,8 +29,8 @@ static const char *const motion_type_names[] = {"resting", "circle",     "sleepi
                                                 "steady",  "separatrix", "pendulum", "rosette",
                                                 "loops",   "cusps",      "waves"};
 
-/* Returns the nutation angle at a turning height u, given 1 - u and 1 + u. The smallest values that
- * `sharpen` returns are treated as zero. */
+/* Returns the nutation angle for the height u, given 1 - u and 1 + u. Distances of at most 2e-36
+ * count as zero, because `sharpen` replaces smaller distances with 1e-36. */
 static double turning_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
@@ -38,7 +38,7 @@ static double turning_angle(dd minus, dd plus)
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
 /* Returns the sign of the precession rate at the height u, given 1 - u and 1 + u. Returns 0 if the
- * magnitude of the precession rate is at most `tol` times that of its terms. */
+ * rate is at most `tol` times the magnitude of its terms. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
@@ -67,7 +67,7 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the first times t >= 0 at which the axis is at its lowest and at its highest position. */
+/* Writes the first times t >= 0 at which the axis reaches its lowest and its highest position. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -80,9 +80,9 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Returns a result in which only the members that do not depend on the turning heights are set, in
- * internal units. Gravity must point downwards. `rotor` is the rate h / I3 of a rotor along the
- * symmetry axis. */
+/* Sets, in internal units, the members of the result that do not depend on the turning points.
+ * Gravity must point downwards. The argument `rotor` is the momentum of an axial rotor divided by
+ * I3. */
 static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
 {
     kr_turning_form r = {0};
@@ -97,9 +97,9 @@ static kr_turning_form turning_of_body(const exact_top *top, const initial *s, d
     r.least = r.greatest = turning_angle(s->minus, s->plus);
     return r;
 }
-/* Returns the turning points of a top with nonnegative weight * com along its axis, in internal
- * units. Times are measured from the initial time. `rotor` has the same meaning as in
- * turning_of_body. */
+/* Returns the turning points, in internal units, of a top whose weight * com along its axis is
+ * nonnegative. Times are measured from the initial time. The argument `rotor` is the momentum of an
+ * axial rotor divided by I3. */
 static kr_turning_form turning_downwards(const exact_top *top, double rotor)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
@@ -125,7 +125,7 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Converts the turning points of a top with up and down interchanged to those of the top itself. */
+/* Undoes the interchange of up and down in the turning points. */
 static void flip_turning(kr_turning_form *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;

@@ -4,7 +4,7 @@
  * where W and P are the angular velocity and the vertical in the body frame, and h is the momentum
  * of the rotor. Neither method conserves any integral of the motion. This file uses GSL's step and
  * control objects, but not gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the step size is exactly
- * the difference between the times at both ends of the step. The end time may be infinite, and a
+ * the difference between the end time and the start time. The end time may be infinite, and a
  * failed step does not change the state. */
 #include <float.h>
 #include <stdlib.h>
@@ -17,9 +17,9 @@ enum { MAX_TRIES = 1000 };
  * that it fails to resolve. If the top made whole turns within a step, the error estimate would be
  * too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
-/* Upper limits on h^2 a and h a, where h is the step size and a bounds the part of |W'| due to
- * gravity. Beyond these limits, the 1 in the matrix 1 - h J is lost to rounding. If this matrix is
- * singular, GSL reads uninitialized memory. */
+/* Upper limits on h^2 a and h a, where h is the step size and a bounds the angular acceleration due
+ * to gravity. For larger steps, rounding may make the matrix 1 - h J singular, where J is the
+ * Jacobian. If the matrix is singular, GSL reads uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -31,7 +31,7 @@ typedef struct {
     double h; /* the next step, negative backward in time */
 } ode_work;
 
-/* The next three functions read and write the variables y = (q, W). */
+/* The vector y consists of the attitude q and the body-frame angular velocity W. */
 static kr_quat ode_attitude(const double y[]) { return q4(y[0], v_of(y + 1)); }
 static kr_vec3 ode_velocity(const double y[]) { return v_of(y + 4); }
 static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
@@ -130,8 +130,8 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return ode_begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
-/* Returns the largest permitted step size for the angular velocity W. A rotor with momentum h
- * rotates W in the body frame at the rate |h| / I. */
+/* Returns the largest permitted step size for the angular velocity W. In the body frame, a rotor
+ * with momentum h rotates W at the rate |h| / I. */
 static double longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
@@ -140,8 +140,8 @@ static double longest_step(const kr_motion *motion, kr_vec3 W)
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
-/* Tries a step of size h from p. Writes the result, and the suggested size of the following step,
- * to `next`. Returns 0 if step-size control rejects the step; next->h is then the step size to try
+/* Tries a step of size h from the state p. Writes the result and the suggested size of the
+ * following step to `next`. Returns 0 if the step is rejected; next->h is then the step size to try
  * instead. */
 static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {

@@ -3,7 +3,7 @@
  * 2^-104 (Joldes, Muller, Popescu, ACM TOMS 44, 2017). The operations require strict floating-point
  * evaluation: compile with -ffp-contract=off, and never with -ffast-math. Functions named dd_...
  * round their results to double-double; two_sum and two_product are exact. If KR_DD_LANES is
- * defined, hi and lo are vectors of doubles (simd.h), and the result in each lane is bitwise equal
+ * defined, hi and lo are vectors of doubles (simd.h). The result in each lane is then bitwise equal
  * to that of a scalar computation. */
 #ifndef KR_DD_H
 #define KR_DD_H
@@ -51,7 +51,7 @@ static inline dd dd_make(dd_part hi, dd_part lo)
     return r;
 }
 static inline dd dd_of(dd_part a) { return dd_make(a, part_of(0.0)); }
-/* Returns the constant `a` in every lane. */
+/* Returns a number with the value `a` in every lane. */
 static inline dd dd_splat(double a) { return dd_of(part_of(a)); }
 static inline dd dd_neg(dd a) { return dd_make(-a.hi, -a.lo); }
 static inline dd dd_choose(dd_truth m, dd yes, dd no)

@@ -5,8 +5,8 @@
 #define KR_DD_FUNCTIONS_H
 #include "dd.h"
 
-/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. The
- * summation stops when a + 2 k, the first factor of a pair in the denominator, reaches `to`. */
+/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. Terms
+ * whose denominators contain factors greater than `to` are omitted. */
 static inline dd dd_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;
@@ -19,8 +19,8 @@ static inline dd dd_series(dd first, int from, int to, dd square)
 static inline dd dd_exp(dd a)
 {
     const dd ln2 = dd_make(0.693147180559945286227, 2.319046813846299558e-17);
-    /* Beyond these limits of k, 2^k is 0 or infinity. If `a` is NaN, so is r, while k is a
-     * number. */
+    /* The exponent k is limited to a range outside which 2^k is zero or infinite. If `a` is NaN, so
+     * is r, while k is a number. */
     const double k = fmax(-2200.0, fmin(2200.0, rint(a.hi / ln2.hi)));
     const dd r = dd_times(0.03125, dd_sub(a, dd_times(k, ln2))), rr = dd_square(r);
     dd e = dd_add(dd_series(dd_of(1.0), 1, 18, rr), dd_series(r, 2, 18, rr));
@@ -39,8 +39,8 @@ static inline void dd_sincos(dd a, dd *s, dd *c)
     *s = sn;
     *c = cs;
 }
-/* Returns the polar angle of the point (x, y). A single Newton step squares the error of atan2,
- * which gives double-double accuracy. */
+/* Returns the polar angle of the point (x, y). A single Newton step after atan2 gives double-double
+ * accuracy, because the step squares the error. */
 static inline dd dd_atan2(dd y, dd x)
 {
     const double guess = atan2(y.hi, x.hi);

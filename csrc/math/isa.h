@@ -1,15 +1,15 @@
 /* Support for files that are compiled once for each instruction set. KR_NAME appends the name of
- * the instruction set to the names of the functions that such a file exports. For each additional
- * instruction set, CMakeLists.txt passes an option such as -DKR_ISA=avx2. CMakeLists.txt also
- * defines KR_WITH_AVX2 and KR_WITH_AVX512 if these instruction sets are included in the build. If
- * the baseline is itself such an instruction set, KR_BASE_NAME is its name. */
+ * the instruction set to the names of exported functions. For each additional instruction set,
+ * CMakeLists.txt passes an option such as -DKR_ISA=avx2. CMakeLists.txt also defines KR_WITH_AVX2
+ * and KR_WITH_AVX512 if these instruction sets are included in the build. KR_BASE_NAME is the name
+ * of the baseline instruction set. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
-/* The x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py) selects
- * these features by function attributes. Clang defines no macros for such attributes, so kreisel.c
- * defines KR_TARGET_AVX2 etc. */
+/* Macros for the x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py)
+ * selects x86 features by function attributes. Because clang defines no macros for function
+ * attributes, kreisel.c defines KR_TARGET_AVX2 and similar macros. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif
@@ -26,11 +26,10 @@
 #endif
 
 /* A kernel is a single loop without function calls, because a call would force all vector registers
- * to be saved to memory. APART marks functions that a kernel rarely calls and that are therefore
- * not inlined. If KR_SMALL is defined, the compiler decides what to inline, which makes the code
- * smaller. Files with long functions define KR_LONG_FUNCTIONS. Without fused multiply-add, the
- * compiler also decides inlining in such files, if the build has faster instruction sets or defines
- * KR_ONE_ISA. */
+ * to be saved to memory. APART prevents the compiler from inlining functions that kernels rarely
+ * call. If KR_SMALL is defined, the compiler decides what to inline, which makes the code smaller.
+ * Files with long functions define KR_LONG_FUNCTIONS. In some builds without fused multiply-add,
+ * the compiler also decides what to inline in files with long functions. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -44,8 +43,8 @@
 #  define APART static
 #endif
 
-/* If KR_NO_BATCHES is defined, the elements of a batch are computed one by one, which makes the
- * code smaller. The results are bitwise equal. */
+/* If KR_NO_BATCHES is defined, the elements of a batch are computed one by one. KR_NO_BATCHES makes
+ * the code smaller, but does not change the results. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else
@@ -71,12 +70,12 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
-/* Each function returns nonzero if the processor it runs on supports the instruction set. The
- * features are tested individually, because some compilers do not recognize level names such as
+/* Each function returns nonzero if the current processor supports the instruction set. The features
+ * are tested individually, because some compilers do not recognize level names such as
  * x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
-/* The name of the variant of `thing` that does not use vectors. AVX-512 uses the AVX2 variant,
- * because wider registers would not make it faster. */
+/* KR_SCALAR_NAME forms the name of the scalar version of a function. AVX-512 uses the AVX2 version,
+ * because wider registers would not make scalar code faster. */
 #if defined KR_WITH_AVX2
 #  define KR_SCALAR_NAME(thing) thing##_avx2
 #else

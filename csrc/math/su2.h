@@ -1,7 +1,7 @@
 /* Vectors and unit quaternions (SU(2)), passed by value. Names of vector functions begin with v_,
- * and names of quaternion functions with q_. A unit quaternion q rotates the vector v to q v q*. In
- * the thesis (Bodack 2008), the element of su(2) that represents a vector is half the pure
- * quaternion of the vector, and Phi^-1 denotes q. */
+ * and names of quaternion functions with q_. A unit quaternion q rotates the vector v to q v q*.
+ * The thesis (Bodack 2008) represents a vector in su(2) by half its pure quaternion, and denotes q
+ * by Phi^-1. */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -13,7 +13,7 @@ static inline kr_vec3 v3(double x, double y, double z)
     v.x = x, v.y = y, v.z = z;
     return v;
 }
-/* The functions v_of and v_put read and write a vector stored in consecutive elements of an
+/* The function v_of reads a vector from an array of doubles, and v_put writes a vector to an
  * array. */
 static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
 static inline void v_put(double *y, kr_vec3 v)
@@ -50,7 +50,7 @@ static inline kr_vec3 v_cross(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, by Cramer's rule. */
+/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, computed by Cramer's rule. */
 static inline kr_vec3 v_solve(const kr_vec3 c[3], kr_vec3 b)
 {
     const kr_vec3 yz = v_cross(c[1], c[2]), zx = v_cross(c[2], c[0]), xy = v_cross(c[0], c[1]);
@@ -72,8 +72,8 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is closer to `last`. Both describe the same attitude; the choice
- * avoids jumps between successive quaternions. */
+/* Returns q or -q, whichever is closer to `last`. Both quaternions describe the same attitude, but
+ * the closer one avoids jumps. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
@@ -81,8 +81,8 @@ static inline kr_quat q_near(kr_quat q, kr_quat last)
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
 /* Returns the normalized quaternion q / |q|. Assumes that |q| differs from 1 only by rounding
  * errors. One Newton step is then sufficient, and no square root is needed. The correction is added
- * to q. Multiplying q by a factor near 1 would introduce a rounding bias, causing an energy drift
- * of 1e-12 over 1e6 steps. */
+ * to q, because multiplying q by a factor near 1 would introduce a rounding bias. This bias would
+ * cause an energy drift of 1e-12 over 1e6 steps. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);

@@ -1,7 +1,8 @@
-/* Fourteen kicks between fifteen free drifts (splitting.h), with the coefficients of Blanes and
- * Moan for Nystrom's case (compose.h). These coefficients require an exact drift, and therefore a
- * body with two equal moments. The method conserves <m,e3>, and for Lagrange tops and torque-free
- * bodies also <m,T>. The energy error is bounded and O(h^6). */
+/* A splitting method of order 6 with 14 kicks and 15 drifts, using the Runge-Kutta-Nystrom
+ * coefficients of Blanes and Moan (compose.h). The coefficients require an exact drift, and
+ * therefore a body with two equal moments. The method conserves the vertical momentum. For Lagrange
+ * tops and torque-free bodies, the method also conserves the momentum about the symmetry axis. The
+ * energy error is bounded and O(h^6). */
 #include "composed.h"
 
 static kr_status blanes_moan6_reset(kr_motion *motion, const kr_state *start)

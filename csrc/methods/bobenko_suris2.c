@@ -2,8 +2,8 @@
  *     m+ = m + (h/2) p x a M,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) p x a' M
  * with the step size h, the mass M and the gravity vector p. The map is integrable, because it is
  * conjugate to bobenko_suris. The composition is symmetric, and is therefore of order 2. It
- * conserves <m,p>, <m,a> and E - h^2 M^2 |p x a|^2 / (8 I1). The two half kicks between successive
- * steps are combined. */
+ * conserves <m,p>, <m,a> and E - h^2 M^2 |p x a|^2 / (8 I1). The half kicks of successive steps are
+ * merged. */
 #include "bobenko_suris.h"
 
 static kr_status bobenko_suris2_reset(kr_motion *motion, const kr_state *start)
@@ -31,7 +31,7 @@ static void bobenko_suris2_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_bobenko_suris2 = {
     .name = "bobenko_suris2",
-    .text = "the Bobenko-Suris map made symmetric: half kick, Cayley drift, half kick",
+    .text = "symmetric form of the Bobenko-Suris map: half kick, Cayley drift, half kick",
     .conserves = "<m,p>, <m,a>, a modified energy",
     .reference = "conjugate to Bobenko and Suris 1999",
     .order = 2,

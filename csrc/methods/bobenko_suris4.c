@@ -1,26 +1,25 @@
-/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, with a corrected kick and
- * corrected rates (model/resummed.h). A step of size h of the method is a step of size e of the
- * following map, with u = <a,e3>:
+/* A fourth-order variant of the Bobenko-Suris map, with a modified kick and modified rates of
+ * rotation (model/resummed.h). A step of size h of the method is a step of size e of the following
+ * map, with u = <a,e3>:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * The map is explicit and integrable, and needs one kick per step. The map conserves <m,e3>, <m,a>
- * and a modified energy (kr_state_modified_energy4). Since e depends on the orbit, the map
- * conserves the symplectic form only up to O(h^7) per step. A step size h is refused if 2 h^2 |E|
- * or h^2 * mass * gravity * |com| exceeds 1, in units with I1 = 1, where E excludes the energy of
- * the spin. For larger steps, the rates may be undefined, or the kick may not be small. The rates
- * are computed once, from the initial state. */
+ * The map is explicit and integrable, and needs one kick per step. The map conserves the vertical
+ * and axial momenta and a modified energy (kr_state_modified_energy4). The step size e depends on
+ * the orbit, so each step conserves the symplectic form only up to O(h^7). A step size h is refused
+ * if 2 h^2 |E| or h^2 * mass * gravity * |com| exceeds 1, in units with I1 = 1, where E excludes
+ * the energy of the spin. For larger steps, the modified rates may be undefined or the modified
+ * kick inaccurate. The modified rates are computed once, from the initial state. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
-/* The additional rotations about e3 and a are the same in every step. They are not applied step by
- * step. Instead, reading the state after n steps applies both rotations with n times their
- * angles. */
+/* Each step also includes fixed rotations about the vertical and the symmetry axis. The fixed
+ * rotations of all steps are combined, and are applied only when a state is read. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */
     double precession;     /* angle of the rotation about e3 in a step */
 } bobenko_suris4_state;
 
-/* Returns the momentum after a corrected kick that is scaled by the fraction `part`. */
+/* Returns the momentum after a modified kick whose strength is scaled by `part`. */
 static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);
@@ -66,7 +65,7 @@ static void bobenko_suris4_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_bobenko_suris4 = {
     .name = "bobenko_suris4",
-    .text = "the Bobenko-Suris map of order 4: kick and rates corrected, still integrable",
+    .text = "Bobenko-Suris map with kick and rates corrected to order 4, still integrable",
     .conserves = "<m,p>, <m,a>, a modified energy",
     .reference = "after Bobenko and Suris 1999",
     .order = 4,

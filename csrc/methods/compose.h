@@ -1,12 +1,13 @@
 /* Coefficients of symmetric compositions of kicks and drifts. The sequence of a step is
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
- * where a_i and b_i are fractions of the step size. Both sequences are palindromes that sum to 1.
- * The table lists the first half of each sequence; the middle coefficients follow from the sums. A
- * row without kicks composes any symmetric method of order 2, such as Strang splitting, with b_i =
- * (a_i + a_(i+1)) / 2. Such rows of orders 6 and 8 are cheaper than repeated composition with
- * Suzuki's coefficients. A row with kicks begins and ends with a drift (b_0 = 0). If the drift is
- * exact and the kick leaves q unchanged, only the fewer order conditions of the Nystrom case
- * apply. */
+ * where a_i and b_i are fractions of the step size. The kick coefficients and the drift
+ * coefficients are palindromic, and each set sums to 1. The table lists the first half of each
+ * sequence; the middle coefficients follow from the sums. A row without kick coefficients describes
+ * a composition of a symmetric second-order method, such as Strang splitting, with b_i = (a_i +
+ * a_(i+1)) / 2. At orders 6 and 8, the tabulated compositions are cheaper than repeated
+ * compositions with Suzuki's coefficients. A row with kick coefficients begins and ends with a
+ * drift (b_0 = 0). With an exact drift, only the order conditions of Runge-Kutta-Nystrom methods
+ * must be satisfied. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -40,15 +41,16 @@ static const struct {
                                0.004914688774712854, 0.143761127168358, 0.328567693746804}},
 };
 
-/* The sequence of a step is drift[0], kick[0], drift[1], ... kick[stages - 1], as fractions of the
- * step size. The last kick of a step is merged with the first kick of the next step. Between steps,
- * m is therefore ahead by the kick b_0 (`ahead`). */
+/* The drifts and kicks of one step alternate, starting with drift[0] and kick[0]. The arrays drift
+ * and kick contain fractions of the step size. The last kick of a step is merged with the first
+ * kick of the next step. Between steps, the momentum therefore already contains part of the next
+ * kick (see `ahead`). */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];
 } composition;
 
-/* Returns the sequence of a step for the coefficients in row `row` of the table. */
+/* Returns the drifts and kicks that a row of the table describes. */
 static inline composition compose(int row)
 {
     const int stages = compose_table[row].stages, kicks = compose_table[row].kicks,

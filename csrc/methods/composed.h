@@ -1,6 +1,7 @@
-/* Code shared by the compositions of kicks and free drifts, which combine splitting.h with the
- * coefficients of compose.h. The methods conserve <m,e3>, and for Lagrange tops and torque-free
- * symmetric bodies also <m,T>. The energy error is bounded and O(h^order). */
+/* Code shared by all compositions of kicks and free drifts with the coefficients of compose.h. The
+ * methods conserve the vertical momentum. For Lagrange tops and torque-free symmetric bodies, the
+ * methods also conserve the momentum about the symmetry axis. The energy error is bounded and
+ * O(h^order). */
 #ifndef KR_COMPOSED_H
 #define KR_COMPOSED_H
 #include "compose.h"

@@ -1,6 +1,6 @@
 /* Extrapolation with order and step-size control (extrapolation.h), applied to the twelve equations
- * in the rest frame (Bodack 2008, 3.9; rest_frame.h). The method does not conserve the integrals of
- * motion. */
+ * of motion in the inertial frame (Bodack 2008, 3.9; rest_frame.h). The method does not conserve
+ * the integrals of motion. */
 #include "extrapolation.h"
 #include "rest_frame.h"
 
@@ -26,7 +26,7 @@ static void extrap_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_extrap = {
     .name = "extrap",
-    .text = "Gragg-Bulirsch-Stoer extrapolation with order and step control on the twelve "
+    .text = "Gragg-Bulirsch-Stoer extrapolation with order and step control for the twelve "
             "rest-frame equations",
     .conserves = "nothing",
     .reference = "Gragg 1965; Bulirsch and Stoer 1966; Hairer, Norsett, Wanner, II.9",

@@ -2,9 +2,9 @@
  * equations in the body frame (Bodack 2008, 3.4) and to the equations for the other two space axes:
  *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W
  * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
- * lever L, and the space axes E1, E2, E3. All these vectors have components along the body axes.
- * The system has twelve equations, the same number as in the rest frame (extrap.c), so the two
- * formulations can be compared. The method does not conserve the integrals of motion. */
+ * lever L, and the space axes E1, E2, E3. All vectors are expressed in the body frame. The method
+ * extrap also integrates twelve equations, so the two formulations can be compared. The method does
+ * not conserve the integrals of motion. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
@@ -70,7 +70,7 @@ static void kirchhoff_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_extrap_kirchhoff = {
     .name = "extrap_kirchhoff",
-    .text = "extrap on Kirchhoff's equations in the body frame",
+    .text = "extrap for Kirchhoff's equations in the body frame",
     .conserves = "nothing",
     .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
     .order = 0,

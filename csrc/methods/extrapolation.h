@@ -1,12 +1,12 @@
 /* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
  * motion with twelve equations. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps
- * and Gragg's smoothing. The expansion of its error contains only even powers of 1 / n_j. The
+ * and Gragg's smoothing. The expansion of the error contains only even powers of 1 / n_j. The
  * Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
- * A step is accepted at row j if the norm of T(j,j) - T(j,j-1) is at most tol. The norm is that of
- * the thesis (Bodack 2008, 4.1.1). The target row of the next step is the row with the least work
- * per unit time. The rules and constants of the step-size control follow ODEX (Hairer, Norsett,
- * Wanner, II.9). The method does not conserve the integrals of motion. */
+ * A step is accepted at row j if the norm of T(j,j) - T(j,j-1) is at most tol. The error norm is
+ * defined in the thesis (Bodack 2008, 4.1.1). The target row of the next step is the row with the
+ * least work per unit time. The rules and constants of the step-size control follow ODEX (Hairer,
+ * Norsett, Wanner, II.9). The method does not conserve the integrals of motion. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -14,9 +14,9 @@
 
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
-/* A formulation of the equations of motion in the variables y. The functions convert a state to y,
- * compute dy/dt, and convert y to the angular velocity, momentum and attitude in the space
- * frame. */
+/* A formulation of the equations of motion in variables y. The function `begin` converts a state to
+ * y, and `rates` computes dy/dt. From y, `velocity`, `momentum` and `attitude` compute the
+ * corresponding quantities in the space frame. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -56,8 +56,8 @@ static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
-/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Dividing the result by tol gives
- * the norm of the thesis (Bodack 2008). */
+/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Dividing the result by the
+ * tolerance gives the error norm of the thesis (Bodack 2008). */
 static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
@@ -67,8 +67,8 @@ static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE]
     return sqrt(sum / (double)GBS_SIZE);
 }
 
-/* Computes T(row, 1). Returns 0 if a substep changes the rates by more than twice their norm,
- * because then no row would converge. */
+/* Computes T(row, 1). Returns 0 if a substep changes the derivatives by more than twice their norm,
+ * because the extrapolation would then diverge. */
 static inline int gbs_midpoint(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
@@ -92,7 +92,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Extrapolates the row with index `row`, and overwrites the previous row of the table. */
+/* Computes the extrapolated values of a row, which overwrite the previous row. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -102,8 +102,8 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Computes a row, an estimate of its error, and the next step size suggested by this estimate.
- * Returns 0 if the rows fail to converge or are not finite. */
+/* Computes a row of the table, its error estimate, and the step size that follows from the
+ * estimate. Returns 0 if the extrapolation diverges or its result is not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -119,9 +119,9 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* Returns the first row from `from` to target + 1 that meets the tolerance. Returns GBS_REJECTED as
- * soon as the remaining rows are unlikely to reduce the error enough. Returns GBS_UNSTABLE if the
- * rows fail to converge. */
+/* Returns the number of the first row that meets the tolerance, among the rows `from` to target +
+ * 1. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the tolerance. Returns
+ * GBS_UNSTABLE if the extrapolation diverges. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
@@ -162,7 +162,7 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }
-/* Returns the step size and row to try next, after a trial step with this outcome. */
+/* Returns the step size and target row to try after a failed trial step. */
 static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tried, int outcome)
 {
     int row = gbs_least(tried.target, a->row);
@@ -192,9 +192,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = next;
     return KR_OK;
 }
-/* Accepts a trial step that ends at `end`, in internal time. To choose the sign of q, compares q
- * with a rotation at the mean angular velocity. The previous q does not determine the sign, because
- * the top may rotate by more than half a turn per step. */
+/* Accepts a trial step, which ends at the time `end` in internal units. The sign of q is chosen to
+ * agree with a rotation at the mean angular velocity. The previous attitude does not determine the
+ * sign, because the top may rotate by more than half a turn per step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;
@@ -235,7 +235,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     }
     return KR_ERR_STEP;
 }
-/* Returns 1 if the next step has a target row within the table and a positive length. */
+/* Returns 1 if the step size and the target row in a work array are valid. */
 static inline int gbs_is_valid(const void *work)
 {
     gbs_path p;

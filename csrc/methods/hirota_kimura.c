@@ -1,12 +1,12 @@
-/* The discrete Euler top of Hirota and Kimura, i.e. Kahan's discretization of the free rigid body.
- * The map is explicit, birational and integrable. With the angular velocity W and the momentum M in
- * the body frame,
+/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization of the free rigid
+ * body. The map is explicit, birational and integrable. With the angular velocity W and the
+ * momentum M in the body frame,
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
  * (Hirota and Kimura, Journal of the Physical Society of Japan 69, 2000; Kahan 1993). The map
  * conserves two rational integrals, which differ by O(h^2) from functions of the energy and |m|.
- * The map does not conserve m itself. The map applies only to torque-free bodies. For the Lagrange
- * top, the analogous map would also advance the vertical P in the body frame. That map does not
- * conserve |P| = 1, and P does not determine the attitude. */
+ * The angular momentum vector itself is not conserved. The map applies only to torque-free bodies.
+ * An analogous map exists for the Lagrange top, but it does not conserve the length of the
+ * body-frame vertical P. Moreover, the vertical alone does not determine the attitude. */
 #include "method.h"
 
 typedef struct {
@@ -54,7 +54,7 @@ static void hirota_kimura_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_hirota_kimura = {
     .name = "hirota_kimura",
-    .text = "integrable discretization of free tops; with gravity it would lose |P| = 1",
+    .text = "integrable discretization of free tops; with gravity it would violate |P| = 1",
     .conserves = "two rational integrals",
     .reference = "Hirota and Kimura 2000; Kahan 1993",
     .order = 2,

@@ -2,11 +2,11 @@
  *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    which is, up to the norm of q_,
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
  * with the angular velocity V = J^-1 (q_* (m + m')/2 q_ - h) at the midpoint, in the body frame. In
- * this expression for V, h is the momentum of the rotor; elsewhere h is the step size. The vector
- * a_ is the centre of mass at the midpoint, M is the mass, and p is the gravity vector. The
- * equation for V is solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves
- * |q| and <m,p>. If h |V| is small, the errors of <m,a> and of the energy are bounded and
- * O(h^2). */
+ * the expression for V, h denotes the momentum of the rotor; elsewhere, h is the step size. The
+ * vector a_ is the centre of mass at the midpoint, M is the mass, and p is the gravity vector. The
+ * nonlinear equation for V is solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method
+ * conserves the norm of q and the vertical momentum. For small h |V|, the errors of the energy and
+ * the axial momentum are bounded and O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };
@@ -16,14 +16,14 @@ typedef struct {
     kr_vec3 m;
     kr_vec3 V; /* solution of the last step, the initial guess for the next one */
 } midpoint_state;
-/* A trial step with an approximate angular velocity V. */
+/* The data of one Newton iteration, for an approximate angular velocity V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, in the body frame */
     kr_vec3 residual; /* J V - (M - h) */
 } attempt;
 
-/* Evaluates a trial step with the approximate angular velocity V. M and P are the momentum and the
+/* Evaluates the residual for an approximate angular velocity V. M and P are the momentum and the
  * vertical at the beginning of the step, in the body frame. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
@@ -34,7 +34,7 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     a.residual = v_sub(v_times(motion->inertia, V), v_sub(a.M, motion->rotor));
     return a;
 }
-/* Returns the Newton correction to be subtracted from V. Each column of the linear system is the
+/* Returns the Newton correction to subtract from V. Each column of the linear system is the
  * derivative of the residual with respect to one component of V. */
 static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
@@ -93,7 +93,7 @@ static void midpoint_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_implicit_midpoint = {
     .name = "implicit_midpoint",
-    .text = "the midpoint rule on attitude and momentum, by Newton's iteration",
+    .text = "midpoint rule for attitude and momentum, solved by Newton's method",
     .conserves = "<m,p>",
     .reference = "Hairer, Lubich, Wanner, VII.5",
     .order = 2,

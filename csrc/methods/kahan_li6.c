@@ -1,6 +1,7 @@
-/* Nine substeps (splitting.h) with the coefficients of Kahan and Li (compose.h), each consisting of
- * half a kick, a free drift and half a kick. The method conserves <m,e3>, and for Lagrange tops and
- * torque-free symmetric bodies also <m,T>. The energy error is bounded and O(h^6). */
+/* A composition of nine Strang steps (splitting.h) with the coefficients of Kahan and Li
+ * (compose.h). The method conserves the vertical momentum. For Lagrange tops and torque-free
+ * symmetric bodies, the method also conserves the momentum about the symmetry axis. The energy
+ * error is bounded and O(h^6). */
 #include "composed.h"
 
 static kr_status kahan_li6_reset(kr_motion *motion, const kr_state *start)
@@ -10,7 +11,7 @@ static kr_status kahan_li6_reset(kr_motion *motion, const kr_state *start)
 
 const kr_method kr_method_kahan_li6 = {
     .name = "kahan_li6",
-    .text = "9 times kick, free drift, kick",
+    .text = "composition of 9 steps of kick, free drift, kick",
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Kahan and Li 1997",
     .order = 6,

@@ -1,7 +1,7 @@
-/* Seventeen substeps (splitting.h) with the coefficients of Kahan and Li (compose.h), each
- * consisting of half a kick, a free drift and half a kick. The method conserves <m,e3>, and for
- * Lagrange tops and torque-free symmetric bodies also <m,T>. The energy error is bounded and
- * O(h^8). */
+/* A composition of seventeen Strang steps (splitting.h) with the coefficients of Kahan and Li
+ * (compose.h). The method conserves the vertical momentum. For Lagrange tops and torque-free
+ * symmetric bodies, the method also conserves the momentum about the symmetry axis. The energy
+ * error is bounded and O(h^8). */
 #include "composed.h"
 
 static kr_status kahan_li8_reset(kr_motion *motion, const kr_state *start)
@@ -11,7 +11,7 @@ static kr_status kahan_li8_reset(kr_motion *motion, const kr_state *start)
 
 const kr_method kr_method_kahan_li8 = {
     .name = "kahan_li8",
-    .text = "17 times kick, free drift, kick",
+    .text = "composition of 17 steps of kick, free drift, kick",
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Kahan and Li 1997",
     .order = 8,

@@ -7,8 +7,8 @@
  *     Om = k J^-1 (A x P),   dm = q (k P x (W x A)) q*,   W = J^-1 (M - h)
  * (Om, W, M, P: in the body frame; h: momentum of the rotor), integrated by the implicit midpoint
  * rule, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The processor is applied
- * only when a state is set (-k) or read (+k). The modified kick conserves <m,e3>, and for a
- * Lagrange top also the axial momentum. */
+ * only when a state is read, and its inverse when a state is set. The modified kick conserves the
+ * vertical momentum, and for a Lagrange top also the axial momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>
@@ -35,8 +35,9 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. This vector is
- * cheaper to compute than q L q*, and has the same cross product with e3. */
+/* Returns q L q*. For a Lagrange top, returns a multiple of the symmetry axis a instead: (A - k A^2
+ * <a,e3> / I1) a. The returned vector is cheaper to compute, and has the same cross product with
+ * the vertical. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
@@ -47,7 +48,7 @@ static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
     return q_turn(
         q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
 }
-/* Returns the change of m due to the fraction `part` of a kick. */
+/* Returns the change in momentum due to a kick scaled by `part`. */
 static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 a = modified_kick_lever(kick, q);
@@ -58,8 +59,9 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Returns 1 if a step rotates the top by at most `most` [rad]. The rotation is estimated from the
- * largest rate permitted by the energy, or from the rate due to the rotor if this is larger. */
+/* Returns 1 if the rotation of the top per step does not exceed `most` [rad]. The rotation is
+ * estimated from the larger of two rates: the maximum permitted by the energy, and the rate due to
+ * the rotor. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {
@@ -71,9 +73,9 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
     const double carried = v_length(kick->rotor) * v_largest(kick->inverse);
     return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
-/* Applies the flow of G, or its inverse if `sign` is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
- * (smallest moment) exceeds 2, because then the modification of the potential is not small. For a
- * ratio above 12, the iteration for the midpoint would not converge. */
+/* Applies the processor, or its inverse if `sign` is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
+ * (smallest moment) exceeds 2, because then the modification of the potential is not small. The
+ * midpoint iteration would fail to converge above a ratio of 12. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

@@ -1,5 +1,5 @@
-/* The twelve equations of motion in the rest frame (Bodack 2008, 3.9), for rk4 and extrap. With the
- * mass M, the gravity vector p, the centre of mass a, and the angular velocity w, all in space,
+/* The twelve equations of motion in the inertial frame (Bodack 2008, 3.9), for rk4 and extrap. With
+ * the mass M, the gravity vector p, the centre of mass a, and the angular velocity w, all in space,
  *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t.
  * The rotor momentum h = h_N N + h_B B + h_T T is added to A w. The equations do not enforce the

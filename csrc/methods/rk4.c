@@ -1,6 +1,6 @@
-/* The classical Runge-Kutta method for the twelve equations in the rest frame (Bodack 2008, 3.9;
- * rest_frame.h), for comparison. The method does not conserve the integrals of motion, and the
- * frame is orthonormal only up to the error of the method. */
+/* The classical Runge-Kutta method for the twelve equations of motion in the inertial frame (Bodack
+ * 2008, 3.9; rest_frame.h), for comparison. The method does not conserve the integrals of motion,
+ * and the body axes are orthonormal only up to the error of the method. */
 #include "rest_frame.h"
 
 typedef struct {
@@ -48,7 +48,7 @@ static void rk4_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_rk4 = {
     .name = "rk4",
-    .text = "classical Runge-Kutta on the twelve rest-frame equations",
+    .text = "classical Runge-Kutta method for the twelve rest-frame equations",
     .conserves = "nothing",
     .reference = "Kutta 1901; thesis 3.9",
     .order = 4,

@@ -1,15 +1,16 @@
-/* Kick and drift: the flows of the potential and of the kinetic energy.
+/* Kicks and drifts: the flows of the potential energy and of the kinetic energy.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes only m, and a drift changes only q (McLachlan 1993, Reich 1994). The flow of the
- * term with |m|^2 is a rotation about m, which commutes with the flows of the other two kinetic
- * terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and needs two rotations. A
- * general body needs four rotations: about m, about N, about T, and about N again. The local error
- * of the drift is then of third order in the step size. The error is smallest if B is the axis of
- * the intermediate moment. A rotor with momentum h adds a constant rate to the rotation about each
- * axis: -h_N / I_N about N, and so on. A rotation about B is then also needed. For a symmetric
- * body, the drift remains exact if the rotor is along T. Sums are compensated: the rounding error
- * of each sum is stored and added to the next sum (Kahan 1965). The energy is then affected only by
- * rounding errors in the small changes of q and m per step. */
+ * A kick changes only the momentum, and a drift changes only the attitude (McLachlan 1993, Reich
+ * 1994). The flow of the term in |m|^2 is a rotation about m, and commutes with the flows of the
+ * other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
+ * consists of two rotations. In general, four rotations are needed: about m, about N, about T, and
+ * about N again. The local error of the general drift is of third order in the step size. The error
+ * is smallest if B is the axis of the intermediate moment. A rotor with momentum h changes the
+ * rates of rotation by constants, such as -h_N / I_N about the axis N. A rotor requires an
+ * additional rotation about B. For a symmetric body, the drift remains exact if the rotor is along
+ * T. Sums are compensated: the rounding error of each sum is stored and added to the next sum
+ * (Kahan 1965). With compensated sums, rounding errors affect the energy only through the small
+ * changes of q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -52,21 +53,21 @@ static inline double splitting_sum(double sum, double change, double *low)
     *low = all - (next - sum);
     return next;
 }
-/* Adds `change` to the horizontal components of m. Gravity does not change the vertical
- * component. */
+/* Adds `change` to the horizontal components of m. Gravity does not change the vertical component
+ * of m. */
 static inline void splitting_push(splitting *s, kr_vec3 change)
 {
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
     s->m.y = splitting_sum(s->m.y, change.y, &s->low_m.y);
 }
-/* Applies a kick for the fraction `part` of a step. */
+/* Applies a kick scaled by `part`. */
 static inline void splitting_kick(splitting *s, const kr_motion *motion, double part)
 {
     splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and r, the product of the rotations about N and T so far minus
- * the identity. In the body frame, the momentum rotates in the opposite direction. */
+/* The momentum m in the body frame, and the deviation r of the accumulated rotation from the
+ * identity. Relative to the body, m rotates in the direction opposite to r. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -79,7 +80,7 @@ static inline splitting_body splitting_body_of(const splitting *s)
 }
 /* Rotates by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of the axes.
  * The arguments mj and mk are the components of the momentum along axes j and k. The arguments w,
- * ri, rj and rk are the components of splitting_body.r. */
+ * ri, rj and rk are the components of the accumulated rotation. */
 static inline void splitting_turn(double half, double *mj, double *mk, double *w, double *ri,
                                   double *rj, double *rk)
 {
@@ -95,8 +96,8 @@ static inline void splitting_turn(double half, double *mj, double *mk, double *w
     *rj = p + (c * p + s * q);
     *rk = q + (c * q - s * p);
 }
-/* Rotates about N. The function is not inline, because symmetric bodies do not need it, and their
- * code is faster without it. */
+/* Rotates about N. The function is not inlined, because inlining would slow down the code for
+ * symmetric bodies. */
 static void splitting_turn_n(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);
@@ -105,9 +106,9 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Applies the rotations `b` about N and T, unless `b` is NULL, and the rotation about m for the
- * fraction `part` of a step. Also normalizes q. The correction is computed from the norm of q
- * before the rotation, so it does not depend on the angle. */
+/* Applies the rotation about m for `part` times the step size, and the accumulated rotation of `b`
+ * unless `b` is NULL. Also normalizes q. The normalization uses the norm of q before the rotation,
+ * so it does not depend on the angle. */
 static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -126,7 +127,7 @@ static inline int splitting_is_exact(const splitting *s)
 {
     return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;
 }
-/* Rotates a body with a rotor about N, B, T, B and N for the fraction `part` of a step. */
+/* Rotates a body with a rotor about N, B, T, B and N in turn, for `part` times the step size. */
 static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, double part)
 {
     const double half = 0.5 * part, middle = half * s->rotor.y;
@@ -139,15 +140,15 @@ static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, d
     splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
                    &b->r.z);
 }
-/* Applies the drift of a body with a rotor. The function is not inline, which keeps the code for
- * other bodies short. */
+/* Applies the drift of a body with a rotor. The function is not inlined, to keep the code for other
+ * bodies short. */
 static void splitting_drift_rotor(splitting *s, double part)
 {
     splitting_body b = splitting_body_of(s);
     splitting_turn_rotor(&b, s, part);
     splitting_rotate(s, &b, part);
 }
-/* Applies a drift for the fraction `part` of a step. */
+/* Applies a drift for `part` times the step size. */
 static inline void splitting_drift(splitting *s, double part)
 {
     splitting_body b;
@@ -165,8 +166,8 @@ static inline void splitting_drift(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Writes the state to `out`, with the fraction `part` of a kick undone and the postponed rotation
- * about T applied. */
+/* Writes the state after undoing a kick scaled by `part` and applying the accumulated rotation
+ * about T. */
 static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
                                   kr_state *out)
 {

@@ -1,9 +1,10 @@
-/* Strang splitting, of second order: half a kick, a free drift, half a kick (splitting.h). The two
- * half kicks between successive steps are merged. The method conserves <m,e3>, and for Lagrange
- * tops and torque-free symmetric bodies also <m,T>. The energy error is bounded and O(h^2). */
+/* Strang splitting, of second order: half a kick, a free drift, half a kick (splitting.h). The half
+ * kicks of successive steps are merged. The method conserves the vertical momentum. For Lagrange
+ * tops and torque-free symmetric bodies, the method also conserves the momentum about the symmetry
+ * axis. The energy error is bounded and O(h^2). */
 #include "splitting.h"
 
-/* Between steps, m is ahead by half a kick. */
+/* Between steps, the momentum is ahead by half a kick. */
 static kr_status strang_reset(kr_motion *motion, const kr_state *start)
 {
     splitting *s = (splitting *)motion->work;

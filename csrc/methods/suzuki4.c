@@ -1,6 +1,7 @@
-/* Five substeps (splitting.h) with Suzuki's coefficients (compose.h), each consisting of half a
- * kick, a free drift and half a kick. The method conserves <m,e3>, and for Lagrange tops and
- * torque-free symmetric bodies also <m,T>. The energy error is bounded and O(h^4). */
+/* A composition of five Strang steps (splitting.h) with Suzuki's coefficients (compose.h). The
+ * method conserves the vertical momentum. For Lagrange tops and torque-free symmetric bodies, the
+ * method also conserves the momentum about the symmetry axis. The energy error is bounded and
+ * O(h^4). */
 #include "composed.h"
 
 static kr_status suzuki4_reset(kr_motion *motion, const kr_state *start)
@@ -10,7 +11,7 @@ static kr_status suzuki4_reset(kr_motion *motion, const kr_state *start)
 
 const kr_method kr_method_suzuki4 = {
     .name = "suzuki4",
-    .text = "5 times kick, free drift, kick",
+    .text = "composition of 5 steps of kick, free drift, kick",
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Suzuki 1990",
     .order = 4,

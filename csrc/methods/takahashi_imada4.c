@@ -1,11 +1,11 @@
-/* Half a modified kick (modified_kick.h), a free drift, and half a modified kick. The method is of
- * order 4 with one kick per step. The drift must have order 4 or higher. For symmetric bodies, the
- * drift is exact (splitting.h). For other bodies, the drift is Suzuki's composition of the
- * rotations about N and T, without kicks. The method conserves <m,e3>, and for Lagrange tops also
- * the axial momentum. The energy error is bounded and O(h^4). The steps are symplectic. In the
- * states that are read, the processor changes the symplectic form by a bounded amount of O(h^7).
- * Steps in which the top may rotate by more than 2.5 rad are refused. Lagrange tops have no such
- * limit, because their drift is exact. */
+/* The splitting of Takahashi and Imada: half a modified kick (modified_kick.h), a free drift, and
+ * half a modified kick. The method is of order 4 with one kick per step. The drift must have order
+ * 4 or higher. For symmetric bodies, the drift is exact (splitting.h). For other bodies, the drift
+ * is Suzuki's composition of the rotations about N and T, without kicks. The method conserves the
+ * vertical momentum, and for Lagrange tops also the axial momentum. The energy error is bounded and
+ * O(h^4). The steps are symplectic. The change of variables (processor) preserves the symplectic
+ * form only up to a bounded error of O(h^7). Steps in which the top may rotate by more than 2.5 rad
+ * are refused. Lagrange tops may rotate faster, because their drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"
@@ -75,7 +75,7 @@ static int takahashi_is_valid(const void *work)
 
 const kr_method kr_method_takahashi_imada4 = {
     .name = "takahashi_imada4",
-    .text = "modified kick, free drift, modified kick; a processor where a state is read",
+    .text = "modified kick, free drift, modified kick; output states are post-processed",
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Takahashi and Imada 1984; Rowlands 1991",
     .order = 4,

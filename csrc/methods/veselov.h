@@ -1,17 +1,18 @@
 /* The discrete Moser-Veselov top, used as a free drift of second order. With M = q* m q, the
  * moments I, and a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
- * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The equation for r is solved
- * by Newton's method. The momentum m is constant. Each step conserves the energy of a torque-free
- * body, and <m,T> if I_N = I_B, up to the tolerance of the iteration. Over 10^6 steps, the energy
- * and <m,T> change by 1e-12 to 1e-10. */
+ * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The nonlinear equation for r
+ * is solved by Newton's method. A drift leaves the momentum in space unchanged. Each step conserves
+ * the kinetic energy up to the tolerance of the iteration. For a symmetric body, the momentum about
+ * the symmetry axis is conserved to the same accuracy. Over 10^6 steps, the conserved quantities
+ * drift by 1e-12 to 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"
 
 enum { VESELOV_MOST = 20 };
 
-/* Returns r after one more Newton step. F is the residual at the given r. */
+/* Performs one Newton step and returns the new value of r. F is the residual at the given r. */
 static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
@@ -23,7 +24,8 @@ static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir
     }
     return v_sub(r, v_solve(columns, F));
 }
-/* Applies the drift of a step. *r is the initial guess on entry, and the solution on return. */
+/* Applies the drift of one step. On entry, `r` holds the initial guess, and on return the
+ * solution. */
 static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
                                       kr_vec3 *r)
 {

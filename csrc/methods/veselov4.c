@@ -1,13 +1,14 @@
-/* Half a modified kick (modified_kick.h), a discrete Moser-Veselov drift (veselov.h) with modified
- * moments, and half a modified kick. With the moments I~ in place of I, the drift has order 4,
- * where
+/* A splitting method: half a modified kick (modified_kick.h), a discrete Moser-Veselov drift
+ * (veselov.h) with modified moments, and half a modified kick. With the moments I~ in place of I,
+ * the drift has order 4, where
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
- * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H, whereas a kick changes
- * both. The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of
- * torque-free bodies. Steps in which the top may rotate by more than 1.25 rad are refused, because
- * the series in h would not approximate the moments. */
+ * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves the magnitude of the momentum and
+ * the kinetic energy, whereas a kick changes both. The method conserves the vertical momentum, the
+ * axial momentum of Lagrange tops, and the energy of torque-free bodies. Steps in which the top may
+ * rotate by more than 1.25 rad are refused, because the series for the modified moments would be
+ * inaccurate. */
 #include "modified_kick.h"
 #include "veselov.h"
 

@@ -1,6 +1,7 @@
-/* Bodies: inertia about the fixed point, principal axes, and kind (integrable case). J = J_com +
- * mass * (|a|^2 1 - a a^t), with the centre of mass a (Bodack 2008, 2.14). The principal axes are
- * computed by Jacobi's eigenvalue method, which is accurate even if principal moments coincide. */
+/* The inertia, the principal axes and the kind (integrable case) of a body with a fixed point. J =
+ * J_com + mass * (|a|^2 1 - a a^t), with the centre of mass a (Bodack 2008, 2.14). The principal
+ * axes are computed by Jacobi's eigenvalue method, which is accurate even if principal moments
+ * coincide. */
 #include "body.h"
 
 /* Returns 1 if the moments satisfy the triangle inequality up to a relative tolerance: the larger
@@ -46,16 +47,16 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that permute the axes N, B, T cyclically. The three rotations take T to N, to B, and to
- * T. */
+/* Rotations that permute the axes N, B, T cyclically. The rotation with index i takes T to the i-th
+ * axis. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 /* Returns component i of v. */
 static double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-/* Returns the index of the distinct axis of a body: the principal axis for which the moments about
- * the other two axes are equal. Returns -1 if all three moments differ. For a spherical body,
- * returns the axis nearest to the direction of the centre of mass. */
+/* Returns the index of the principal axis about which the inertia tensor is symmetric. Returns -1
+ * if all three moments differ. For a spherical body, returns the axis nearest to the direction of
+ * the centre of mass. */
 static int distinct_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
@@ -100,9 +101,9 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     return fmax(fabs(component_at(b->rotor, (axis + 1) % 3)),
                 fabs(component_at(b->rotor, (axis + 2) % 3))) <= rtol * v_largest(b->rotor);
 }
-/* The closed-form solutions and maps for a kind generally assume a body without a rotor. A rotor
- * along the symmetry axis is also permitted. Such a rotor only adds the constant rate -rotor / I3
- * to the rotation about this axis. */
+/* The closed-form solutions and maps of an integrable case generally assume a body without a rotor.
+ * A rotor along the symmetry axis is also permitted. An axial rotor only adds the constant rate
+ * -rotor / I3 to the spin. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = kind_without_rotor(b, rtol);
@@ -112,8 +113,7 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
                : KR_KIND_GENERAL;
 }
 
-/* Cyclically permutes the components of `v` so that the component at index `last` becomes the
- * third. */
+/* Cyclically permutes the components of `v` so that component `last` becomes the third. */
 static kr_vec3 rename_axes(kr_vec3 v, int last)
 {
     return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
@@ -127,8 +127,8 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes of a spherical body, with T along `last`. The moments of the body refer to
- * different axes, and are therefore replaced by their mean. */
+/* Returns working axes of a spherical body, with the third axis along `last`. All three moments are
+ * set to their mean, because the body is spherical only up to rounding errors. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -147,8 +147,7 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
     const kr_working w = {q_one(), b->inertia, b->com, damping, b->rotor, 0};
     return w;
 }
-/* Returns the working axes `w` with the components of an axial rotor normal to T set to zero. Such
- * components are rounding errors. */
+/* Sets the off-axis components of an axial rotor to zero, because they are rounding errors. */
 static kr_working align_rotor(kr_working w, const kr_body *b)
 {
     if (kr_body_has_rotor(b) && kr_body_is_rotor_axial(b, KR_KIND_RTOL))
@@ -173,8 +172,8 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Annihilates the element a[p][p + 1] by a rotation about the axis with index p + 2, and updates
- * `axes`. All indices are modulo 3. */
+/* Performs a Jacobi rotation that annihilates the element a[p][p + 1], and updates `axes`. Indices
+ * are taken modulo 3. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -191,11 +190,11 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     a[q][r] = a[r][q] = s * apr + c * aqr;
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
-/* Returns the i-th axis of the frame described by the quaternion q. */
+/* Returns the i-th column of the rotation matrix of the quaternion q. */
 static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
 
-/* Returns the frame nearest to the frame of description among the 24 right-handed frames whose axes
- * are parallel to `axes`. */
+/* Returns the frame nearest to the identity among the 24 right-handed frames with axes parallel to
+ * `axes`. */
 static kr_quat nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
@@ -220,8 +219,7 @@ static double tensor_element(const double j[9], kr_vec3 u, kr_vec3 v)
     return v_dot(u, v3(j[0] * v.x + j[1] * v.y + j[2] * v.z, j[3] * v.x + j[4] * v.y + j[5] * v.z,
                        j[6] * v.x + j[7] * v.y + j[8] * v.z));
 }
-/* Sets the axes of `b`, the moments about these axes, and the components of the centre of mass
- * along these axes. */
+/* Sets the principal axes of a body, and its moments and centre of mass along these axes. */
 static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 {
     b->axes = axes;
@@ -230,7 +228,7 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, axis_column(axes, 1), axis_column(axes, 1)),
                     tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
 }
-/* Returns 1 if the distance of the centre of mass from the distinct axis may be due to rounding
+/* Returns 1 if the distance of the centre of mass from the symmetry axis may be due to rounding
  * errors. If the moments are nearly equal, small errors in the inertia tensor cause large rotations
  * of the axes. */
 static int is_axis_through_com(const kr_body *b, int axis)
@@ -242,9 +240,9 @@ static int is_axis_through_com(const kr_body *b, int axis)
                                fabs(component_at(b->com, (axis + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
-/* Returns the principal axes nearest to the frame of description, for a body with two equal
- * moments. If consistent with the rounding errors of the tensor, the distinct axis passes exactly
- * through the centre of mass. */
+/* Returns the principal axes of a symmetric body that are nearest to the user's body frame. A
+ * symmetry axis that misses the centre of mass only by rounding errors is made to pass through
+ * it. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = distinct_axis(b, KR_KIND_RTOL);
@@ -259,8 +257,8 @@ static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
     return q_mul(q_mul(axis_cycles[axis], q_tilt(q_turn_back(axis_cycles[axis], a))),
                  q_conj(axis_cycles[axis]));
 }
-/* Sets two moments to the same value if their difference is due to rounding errors. Moves the
- * centre of mass to the distinct axis if the distance between them is due to rounding errors. */
+/* Makes two moments equal if they differ only by rounding errors. Moves the centre of mass of a
+ * Lagrange top exactly onto the symmetry axis. */
 static void merge_equal_moments(kr_body *b)
 {
     const int axis = distinct_axis(b, KR_KIND_RTOL);
@@ -273,8 +271,7 @@ static void merge_equal_moments(kr_body *b)
         b->com = v3(axis == 0 ? a.x : 0.0, axis == 1 ? a.y : 0.0, axis == 2 ? a.z : 0.0);
 }
 
-/* Returns 1 if the smallest moment is so small that rounding errors of the largest moment leave it
- * too few correct digits. */
+/* Returns 1 if rounding errors of the largest moment make the smallest moment too inaccurate. */
 static int is_ill_conditioned(const kr_body *b)
 {
     return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <

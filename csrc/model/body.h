@@ -1,4 +1,4 @@
-/* Working axes of a body: the principal axes in an order that suits the methods. */
+/* Working axes of a body: the principal axes in the order that the integration methods require. */
 #ifndef KR_BODY_H
 #define KR_BODY_H
 #include "math/su2.h"
@@ -6,19 +6,20 @@
 typedef struct kr_working {
     /* Working -> principal axes. For a symmetric body, T is the distinct axis, whose moment differs
      * from the other two. For a spherical body, T passes through the centre of mass, or is along
-     * the rotor. For all other bodies, B is the axis of the intermediate moment. */
+     * the rotor. For a body with three different moments, B is the axis of the intermediate
+     * moment. */
     kr_quat axes;
     kr_vec3 inertia, com, damping, rotor;
     int tilted; /* nonzero: T of a spherical body was rotated to pass through com */
 } kr_working;
-/* Returns the working axes, and the components of the moments, com, damping and rotor along them. A
- * spherical body with unequal components of `damping` keeps its principal axes, because the damping
- * matrix is diagonal only there. */
+/* Returns the working axes of a damped body, and the inertia, centre of mass, damping and rotor
+ * along these axes. A spherical body with unequal components of `damping` keeps its principal axes,
+ * because the damping matrix is diagonal only in these axes. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 /* Returns the working axes of a body without damping. */
 kr_working kr_body_working(const kr_body *body);
-/* Returns the index of the principal axis that becomes T. For a spherical body, this is the axis
- * nearest to the direction of the centre of mass. */
+/* Returns the index of the principal axis that becomes the third working axis. For a spherical
+ * body, the axis nearest to the direction of the centre of mass is chosen. */
 int kr_body_last_axis(const kr_body *body);
 /* Returns the principal axes, in their given order, as working axes. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);

@@ -1,6 +1,6 @@
 /* Names and descriptions of status codes, kinds and flags, generated from the lists in kreisel.h.
- * The strings are members of a struct, and the tables store offsets into it. A pointer would take
- * 32 bytes, including its relocation entry. */
+ * The strings are members of a struct, and the tables store offsets into it. Offsets are smaller
+ * than pointers, each of which would need a relocation entry. */
 #include <stddef.h>
 #include <string.h>
 #include "kreisel.h"

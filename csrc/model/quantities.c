@@ -1,12 +1,12 @@
-/* The quantities of a state. With the attitude R of the principal axes, M = R* m R, and the
- * momentum h of the rotor:
+/* Physical quantities of a state, such as energies, momenta and angles. With the attitude R of the
+ * principal axes, M = R* m R, and the momentum h of the rotor:
  *     T = V J V / 2,   U = mass g <com, R* e3 R> - O J O / 2 - <h, O>
  *     J W' = M x W + mass g R* e3 R x com - D V - friction,   W = J^-1 (M - h)
  * where g is the acceleration due to gravity and to the shaking of the support, O = R* turning R is
  * the angular velocity of the support, and V = W - O is the angular velocity relative to the
  * support. The integrals K and G are defined by (5.1) and (5.2) of the thesis (Bodack 2008). Axis 1
- * is along -com, so that the potential has the same sign as in the thesis. Euler's angles are
- * z-x-z. They describe the frame r = q tilt, whose third axis is the apex:
+ * is directed opposite to the centre of mass, to match the sign convention of the thesis. Euler's
+ * angles are z-x-z. They describe the frame r = q tilt, whose third axis is the apex:
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
 #include "math/trig.h"
@@ -21,8 +21,8 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
-/* Returns the momentum without that of the rotor, along the principal axes. `q` is the attitude of
- * these axes. */
+/* Returns the momentum minus that of the rotor, along the principal axes. `q` is the attitude of
+ * the principal axes. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     return v_sub(q_turn_back(q, s->m), scene->body.rotor);
@@ -36,8 +36,8 @@ double kr_acceleration_at(const kr_scene *scene, double t)
     sin_cos(shaking->rate * t + shaking->phase, &sine, &cosine);
     return scene->gravity - shaking->amplitude * shaking->rate * shaking->rate * cosine;
 }
-/* Returns the angular velocity of the support along the principal axes. `q` is the attitude of
- * these axes. */
+/* Returns the angular velocity of the support along the principal axes. `q` is the attitude of the
+ * principal axes. */
 static kr_vec3 turning_in_body(const kr_scene *scene, kr_quat q)
 {
     return q_turn_back(q, scene->turning);
@@ -97,9 +97,9 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
     return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
 }
 
-/* Writes half the sum and half the difference of precession_angle and spin_angle. If the apex is
- * vertical, one of the two is undefined and is set to 0. Adding 0.0 turns negative zeros into
- * positive zeros. */
+/* Writes half the sum and half the difference of the precession and spin angles. If the apex is
+ * vertical, the undefined sum or difference of the angles is set to 0. Adding 0.0 turns negative
+ * zeros into positive zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -107,7 +107,7 @@ static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, d
     *sum = atan2(r.z + 0.0, r.w + 0.0);
     *difference = atan2(r.y + 0.0, r.x + 0.0);
 }
-/* Returns an angle between -2 pi and 2 pi, reduced to (-pi, pi]. */
+/* Wraps an angle between -2 pi and 2 pi to the interval (-pi, pi]. */
 static double wrap_angle(double angle)
 {
     static const double pi = 3.14159265358979323846;
@@ -164,8 +164,7 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. Both vectors have
- * components along the axes -com, o x (-com) and o, where o is the axis of the moment that differs
- * from the other two. */
+ * components along -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -196,8 +195,8 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
-/* Adds the effect of dry friction to the angular acceleration `gain`, and returns the sum. `V` is
- * the angular velocity relative to the support, along the principal axes. */
+/* Returns the angular acceleration, given its value `gain` without dry friction. `V` is the angular
+ * velocity relative to the support, along the principal axes. */
 static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
 {
     const kr_vec3 com = scene->body.com,
@@ -205,8 +204,8 @@ static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
                   eased = divide_by_moments(apex, scene->body.inertia);
     const double spin = v_dot(V, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased);
-    /* A spin at rounding level is treated as zero. Friction then holds the top if the required
-     * torque is within its limit. */
+    /* A spin no larger than the rounding errors is treated as zero. Friction then holds the top if
+     * the required torque is within its limit. */
     const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
     return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
 }
@@ -235,7 +234,7 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const double weight = scene->body.mass * scene->gravity;
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    /* The map does not apply to tops on moving supports. */
+    /* The Bobenko-Suris map does not apply to tops on moving supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
     return kinetic_at_rest(scene, s) +
            weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +

@@ -1,4 +1,4 @@
-/* The table of quantities, and the components that can be used in events. */
+/* The table of physical quantities, and the components that can be used in events. */
 #ifndef KR_QUANTITIES_H
 #define KR_QUANTITIES_H
 #include "kreisel.h"
@@ -21,12 +21,12 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
-/* A top is considered to be held by friction if its spin is at most this fraction of its angular
+/* A top is considered held by friction if its spin is at most this fraction of its angular
  * velocity. */
 #define KR_SPIN_OF_HELD 0x1p-40
 
-/* The function kr_state_<name> computes the quantity <name>. The return type depends on the number
- * of doubles in the quantity. */
+/* For each quantity, a function kr_state_<name> computes its value. The return type depends on the
+ * number of components of the quantity. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_3(name) kr_vec3 kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_4(name) kr_quat kr_state_##name(const kr_scene *scene, const kr_state *s);
@@ -36,15 +36,14 @@ double kr_acceleration_at(const kr_scene *scene, double t);
 #include "quantities.def"
 #undef Q
 
-/* A component: one of the doubles of a quantity. Components are numbered from 1; the number 0 is
- * KR_COMPONENT_ONE, the constant 1. */
+/* A component of a quantity, such as one coordinate of a vector. Components are numbered from 1;
+ * number 0 stands for the constant 1 (KR_COMPONENT_ONE). */
 typedef struct kr_component {
     int quantity, axis; /* KR_QUANTITY_...; index of the double, from 0 */
 } kr_component;
-/* Returns 1 if `number` is the number of a component that events can use. */
+/* Returns 1 if `number` identifies a component that events can use. */
 int kr_component_is_valid(int number);
-/* Returns the quantity and the axis of the component with this number, which must not be
- * KR_COMPONENT_ONE. */
+/* Returns the quantity and the axis of a component other than KR_COMPONENT_ONE. */
 static inline kr_component kr_component_of(int number)
 {
     const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};

@@ -4,7 +4,7 @@
 #include <string.h>
 #include "quantities.h"
 
-/* The function values_of_<name> writes the values of a quantity at n states. */
+/* Each function values_of_<name> writes the values of one quantity at n states. */
 #define PUT_1(name) out[i] = kr_state_##name(scene, &s[i])
 #define PUT_3(name) ((kr_vec3 *)out)[i] = kr_state_##name(scene, &s[i])
 #define PUT_4(name) ((kr_quat *)out)[i] = kr_state_##name(scene, &s[i])

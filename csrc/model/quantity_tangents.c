@@ -5,14 +5,14 @@
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta
  * with the angular velocity O of the support and U relative to it, for which
  *     dO = O x theta + R* dturning R,   dU = dW - dO
- * and R (dv + theta x v) R* of a vector R v R* in space. Quantities that depend explicitly on a
- * parameter have an additional term. */
+ * and R (dv + theta x v) R* of a vector R v R* in space. The derivative has an additional term if a
+ * quantity depends explicitly on a parameter. */
 #include "quantities.h"
 #include "math/trig.h"
 #include "scene.h"
 
-/* A state and its scene. Vectors have components along the principal axes unless stated
- * otherwise. */
+/* A state and its scene, for which derivatives are computed. Vectors have components along the
+ * principal axes unless stated otherwise. */
 typedef struct quantity_point {
     const kr_scene *scene;
     const kr_state *state;
@@ -22,7 +22,7 @@ typedef struct quantity_point {
     kr_vec3 apex;         /* unit vector to the centre of mass, or T */
     double reach, weight; /* |com|; mass * acceleration along -e3 */
 } quantity_point;
-/* An infinitesimal change in the state and the parameters, and the resulting changes in the
+/* An infinitesimal change of the state and parameters, and the resulting changes of derived
  * vectors. */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
@@ -35,7 +35,7 @@ typedef struct quantity_change {
 } quantity_change;
 typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
 
-/* Returns the vector with components v along three given axes. */
+/* Returns the linear combination of three axes with the components of v as coefficients. */
 static kr_vec3 sum_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v_axpy(v.x, axes[0], v_axpy(v.y, axes[1], v_scale(v.z, axes[2])));
@@ -45,7 +45,7 @@ static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
 }
-/* Returns the change in space of a body-frame vector v that changes by dv relative to the body. */
+/* Returns the change, in space, of a vector that changes by dv relative to the body. */
 static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *by, kr_vec3 v,
                                kr_vec3 dv)
 {
@@ -103,8 +103,7 @@ static void tangent_of_spin(const quantity_point *at, const quantity_change *by,
     *out = v_dot(by->U, at->apex) + v_dot(at->U, by->apex);
 }
 
-/* Returns the rotation vector, in the frame of description, by which q_tilt(a) changes when the
- * unit vector a changes by da. */
+/* Returns the infinitesimal change of the rotation from e3 to `a` when `a` changes by `da`. */
 static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
 {
     if (a.z < -0.5) return turn_of_tilt(v_scale(-1.0, a), v_scale(-1.0, da));
@@ -113,8 +112,7 @@ static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
                   turn = v_add(v_sub(v_scale(w, dv), v_scale(da.z, v)), v_cross(v, dv));
     return v_scale(1.0 / w, turn);
 }
-/* Returns the rotation vector, in space, by which the frame described by the Euler angles
- * changes. */
+/* Returns the infinitesimal rotation, in space, of the frame that the Euler angles describe. */
 static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_change *by)
 {
     const kr_vec3 turn = sum_along(at->frame, by->turn);
@@ -123,18 +121,18 @@ static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_chan
         turn_of_tilt(sum_along(at->described, at->apex), sum_along(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
-/* Returns the direction of the horizontal projection of the apex. Writes the length of this
- * projection, and the apex in space. If the apex is vertical, the Euler angles have no derivatives,
- * and the direction is NaN. */
+/* Returns the direction of the horizontal projection of the apex. Writes the length of the
+ * horizontal projection to `length`, and the apex in space to `apex`. If the apex is vertical, the
+ * Euler angles have no derivatives, and the direction is NaN. */
 static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
 {
     *apex = sum_along(at->frame, at->apex);
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
-/* The rotation vector of the frame is e3 dprecession + n dnutation + apex dspin, with the line of
- * nodes n. The derivatives of the angles are therefore the dot products of this vector with the
- * dual basis. */
+/* An infinitesimal rotation of the frame is e3 dprecession + n dnutation + apex dspin, where n is
+ * the line of nodes. The derivatives of the angles are the coefficients of the rotation vector in
+ * the basis (e3, n, apex). */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
 {
@@ -195,18 +193,18 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
     *out = v_dot(by->M, at->apex) + v_dot(at->M, by->apex);
 }
 
-/* The vectors m and p on which the integrals K and G depend (quantities.c), and their changes. */
+/* The two vectors on which the Kowalewski and Goryachev-Chaplygin integrals depend, and their
+ * changes. */
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
-/* Returns the total change in a vector v that changes by dv and is also rotated by the small angle
- * `turn` about axis 3. */
+/* Returns dv plus the change of the vector v due to a small rotation about axis 3. */
 static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
-/* Writes the vectors and their changes. Returns 0 if the integral has no derivative: the body is
- * not of this kind, or the perturbation does not preserve the kind. */
+/* Computes the two vectors on which an integral of motion depends, and their changes. Returns 0 if
+ * the body or the perturbation does not belong to the integrable case `kind`. */
 static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
                                integral_frame *f)
 {
@@ -249,8 +247,8 @@ static void tangent_of_goryachev_chaplygin(const quantity_point *at, const quant
     *out = f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* The derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U. The derivative is
- * NaN if there is dry friction. */
+/* The derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U. With dry friction,
+ * the derivative of the acceleration is set to NaN. */
 static void tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by,
                                          double out[])
 {
@@ -304,8 +302,8 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     const double by_phase = by->amplitude * square * sine;
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Computes the changes in the vectors from the changes in the parameters and the state. `column` is
- * a column of the tangents. */
+/* Computes the changes of all vectors from the changes of the state and the parameters. `column` is
+ * one column of the tangent matrix. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -1,15 +1,16 @@
-/* The rates of bobenko_suris4, and the energy that this map conserves. The units are chosen so that
- * I1 = 1, and all energies omit the energy of the spin. Let u = <a,e3>, c = <m,a>, l = <m,e3>, g
- * the largest possible torque, and b = e^2 g / 4. The map with step e
+/* Modified rates and the conserved energy of the fourth-order map bobenko_suris4. In the units used
+ * here, the moment I1 is 1. All energies exclude the rotational energy about the symmetry axis. Let
+ * u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible torque, and b = e^2 g / 4. The map with
+ * step e
  *     half kick m += (e/2) V'(u) e3 x a,    a' = Cay(e m) a,    half kick,
  *     V'(u) = g (1 - b u) / (1 + b^2 u^2)
  * conserves c, l and
  *     I = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
  *         + e^2 g^2 (1 + u^2) / 8
  * which equals H + e^2 g l c / 4 + O(e^4). I + e^2 g^2 would also be conserved, but would cause an
- * error of order e^4 in the rates. The map follows the same orbit as the top, but at a different
- * rate. To first order in g and to all orders in e |m|, a step e of the map equals a step h of the
- * top, rotated by -e g c om about e3 and by -e g l om about a, with
+ * error of order e^4 in the rates. The map moves along the same orbit as the top, but at a
+ * different rate. To first order in g and to all orders in e |m|, a step e of the map equals a step
+ * h of the top, rotated by -e g c om about e3 and by -e g l om about a, with
  *     z = e^2 I / 2,    h = e (A + g l c e^4/8 (B + (1 + z) B')),    om = e^2 B / 4
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
  * All these quantities are constant along an orbit. (Derived for this library; no earlier source is
@@ -33,8 +34,8 @@ static inline double resummed_energy(double e, double g, kr_vec3 a, kr_vec3 m)
         0.5 * v_dot(m, m) + slope * (u + shift) - 0.125 * e * e * slope * slope * (1.0 - u * u);
     return (1.0 + b * b * u * u) * inner + 0.125 * e * e * g * g * (1.0 + u * u);
 }
-/* Returns the step size h of the top that corresponds to the step size r->step of the map. Sets the
- * remaining members of r. */
+/* Returns the time step of the continuous motion that corresponds to the step r->step of the map.
+ * Sets all members of `r` except r->step. */
 static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;
@@ -52,7 +53,7 @@ static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
     r->spin = -0.25 * e * e * e * B * g * l;
     return e * (A + 0.125 * e * e * e * e * g * l * c * (B + (1.0 + z) * D));
 }
-/* Solves for the step size of the map that corresponds to a step size h of the top, by the secant
+/* Finds the step size of the map for a time step h of the continuous motion, by the secant
  * method. */
 static inline resummed resum(double h, double g, kr_vec3 a, kr_vec3 m)
 {

@@ -13,7 +13,7 @@ kr_scene kr_scene_default(void)
     return (kr_scene){
         .body = body, .gravity = 1.0, .start = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.172, -1.862, 1.46}}};
 }
-/* Returns 1 if the parameters of the support motion and of the friction are valid. */
+/* Returns 1 if the parameters of the support motion and the friction are valid. */
 static int is_valid_support(const kr_scene *scene)
 {
     const kr_shaking *shaking = &scene->shaking;
@@ -72,7 +72,7 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
                             times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
     return swing;
 }
-/* Returns the largest rate of the support motion: of its rotation or of its shaking. */
+/* Returns the larger of the rotation rate and the shaking rate of the support. */
 static double support_rate(const kr_scene *scene)
 {
     const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
@@ -106,7 +106,7 @@ kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_un
 }
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)
 {
-    /* The squares are computed in internal units, in which they cannot overflow. */
+    /* Internal units are used, because squares of values in the user's units could overflow. */
     const double moment = v_largest(working->inertia) / units->moment;
     const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
                   h = v_scale(units->time, v_scale(1.0 / units->moment, scene->body.rotor)),

@@ -6,23 +6,23 @@
 #include "body.h"
 #include "math/exponent.h"
 
-/* Internal units, in which the largest moment and the top's rate are about one. */
+/* Internal units, in which the largest moment of inertia and the rate of rotation are about one. */
 typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along working axes */
 } kr_units;
-/* The factors of lever = mass * gravity * com * 2^power. The factors are scaled because their
- * product, weight * com, may exceed the range of doubles. */
+/* The factors of lever = mass * gravity * com * 2^power. Scaled factors are stored, because their
+ * product may exceed the range of doubles. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;
     int power;
 } kr_pull;
-/* Returns the mass, gravity and `com` of a scene, scaled by powers of two. */
+/* Returns the mass, the gravity and the vector `com`, scaled by powers of two. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Returns the kind of the top. Without gravity, a top is a torque-free body regardless of its
- * centre of mass. */
+/* Returns the kind (integrable case) of a top. Without gravity, a top is a torque-free body
+ * regardless of its centre of mass. */
 kr_kind kr_scene_kind(const kr_scene *scene);
 /* If KR_NO_SUPPORTS is defined, the Taylor method omits the terms for friction and moving supports,
  * and refuses scenes that need them. */
@@ -45,15 +45,14 @@ static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);
 }
-/* Returns 1 if the support rotates about the vertical. In this case, an undamped top moves in the
- * inertial frame as if the support were at rest. */
+/* Returns 1 if the support rotates about the vertical. Rotation about the vertical does not affect
+ * an undamped top as seen in the inertial frame. */
 static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
-/* Returns 1 if damping, friction or support motion rules out a closed-form solution. If `own` is
- * nonzero, the driver converts states from the inertial frame, so the support may rotate about the
- * vertical. */
+/* Returns 1 if damping, friction or support motion rules out a closed-form solution. Rotation of
+ * the support about the vertical is permitted if `own` is nonzero. */
 static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 {
     kr_scene at_rest = *scene;
@@ -63,18 +62,17 @@ static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 /* Validates a scene like kr_scene_check, but without checking the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
-/* Constants that determine the unit of time: the unit of moments, the reciprocal of this unit, and
- * the pendulum frequency of the top [T^-1]. */
+/* Data from which the unit of time follows: the unit of moments, its reciprocal, and the pendulum
+ * frequency [T^-1]. */
 typedef struct kr_swing {
     double moment, per_moment, rate;
 } kr_swing;
 /* Returns the constants that determine the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* The smallest unit allowed. The reciprocal of any smaller unit might not be finite. */
+/* The smallest permitted unit. The reciprocals of smaller units might overflow. */
 static const double kr_min_unit = 0x1p-1020;
-/* Determines the unit of time, 2^power, and writes its exponent to `power`. `momentum` is the
- * magnitude of the largest component of the momentum. Returns 0 if the units exceed the range of
- * doubles. */
+/* Determines the exponent `power` of the unit of time, 2^power. `momentum` is the magnitude of the
+ * largest component of the momentum. Returns 0 if the units exceed the range of doubles. */
 static inline int kr_swing_time(const kr_swing *swing, double momentum, int *power)
 {
     const double turn = momentum * swing->per_moment,
@@ -85,10 +83,9 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
     const double unit = times_power_of_2(swing->moment, -*power);
     return unit < INFINITY && unit >= kr_min_unit;
 }
-/* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if they exceed the range of
+/* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if a unit exceeds the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns the same horizon as kr_scene_horizon, given units and working axes that have already been
- * computed. */
+/* Does the same as kr_scene_horizon, given the internal units and the working axes. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

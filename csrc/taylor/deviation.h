@@ -1,17 +1,17 @@
-/* Implements the recurrence of tangents.h: computes the coefficients and evaluates the series. This
- * source is compiled four times for each instruction set: in doubles (quat_simd.h) and in
- * double-double (quat_simd_dd.h), for single deviations (deviation_single.h) and for batches
- * (deviation_batch.h). The last two headers define three types. A `triple` holds one vector for
- * each deviation. A `turned` is a triple in the layout needed for multiplication by a `path_term`.
- * A `halves` holds two sums of such products. The cross product of two series is the difference of
- * these sums; their factors are cyclic permutations of the components. Each sum adds the newest
- * coefficient last, because all other terms can be added before it is known. */
+/* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
+ * series. This source is compiled for single tangents (deviation_single.h) and for batches
+ * (deviation_batch.h), each in doubles and in double-double. The headers for single tangents and
+ * for batches define three types. The type `triple` holds one vector for each tangent. The type
+ * `turned` is a triple whose components are permuted for multiplication by a path coefficient
+ * (`path_term`). The type `halves` holds the two sums of products whose difference is a cross
+ * product. In each sum, the latest coefficient is added last, because all other terms can be added
+ * before it is known. */
 #include "tangents.h"
 
-/* Coefficients in the permuted form that the products need. The path coefficients (`w` for W, `p`
- * for P) are stored in the order (prev | next) and preceded by BEFORE zeros. The coefficients of a
- * deviation (`turn` for theta, `push` for N, `cross` for c x theta) are stored in the order (next |
- * prev). */
+/* Taylor coefficients with their components permuted for multiplication. The coefficients of the
+ * path (`w` for W, `p` for P) are stored as (prev | next), and are padded in front with BEFORE
+ * zeros. The coefficients of a tangent (`turn` for theta, `push` for N, `cross` for c x theta) are
+ * stored as (next | prev). */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -19,7 +19,7 @@ typedef struct {
     turned turn[KR_TAYLOR_MAX + BLOCK], push[KR_TAYLOR_MAX + BLOCK], cross[KR_TAYLOR_MAX + BLOCK];
 } turned_deviation;
 
-/* Stores the n-th coefficients of theta and of N, in their original order and permuted. */
+/* Stores the n-th Taylor coefficients of a tangent, in their original and in permuted order. */
 INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
 {
     const triple up = triple_of(g->up), down = triple_of(g->down);
@@ -29,36 +29,39 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = next_prev(push);
     d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns the n-th coefficient of B W. */
+/* Returns the product of the derivative of the inertia tensor and the n-th coefficient of the
+ * angular velocity. */
 INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
     return triple_fma(load_moments(g, 2), triple_prev(w),
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
-/* Returns the n-th coefficient of F W. */
+/* Returns the product of the derivative of the damping matrix and the n-th coefficient of the
+ * angular velocity. */
 INLINE triple drags_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_drags(g, 0), w);
     return triple_fma(load_drags(g, 2), triple_prev(w),
                       triple_fma(load_drags(g, 1), triple_next(w), own));
 }
-/* Returns the n-th coefficient of P x b. */
+/* Returns the n-th coefficient of the torque due to a change of the lever arm. */
 INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple p = triple_of(s->x[n] + 4), b = load_lever(g);
     return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
                       triple_mul(triple_prev(p), triple_next(b)));
 }
-/* Returns the n-th coefficient of h x theta. */
+/* Returns the n-th coefficient of the cross product of the rotor momentum h and theta. */
 INLINE triple rotor_turn(const kr_tangent *g, int n)
 {
     const triple h = triple_of(g->rotor), turn = load_turn(g, n);
     return triple_sub(triple_mul(triple_next(h), triple_prev(turn)),
                       triple_mul(triple_prev(h), triple_next(turn)));
 }
-/* Returns the damping terms of N', which the caller subtracts. `rate` is theta', and `plus` -
- * `minus` is theta x W. */
+/* Returns the damping torque on a tangent, which the caller subtracts. `rate` is the time
+ * derivative of the rotation vector theta. The difference of `plus` and `minus` is the cross
+ * product of theta and the angular velocity. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
     const triple drag = triple_of(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
@@ -66,8 +69,7 @@ INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minu
         triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
     return triple_fma(drag, change, turned_by);
 }
-/* Sums over j + m = n of the products of the j-th coefficient of a deviation and the m-th
- * coefficient of the path. */
+/* Sums of the products of tangent coefficients and path coefficients (Cauchy products). */
 typedef struct {
     halves turn, push, cross;
 } deviation_sums;
@@ -78,8 +80,8 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Sets the (n + 1)-th coefficients of a deviation from the sums of the even terms (`a`) and of the
- * odd terms (`b`). */
+/* Computes the Taylor coefficients of order n + 1 of a tangent. `a` and `b` are the sums over even
+ * and odd terms. */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
@@ -103,8 +105,8 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     if (g->damped != 0.0) force = triple_sub(force, damping(g, rate, plus, minus));
     set_deviation(g, d, n + 1, rate, force);
 }
-/* Adds the terms `first`, `first` + 2, ... to `a`. If PARTS_AT_ONCE is 2, adds the terms `first` +
- * 1, `first` + 3, ... to `b`. */
+/* Adds every second term to `a`, beginning with the term `first`. If PARTS_AT_ONCE is 2, the terms
+ * in between are added to `b`. */
 INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
                       const turned_deviation *d, int few, int first, int n)
 {
@@ -119,8 +121,8 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Sets the (n + 1)-th coefficients of `few` deviations. Even and odd terms are summed
- * separately. */
+/* Computes the Taylor coefficients of order n + 1 of several tangents, whose number is `few`. Even
+ * and odd terms are summed separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
 {
@@ -145,7 +147,8 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }
-/* Computes all coefficients of `many` deviations or batches from the zeroth coefficients. */
+/* Computes all Taylor coefficients of `many` tangents or batches, given the coefficients of order
+ * 0. */
 INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
 {
     turned_path path;
@@ -158,7 +161,7 @@ INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, in
         expand_few(s, &path, g, AT_ONCE, order);
     for (; many > 0; many--, g += STRUCTS) expand_few(s, &path, g, 1, order);
 }
-/* Evaluates the eight series of a struct at the time `to`. */
+/* Evaluates the eight series in a kr_tangent at the time `to`. */
 INLINE void sum_deviation(const kr_tangent *g, int order, const double *to, double *sum)
 {
     const duo h = duo_span(&g->t, to);

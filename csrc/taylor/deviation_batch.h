@@ -1,7 +1,7 @@
-/* The types and operations of deviation.h for batches. The eight lanes hold the same component of
- * eight deviations. A triple consists of three hardware vectors, one for each axis, so cyclic
- * permutations cost nothing. The sums of even and odd terms are computed one after the other,
- * because there are not enough registers for both. */
+/* Implements the types and operations of deviation.h for batches of eight tangents. Each lane of a
+ * vector holds one tangent. A triple consists of three hardware vectors, one for each axis, so
+ * cyclic permutations cost nothing. Even and odd terms are summed one after the other, because
+ * there are not enough registers to sum both at once. */
 #include "tangents.h"
 
 enum {
@@ -25,7 +25,7 @@ INLINE triple triple_all(duo x, duo y, duo z)
     const triple r = {x, y, z};
     return r;
 }
-/* Returns a triple that contains the same vector for every deviation. */
+/* Returns a triple with the same vector for every tangent. */
 INLINE triple triple_of(const double *four)
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));
@@ -95,17 +95,17 @@ INLINE triple load_rotor(const kr_tangent *g)
     return triple_all(duo_load(g->rotor_of), duo_load(g[WORDS].rotor_of),
                       duo_load(g[2 * WORDS].rotor_of));
 }
-/* Indices of the structs that hold the elements of a symmetric matrix. Row 0 is for xx, yy, zz. Row
- * 1 is for xy, yz, zx. Row 2 is for xz, yx, zy. */
+/* Indices of the structs that hold the elements of a symmetric matrix. The rows of the table refer
+ * to the elements (xx, yy, zz), (xy, yz, zx) and (xz, yx, zy). */
 static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
-/* Returns a row of B, the derivatives of the moments. */
+/* Returns a row of the derivative of the inertia tensor. */
 INLINE triple load_moments(const kr_tangent *g, int row)
 {
     const int *at = matrix_places[row];
     return triple_all(duo_load(g[at[0] * WORDS].moment), duo_load(g[at[1] * WORDS].moment),
                       duo_load(g[at[2] * WORDS].moment));
 }
-/* Returns a row of F, the derivatives of the damping. */
+/* Returns a row of the derivative of the damping matrix. */
 INLINE triple load_drags(const kr_tangent *g, int row)
 {
     const int *at = matrix_places[row];

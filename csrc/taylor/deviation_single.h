@@ -1,15 +1,14 @@
-/* The types and operations of deviation.h for single deviations. The lanes hold one deviation, (0,
- * theta | 0, N): a triple is a `quad`, and its two cyclic permutations form a `duo`. Three
- * deviations are computed in parallel, because the instructions for a single deviation depend on
- * each other. */
+/* Implements the types and operations of deviation.h for single tangents. A triple is stored as a
+ * `quad`, and its two cyclic permutations as a `duo`. Three tangents are computed in parallel,
+ * because the instructions for a single tangent depend on each other. */
 #include "tangents.h"
 
 enum {
-    AT_ONCE = 3,       /* deviations computed in parallel */
+    AT_ONCE = 3,       /* tangents computed in parallel */
     BLOCK = 4,         /* terms added in one pass of a loop */
     BEFORE = BLOCK,    /* zeros before the coefficients of the path */
     PARTS_AT_ONCE = 2, /* parallel chains of a sum */
-    STRUCTS = WORDS    /* distance between deviations, in structs */
+    STRUCTS = WORDS    /* distance between tangents, in structs */
 };
 typedef quad triple;
 typedef duo turned, path_term, halves;

@@ -1,11 +1,10 @@
-/* The Taylor series in doubles. This file is compiled once for each instruction set, with options
- * such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt), and without such options for the baseline.
- * Results are bitwise equal for gcc and clang, and for all instruction sets with fused
- * multiply-add. */
+/* Taylor series in double precision. This file is compiled once for each instruction set, with
+ * options such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). Results are bitwise equal for gcc
+ * and clang, and for all instruction sets with fused multiply-add. */
 #include "quat_simd.h"
 #include "series.h"
 
-/* Compute the coefficients of the series, with and without the heading. */
+/* The two functions compute the Taylor coefficients with and without the heading. */
 PER_ORDER void expand_whole(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, WHOLE);
@@ -14,7 +13,7 @@ PER_ORDER void expand_headless(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, HEADLESS);
 }
-/* Evaluates the series at the time s->at within the step. */
+/* Evaluates the Taylor series at the time s->at. */
 PER_ORDER void evaluate_series(kr_series *s, int order)
 {
     evaluate_sums(s, 0, order, &s->at, s->at_x, s->at_w);
@@ -26,11 +25,10 @@ PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, d
     evaluate_sums(s, 0, order, &s->end, s->end_x, s->end_w);
 }
 
-/* Compilers unroll only loops of constant length. Each order n therefore has its own functions, in
- * which n is a constant, and which are called through pointers. STEP defines a function that
- * computes a step: step_whole_n or step_headless_n. KERNELS defines both of them, and evaluate_n,
- * which evaluates the series within a step. ORDERS lists the orders. WHOLE_KERNEL and
- * HEADLESS_KERNEL generate the table entries from this list. */
+/* Compilers unroll only loops of constant length, so each order n has its own functions. STEP
+ * defines a function that computes a step of order n. KERNELS defines all functions of order n.
+ * ORDERS lists the orders. WHOLE_KERNEL and HEADLESS_KERNEL define the entries of the tables
+ * below. */
 #define STEP(form, n)                                                                              \
     static void step_##form##_##n(kr_series *s, double log2_tol, double direction)                 \
     {                                                                                              \
@@ -49,8 +47,7 @@ ORDERS(KERNELS)
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {ORDERS(WHOLE_KERNEL)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
 
-/* TAIL defines the functions for the tail: the terms that are computed in doubles and follow a
- * double-double head (kernel_dd.c). */
+/* TAIL defines the functions for the terms that follow a double-double head (see kernel_dd.c). */
 #define TAIL(digits)                                                                               \
     static void expand_##digits(kr_series *s)                                                      \
     {                                                                                              \
@@ -64,9 +61,9 @@ TAIL(20)
 TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
-/* Adds the product of two series to c. The contributions of even and odd terms of `a` are
- * accumulated in two parallel chains of fused multiply-adds. The function serves as the member
- * `product` of kr_step_polynomial. */
+/* Adds the product of two power series to c. Even and odd terms of `a` are accumulated in two
+ * parallel chains of fused multiply-adds. The member `product` of kr_step_polynomial points to this
+ * function. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

@@ -1,12 +1,12 @@
-/* The Taylor series for 20 and 30 digits. The head (leading terms) is computed in double-double
- * precision, and the tail (remaining terms) in double precision. For 20 digits, the head has only a
- * few terms. For 30 digits, it has about half of all terms. This file is compiled once for each
- * instruction set. */
+/* Taylor series at 20 and 30 digits. The leading terms (head) are computed in double-double
+ * precision, and the remaining terms (tail) in double precision. At 20 digits, the head consists of
+ * only a few terms. At 30 digits, the head contains about half of all terms. This file is compiled
+ * once for each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates the head, and adds h^(head + 1) times the value of the tail. */
+/* Evaluates a series with a double-double head and a tail in doubles. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {
@@ -31,8 +31,7 @@ INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, co
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
-/* DIGITS defines the two functions of a kernel for 20 or 30 digits. The numbers of terms are
- * constants. */
+/* DIGITS defines the two functions of a kernel for 20 or 30 digits. */
 #define DIGITS(n)                                                                                  \
     static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
     {                                                                                              \

@@ -1,9 +1,10 @@
 /* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. Each type is
- * a hardware vector if the instruction set has vectors of this width (x86-64-v4: 8 lanes, v3: 4,
- * baseline and arm64: 2). Otherwise, the type is a pair of vectors of half the width, down to plain
- * C99 doubles. The operation fma is a fused multiply-add if the hardware has one; otherwise it is a
- * product followed by a sum. The results therefore depend only on whether the hardware has a fused
- * multiply-add. This header is compiled once for each instruction set. */
+ * a hardware vector if the instruction set has vectors of this width. Otherwise, the type is a pair
+ * of vectors of half the width, down to plain C99 doubles. Hardware vectors have 8 lanes on
+ * x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on the baseline and arm64. The operation fma is a
+ * fused multiply-add if the hardware has one, and a product followed by a sum otherwise. The
+ * results therefore depend only on whether the hardware has a fused multiply-add. This header is
+ * compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -18,9 +19,9 @@
 #else
 #  define ALIGNED
 #endif
-/* UNROLL requests that a loop over the terms of a series be unrolled. Up to 28 copies of the loop
- * body fit in the instruction cache, but only if vectors have eight lanes. With narrower vectors,
- * loops are not unrolled, and a function marked PER_ORDER has a single copy for all orders. If
+/* UNROLL requests that the compiler unroll a loop over the terms of a series. Up to 28 copies of a
+ * loop body fit in the instruction cache if vectors have eight lanes. With narrower vectors, loops
+ * are not unrolled. A function marked PER_ORDER is then compiled only once for all orders. If
  * KR_ROLLED is defined, loops are never unrolled. */
 #if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
@@ -35,8 +36,8 @@
 #endif
 
 /* NATIVE and PAIRED define a vector type T and the operations common to all widths: load, store,
- * splat, add, sub, mul, fma. NATIVE defines a hardware vector, and uses `fused` for a*b + c. PAIRED
- * defines a pair of vectors of type `half`. */
+ * splat, add, sub, mul, fma. NATIVE defines T as a hardware vector whose multiply-add is the
+ * expression `fused`. PAIRED defines T as a pair of vectors of type `half`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
@@ -76,7 +77,8 @@
         return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
     }
 
-/* A `two` is half of a quaternion. two_mix takes one number from each of two such vectors. */
+/* The type `two` is a vector of two doubles, which is half of a quaternion. The macro two_mix
+ * combines one number from each of two vectors. */
 #if defined KR_PLAIN
 INLINE double one_load(const double *p) { return *p; }
 INLINE void one_store(double *p, double a) { *p = a; }
@@ -103,9 +105,9 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* A `quad` is a quaternion. quad_i, quad_j and quad_k permute the lanes as multiplication by i, j
- * or k does. The caller applies the signs. quad_next and quad_prev permute the vector part
- * cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
+/* A `quad` is a quaternion. The functions quad_i, quad_j and quad_k permute the lanes like a
+ * multiplication by i, j or k, but do not change signs. The functions quad_next and quad_prev
+ * permute the vector part cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
 #if defined KR_AVX2 && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -133,8 +135,8 @@ INLINE quad quad_prev(quad a)
 /* A `duo` is a pair of quaternions. The functions duo_i, duo_j and duo_k permute both quaternions.
  * The functions duo_lo and duo_hi return the first and the second quaternion. The functions
  * duo_next_prev and duo_prev_next return both cyclic permutations of one vector. The function
- * duo_lane_of broadcasts a component of the vector w, given a = duo_next_prev(w). With eight lanes,
- * the component is taken from `a`, because loads from memory would limit the speed of the loop. */
+ * duo_lane_of returns a component of the vector w in all lanes, given a = duo_next_prev(w). With
+ * eight lanes, the component is taken from `a`, because loading it from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -168,8 +170,8 @@ INLINE duo duo_lane_of(duo a, const double *w, int lane)
 #endif
 
 /* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, to hide the latency of each
- * chain. Newer instruction sets have enough registers for both. lone_fma is the fma operation for a
- * single double. */
+ * chain. Newer instruction sets have enough registers for two chains. The function lone_fma
+ * computes a multiply-add of scalar doubles. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
@@ -178,9 +180,10 @@ enum { SIDE_BY_SIDE = 0 };
 INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
-/* Operations of series.h that quat_simd_dd.h redefines for double-double. Here duo_lane broadcasts
- * one component of w, and duo_scale multiplies by eight exact numbers. Moreover, duo_span returns
- * the difference of two times, copy_number copies one number, and duo_inverse returns 1 / n. */
+/* The following operations of series.h are redefined for double-double in quat_simd_dd.h. The
+ * function duo_lane returns one component of w in all lanes. The function duo_scale multiplies the
+ * lanes by eight numbers that are exact doubles. The function duo_span returns the difference of
+ * two times, and duo_inverse returns 1 / n. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

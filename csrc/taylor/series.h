@@ -1,39 +1,40 @@
-/* The recurrence of taylor.h: coefficients of the series, choice of the step size, and evaluation.
- * This source is compiled twice for each instruction set, after quat_simd.h for doubles and after
- * quat_simd_dd.h for double-double. Three properties make the recurrence fast. Every sum starts
- * with its middle terms and proceeds outwards, so the two newest coefficients are needed last. The
- * terms (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so loops can
- * be unrolled. */
+/* Implements the Taylor series declared in taylor.h: computes the coefficients, chooses the step
+ * size, and evaluates the series. This source is compiled twice for each instruction set, in
+ * doubles (quat_simd.h) and in double-double (quat_simd_dd.h). Three optimizations make the
+ * recurrence fast. Every convolution sum starts with its middle terms, so that it can begin before
+ * the latest coefficients are known. Terms with exchanged indices are added in parallel. The order
+ * is a compile-time constant, so loops can be unrolled. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* The signs of (q W / 2 | P x W) for W = i, j, k, in the lane order of duo_i, duo_j and duo_k. */
+/* Signed factors of the terms in quaternion and cross products, in the lane order of duo_i, duo_j
+ * and duo_k. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The variant without the heading (headless) omits the attitude, whose lanes are zero. Damped
- * motions use a separate expansion, so that undamped motions do not become slower. */
+/* The headless variant omits the attitude and keeps its lanes at zero. Damped motions have their
+ * own code, so that undamped motions do not become slower. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
-/* Both cyclic permutations of a coefficient of a vector: (next | prev) and (prev | next). */
+/* Both cyclic permutations of a Taylor coefficient: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* The permuted W is used in both variants, and the permuted P only in the headless variant. The two
- * vectors for one order are adjacent in memory, so that one instruction can load both. */
+/* The permuted coefficients of W and P are adjacent in memory, so that one instruction can load
+ * both. P is used only in the headless variant. */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
-/* Sums of products of coefficients over j + m = n. */
+/* The n-th coefficients of products of Taylor series (Cauchy products). */
 typedef struct {
     duo i, j, k; /* of W_j x_m for each axis; the headless variant uses p instead */
     duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
 } series_sums;
 
-/* Stores a coefficient of a vector and its cyclic permutations. */
+/* Stores a Taylor coefficient of a vector, together with its cyclic permutations. */
 INLINE void set_turned(double *to, turned_vector *a, quad value)
 {
     quad_store(to, value);
@@ -41,19 +42,21 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
     a->behind = duo_prev_next(value);
 }
 
-/* Adds the terms of the rotor to the permuted W_0. The products of W_n and W_0 then include the
- * rotor's contribution to W_{n+1}. */
+/* Adds the rotor terms to the initial coefficient of the angular velocity. The torque of the rotor
+ * is then included in all products with the initial coefficient. */
 INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
-/* Returns half the product of W_j with itself. If j = 0, the rotor terms are included. */
+/* Returns half the componentwise product of the two cyclic permutations of a coefficient. The rotor
+ * terms are included if j is 0. */
 INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds the products of W_j and x_m to the sums. */
+/* Adds the products of the j-th coefficient of W with the m-th coefficients of the attitude and the
+ * vertical. */
 INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
                      form what)
 {
@@ -66,8 +69,7 @@ INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, 
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
 }
-/* Adds the term (j, m) to `a` and the term (m, j) to `b`. For `cross`, both terms are added to
- * `a`. */
+/* Adds the products with indices (j, m) to `a`, and those with indices (m, j) to `b`. */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const turned_pair *of,
                      int j, int m, form what)
 {
@@ -86,9 +88,8 @@ INLINE void add_chains(series_sums *a, const series_sums *b, form what)
     }
 }
 
-/* Returns the Cauchy products: the sums of the products of coefficients j and m over j + m = n.
- * Each sum starts with the middle terms and proceeds outwards; the newest pair is added
- * separately. */
+/* Returns the n-th coefficients of all products of series. Each sum starts with its middle terms,
+ * and ends with the products of the latest coefficients. */
 INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
@@ -105,9 +106,8 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     return a;
 }
 
-/* Returns the next coefficient of (q | P): the coefficient of the right-hand side of the equation
- * of motion, times `share` = 1 / (n + 1). The next two functions return the next coefficient of P
- * alone, and of W. */
+/* Returns the next Taylor coefficients of the attitude and the vertical, where `share` is 1 / (n +
+ * 1). */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
@@ -128,12 +128,11 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
                     torque);
 }
 
-/* Sets the (n + 1)-th coefficients of all series. */
+/* Computes the Taylor coefficients of order n + 1. */
 INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what,
                                     linear_terms linear)
 {
     const series_sums a = cauchy_products(s, of, n, what);
-    /* The variant determines where P_n is stored. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
         set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));
@@ -145,9 +144,9 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
-/* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. The
- * results are correct to two digits, which is sufficient for a step size. Since the logarithm is
- * later divided by the order, approx_log2 may use the mantissa itself in place of its logarithm. */
+/* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Two
+ * correct digits suffice for a step size. The function approx_log2 replaces the logarithm of the
+ * mantissa by the mantissa itself, because the error is later divided by the order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -165,7 +164,7 @@ INLINE double approx_exp2(double x)
     return power * lone_fma(f, lone_fma(f, 0.2384, 0.7035), 1.0004);
 }
 
-/* Returns log2 of the radius of convergence, estimated from the n-th term. */
+/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. */
 INLINE double series_log2_radius(const kr_series *s, int n)
 {
     const double *x = s->x[n], *w = s->w[n];
@@ -174,12 +173,12 @@ INLINE double series_log2_radius(const kr_series *s, int n)
         a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
     return approx_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
-/* Returns the step size for which the last term equals the tolerance. The radius of convergence is
- * estimated from two terms (Jorba and Zou 2005), because every other term of an even or odd series
- * vanishes. The two terms are those before the last, so that the step size can be computed at the
- * same time as the last term. Very close to an unstable equilibrium, all terms are below the
- * tolerance and give no estimate. The step size is therefore limited such that, even if the top
- * falls, the omitted terms are smaller than the last one. */
+/* Returns the step size for which the last retained Taylor term equals the tolerance. The radius of
+ * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
+ * or odd series vanishes. The last term is not used, so that the last coefficients and the step
+ * size can be computed in parallel. Very close to an unstable equilibrium, all terms are below the
+ * tolerance and give no estimate. The step size is therefore also limited by the rate at which a
+ * falling top leaves the equilibrium. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -188,12 +187,10 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
     return step < longest ? step : longest;
 }
 
-/* Returns the step size for which the products of the middle coefficients of a head have magnitude
- * 2^log2_size. The first coefficient of the tail is a sum of such products, and contains their
- * rounding errors. If the products cancel, as for a sum of a few exponentials, the sum can be much
- * smaller than the products. A step size based only on the last term would then be too large. The
- * rounding errors of the tail, which is computed in doubles, would affect the digits of the
- * head. */
+/* Returns the step size at which products of the middle Taylor coefficients have the magnitude
+ * 2^log2_size. The tail of the series, computed in doubles, begins with a sum of products of middle
+ * coefficients. If the products cancel, the tail is small, but the rounding errors of the products
+ * are not. A step size based only on the last Taylor term would then be too large. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);
@@ -224,7 +221,7 @@ APART void expand_damped(kr_series *s, int from, int order, form what)
 #ifndef KR_NO_SUPPORTS
 #  include "support.h"
 #endif
-/* Computes the coefficients with indices `from` + 1 to `order`. */
+/* Computes the Taylor coefficients of orders `from` + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
@@ -243,8 +240,8 @@ INLINE void expand_series(kr_series *s, int from, int order, form what)
     for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, PLAIN);
 }
 
-/* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed separately,
- * in two parallel chains of fused multiply-adds. */
+/* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed in two
+ * parallel chains of fused multiply-adds. */
 INLINE void evaluate_sums(const kr_series *s, int from, int order, const double *to, double *sum_x,
                           double *sum_w)
 {
@@ -269,7 +266,7 @@ INLINE void evaluate_sums(const kr_series *s, int from, int order, const double 
     quad_store(sum_w, w);
 }
 
-/* Starts the next step from the end of the last step. */
+/* Begins a step at the end of the previous step. */
 INLINE void begin_at_end(kr_series *s)
 {
     s->t = s->end;

@@ -1,21 +1,22 @@
-/* Vectors of doubles and double-doubles, and the lanes of a series. Private to taylor/. */
+/* Conversion of vectors to the lanes of a Taylor series, and scaling of vectors. Private to
+ * taylor/. */
 #ifndef KR_TAYLOR_SERIES_WORDS_H
 #define KR_TAYLOR_SERIES_WORDS_H
 #include "math/su2_dd.h"
 
-/* Writes a vector into the lanes of a pure quaternion. */
+/* Stores a vector in the lanes of a pure quaternion. */
 static inline void set_lanes(double lanes[4], kr_vec3 v)
 {
     lanes[0] = 0.0;
     v_put(lanes + 1, v);
 }
-/* Writes the high and low words of a vector into lanes. */
+/* Stores the high and low words of a vector in separate lanes. */
 static inline void set_vector_words(double high[4], double low[4], vec_dd v)
 {
     set_lanes(high, vdd_high(v));
     set_lanes(low, vdd_low(v));
 }
-/* Divides each component by the moment of inertia about its axis. */
+/* Divides each component of a vector by the moment of inertia about its axis. */
 static inline vec_dd divide_by_axes(vec_dd a, kr_vec3 A)
 {
     const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};

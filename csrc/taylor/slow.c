@@ -1,17 +1,18 @@
-/* Strong damping. If damping changes the angular velocity about an axis much faster than all other
- * effects do, the angular velocity about this axis is determined by the torque. The motion then
- * stays on a slow manifold, on which
+/* Motion with strong damping. If damping about an axis is much faster than all other effects, the
+ * angular velocity about this axis is determined by the torque. The motion then stays on a slow
+ * manifold, where the Taylor coefficients of the angular velocity about this axis satisfy
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
- * determines the Taylor coefficients of U about this axis by iteration, each from the next one. O
- * is the angular velocity of the support, and G the effective gravity on a shaken support
- * (support.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear like
- * damping, and may exceed it. All other coefficients follow from the recurrence of taylor.h. The
- * slow motion determines the radius of convergence, which permits long steps. The recurrence alone
- * would need steps as short as A / D. The neglected contribution is of order exp(-D t / A), where t
- * is a typical time of the slow motion, and is below the rounding errors (Fenichel 1979). Until the
- * motion reaches the manifold, the recurrence is used, with a tolerance relative to the small W to
- * which the motion decays. A top with dry friction has two such manifolds. While it slides,
- * friction is a constant torque. While friction holds it, slow_held.h replaces the axes. */
+ * This equation is solved by iteration. O is the angular velocity of the support, and U is the
+ * angular velocity of the top relative to the support. G is the effective gravity on a shaken
+ * support (support.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear in
+ * W, like the damping torque, and may exceed it. All other coefficients follow from the recurrence
+ * of taylor.h. The radius of convergence is that of the slow motion, so steps can be long. With the
+ * explicit recurrence, steps would be limited to about one damping time A / D, because the problem
+ * is stiff. The neglected transient decays as exp(-D t / A), and is below the rounding errors
+ * (Fenichel 1979). Until the motion reaches the manifold, steps follow the explicit recurrence.
+ * Before the manifold is reached, the tolerance is relative to the small angular velocity on the
+ * manifold. A top with dry friction has two slow manifolds. While the top slides, friction is a
+ * constant torque. The case in which friction holds the top is treated in slow_held.h. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -20,15 +21,15 @@
 #include "slow_held.h"
 #include "support_motion.h"
 
-/* Returns the derivative of the angular velocity of the support about a body axis. */
+/* Returns the time derivative of one body-frame component of the support's angular velocity. */
 static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     const double *w = s->end_w + 1;
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
-/* Returns the rotor torque about a slow axis. It depends on the angular velocities about the axes
- * that are not slow, and on the angular velocity of the support about the slow axes. */
+/* Returns the rotor's contribution to the angular acceleration about a strongly damped axis. About
+ * the other strongly damped axes, only the angular velocity of the support is included. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -37,9 +38,9 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
-/* Returns the magnitude of the angular velocity about a slow axis relative to the support, as
- * determined by the torques about the slow axes. Unless the support rotates, the product of the
- * angular velocities about two slow axes is omitted, because it is smaller than both. */
+/* Returns an upper estimate of the angular velocity about a strongly damped axis, relative to the
+ * support. Unless the support rotates, the product of two strongly damped components is
+ * negligible. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -59,8 +60,8 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     return size;
 }
 
-/* Returns the smallest magnitude of an angular velocity that is determined by its torque and is not
- * negligible. Without a torque, returns the largest angular velocity. */
+/* Returns the smallest non-negligible angular velocity about a strongly damped axis. If no torque
+ * acts about these axes, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
@@ -107,8 +108,7 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 #include "slow_terms.h"
 #include "slow_held_terms.h"
 
-/* Returns an upper bound of the rates of the support, and of the rates that the energy permits
- * without damping. */
+/* Returns an upper bound on the rates of the support motion and of the undamped motion. */
 static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
 {
     const kr_vec3 A = motion->inertia;
@@ -116,14 +116,13 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
                  own = sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
     return KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, velocity, 1)) : own;
 }
-/* Returns the angular velocity of the support. */
+/* Returns the angular speed of the support. */
 static double rate_of_turning(const kr_taylor *p)
 {
     const kr_series *s = p->series;
     return KR_HAS_SUPPORTS && s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
 }
-/* Returns an upper bound of the torque of the weight, of the friction of a top that slides, and, on
- * a support that turns, of the torque on a top at rest relative to it. */
+/* Returns an upper bound on the torques of weight, sliding friction and a rotating support. */
 static double largest_torque(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -137,8 +136,8 @@ static double largest_torque(const kr_motion *motion)
     return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Inverts a matrix with ones on its diagonal. Row i has `ahead` in column i + 1 and `behind` in
- * column i + 2, but only where both axes are slow. */
+/* Inverts a 3 x 3 matrix with ones on its diagonal. Row i has the elements ahead[i] and behind[i]
+ * in columns i + 1 and i - 1 (modulo 3). Elements that involve a weakly damped axis are zero. */
 static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
                    double inverse[3][3])
 {
@@ -157,7 +156,8 @@ static void invert(const double ahead[3], const double behind[3], const int is_s
     for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
     for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
 }
-/* Sets the response of the slow axes to torques, including their coupling by the rotor. */
+/* Computes the response of the strongly damped axes to torques, including the coupling by a
+ * rotor. */
 static void set_gain(const kr_motion *motion, slow_axes *slow)
 {
     double D[3], h[3], ahead[3], behind[3];
@@ -169,8 +169,8 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
     }
     invert(ahead, behind, slow->is_slow, slow->gain);
 }
-/* Returns the largest rate at which the rotor changes the angular velocity about the axes that are
- * not slow: by the rotor's torque along a slow axis, and by the slow velocities that follow. */
+/* Returns the largest rate at which a rotor changes the angular velocities about the weakly damped
+ * axes. */
 static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double weakest)
 {
     const kr_vec3 A = motion->inertia;
@@ -182,9 +182,9 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
         if (count == 1 && slow->is_slow[i]) direct = fabs(h[i]);
     return fmax(direct, carried / weakest * carried) / least;
 }
-/* Marks all axes as slow for which the damping rate is at least that of axis `least`. Returns 1 if
- * damping is strong about all these axes. `undamped` and `pull` bound the other rates and the
- * torque. */
+/* Marks as strongly damped all axes whose damping rate is at least that of axis `least`. Returns 1
+ * if damping about the marked axes dominates all other effects. `undamped` and `pull` are upper
+ * bounds on the undamped rates and on the torque. */
 static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
                           slow_axes *slow)
 {
@@ -228,8 +228,8 @@ void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     kr_taylor_set_constants(p->series, motion, rate);
     if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
 }
-/* Returns log2 of the largest of the n-th coefficients. If all are zero, returns -LOG2_AT_REST.
- * With this value, the powers of the resulting step size do not overflow. */
+/* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero.
+ * LOG2_AT_REST is chosen so that powers of the resulting step size do not overflow. */
 static double log2_size(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -237,21 +237,20 @@ static double log2_size(const kr_series *s, int n)
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the largest step size for which neither the n-th nor the (n - 1)-th term exceeds
- * the tolerance. */
+/* Returns log2 of the largest step size for which the Taylor terms n - 1 and n do not exceed the
+ * tolerance. */
 static double log2_step(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_size(s, n)) / n, (log2_tol - log2_size(s, n - 1)) / n);
 }
-/* Returns log2 of a tolerance relative to the smallest angular velocity that is determined by its
- * torque. The tolerance of the motion itself is relative to the largest value. */
+/* Returns log2 of the tolerance relative to the smallest angular velocity on the slow manifold. */
 static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
 {
     return p->log2_tol + log2(least_size(p->series, slow));
 }
 
-/* Chooses the end of the step according to the tolerance. In double-double, the terms after the
- * head are rounded to doubles, so they must be small at the end of the step. */
+/* Chooses the end of the step according to the tolerance, and evaluates the series there. In
+ * double-double, terms after the head are rounded to doubles, so they must be small. */
 static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                      const slow_axes *slow, double log2_tol)
 {
@@ -259,7 +258,7 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
-    /* The recurrence does not write low words after the head, which refine_limit would read. */
+    /* Clear the low words after the head, which are not computed but are read by refine_limit. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -273,8 +272,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     }
     if (KR_HAS_SUPPORTS && s->linear > 1.0) kr_support_place(s, motion, p->rate);
 }
-/* Returns 1 if the motion is close enough to the slow manifold for an expansion to be worthwhile. A
- * difference of angular velocities below `noise` is treated as zero. */
+/* Returns 1 if the motion is close enough to the slow manifold for an expansion to be worthwhile.
+ * Angular velocities up to `noise` are treated as zero. */
 static int is_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -306,7 +305,7 @@ static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const s
                ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
                : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);
 }
-/* Returns 1 if the difference of the motion from the slow manifold may be below `near`. */
+/* Returns 1 if the distance of the motion from the slow manifold may be below `near`. */
 static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
 {
     /* is_near computes with doubles, and subtracts velocities if the support turns. */
@@ -315,8 +314,8 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
                  noise = fmax(near * least_size(p->series, slow), rounding);
     return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
 }
-/* Makes a step on the slow manifold of some slow axes. `strong` is the largest set of slow axes if
- * this set has been tried without success, otherwise NULL. */
+/* Computes a step on the slow manifold defined by a set of strongly damped axes. If a step with the
+ * largest set of strongly damped axes has failed, `strong` is that set; otherwise, it is NULL. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_axes *slow, const slow_axes *strong)
 {
@@ -341,7 +340,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     kr_taylor_set_rate(p, motion, before);
     return 0;
 }
-/* Sorts the axes by their rates of damping, in ascending order. */
+/* Sorts the axes by damping rate in ascending order. */
 static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
 {
     const kr_vec3 rate = v_over(motion->damping, motion->inertia);
@@ -353,8 +352,8 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
-/* Returns 0 if there is no slow manifold, or if the support moves and the angular velocity alone
- * exceeds the rates of strong damping. On moving supports, this is the most frequent result. */
+/* Returns 1 if the next step may be able to use a slow manifold, and 0 otherwise. For tops on
+ * moving supports, this quick test often makes a longer computation unnecessary. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -365,7 +364,8 @@ static int may_be_slow(const kr_motion *motion)
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
-/* Sets what all sets of slow axes have in common. Returns 0 if damping is not strong. */
+/* Initializes the data shared by all sets of strongly damped axes. Returns 0 if damping is not
+ * strong. */
 static int begin_slow_axes(const kr_motion *motion, double undamped, held_directions *held,
                            slow_axes *slow)
 {
@@ -384,15 +384,15 @@ static int begin_slow_axes(const kr_motion *motion, double undamped, held_direct
     slow->held = held;
     return 1;
 }
-/* Sets the unit of time of steps that are not on the slow manifold. */
+/* Resets the unit of time for steps that are not on a slow manifold. */
 static void reset_rate(kr_taylor *p, const kr_motion *motion)
 {
     const int is_held = KR_HAS_SUPPORTS && p->series->linear > 1.0 && p->series->holds != 0.0;
     if (p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
 }
-/* Returns log2 of a tolerance of steps that are not on the slow manifold. Their unit of time is
- * that of damping, but W is only as large as the other rates allow. */
+/* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
+ * lowered, because the angular velocity is small compared with the damping rate. */
 static double tolerance_of_transient(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
@@ -426,16 +426,16 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     if (strong) *log2_tol = fmin(*log2_tol, relative_tolerance(p, strong));
     return 0;
 }
-/* The squares of coefficient n - 1 of a series of order n overflow if W, in the unit of time of the
- * series, is about 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)). */
+/* If the angular velocity exceeds 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)), squares of the
+ * Taylor coefficients of a series of order n may overflow. */
 #define OVERFLOW_LEAST 5.0
 #define OVERFLOW_SHARE 512.0
-/* If the torque is below the fraction SMALL_TORQUE of that of damping, the least moment over the
- * largest one, it changes the rate of growth by less than 1 - CERTAIN. */
+/* Torques smaller than SMALL_TORQUE times the damping torque are neglected. As a safety margin, the
+ * growth rate is multiplied by CERTAIN. */
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
 /* Let y be the magnitude of the angular velocity U relative to the support, with y^2 = <U, A U>.
- * Backward in time, y grows at least at the rate `growth` y - `loss`. */
+ * Backward in time, y satisfies dy/dt >= `growth` y - `loss`. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -450,9 +450,9 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     if (!(growth > 0.0 && y > 0.0)) return 0;
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
-/* Backward in time, damping D that is the same about all axes lets the momentum L of the body grow
- * by D <W, A W> / L^2. Without torques, this rate does not decrease. A torque changes it little if
- * L is large. */
+/* If damping D is the same about all axes, the angular momentum L grows backward in time at the
+ * rate D <W, A W> / L^2. Without torques, the growth rate of the angular momentum does not
+ * decrease. Small torques change the growth rate only slightly. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;

@@ -1,16 +1,16 @@
-/* Strong damping: steps on the slow manifold. Private to taylor/. */
+/* Steps of strongly damped motions on the slow manifold. Private to taylor/. */
 #ifndef KR_TAYLOR_SLOW_H
 #define KR_TAYLOR_SLOW_H
 #include "taylor.h"
 
 /* Computes the next step of a strongly damped motion on the slow manifold, forward in time. Returns
- * 0 if the motion has not reached the manifold. The caller must then compute the step with `kernel`
- * and the tolerance written to `log2_tol`. */
+ * 0 if the motion has not reached the manifold. If the result is 0, the caller must compute the
+ * step with `kernel` and the tolerance written to `log2_tol`. */
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol);
-/* Returns 1 if the top rotates by more than 2^53 rad before the time `until`. Such a rotation is
+/* Returns 1 if the top rotates by more than 2^53 rad before the time `until`. Fast rotations are
  * possible backward in time, where damping accelerates the top. */
 int kr_slow_drives_apart(const kr_motion *motion, double until);
-/* Returns 1 if a damped top turns too fast for a series of this order, or is bound to do so until
- * the clock is `until`. This can happen backward in time. */
+/* Returns 1 if a damped top turns too fast for a series of the given order, now or before the time
+ * `until`. Overflow is possible only backward in time. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until);
 #endif

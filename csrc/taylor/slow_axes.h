@@ -1,4 +1,4 @@
-/* The axes about which damping is strong, and constants of the steps on the slow manifold (slow.c).
+/* Declares the strongly damped axes and the constants for steps on the slow manifold (slow.c).
  * Private to slow.c. */
 #ifndef KR_TAYLOR_SLOW_AXES_H
 #define KR_TAYLOR_SLOW_AXES_H
@@ -6,8 +6,8 @@
 #include "math/dd.h"
 #include "support_motion.h"
 
-/* Only friction and moving supports have rows for U, O, G and G P. ROW_R contains the u_i of a held
- * top (slow_held.h). */
+/* Rows of the table of Taylor coefficients in slow_terms.h. Rows from ROW_U on are used only with
+ * friction or moving supports. ROW_R holds the velocities u_i of slow_held.h. */
 enum {
     ROW_Q = 0,
     ROW_P = 4,
@@ -21,48 +21,48 @@ enum {
     ROWS = KR_HAS_SUPPORTS ? 22 : ROWS_AT_REST,
     SWEEPS = 64
 };
-/* The rows of U and of G P. */
+/* U_OF and GP_OF select the rows of the relative angular velocity and of the effective gravity
+ * vector. */
 #define U_OF(slow) (KR_HAS_SUPPORTS && (slow)->turns ? ROW_U : ROW_W)
 #define GP_OF(slow) (KR_HAS_SUPPORTS && (slow)->shakes ? ROW_GP : ROW_P)
-/* Damping about some axes is strong if its rate exceeds all other rates by this factor.
- * STRONG_ALONE is the factor if damping is strong about all three axes, because the other rates are
- * then only those of the undamped motion. */
+/* Damping is strong about an axis if its rate exceeds all other rates by the factor STRONG. The
+ * smaller factor STRONG_ALONE suffices if damping is strong about all three axes. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
-/* An angular velocity below this fraction of the rate of damping counts as zero. */
+/* An angular velocity below TINY_VELOCITY times the damping rate counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* An angular velocity below this fraction of the largest one need not be accurate. The angular
- * velocity of the support is rounded, so that U is not accurate below this fraction of it. */
+/* Errors of an angular velocity are relative to its magnitude, or to NEGLIGIBLE times the largest
+ * angular velocity if that is larger. On a rotating support, errors are relative to at least
+ * ROUNDED times the support's angular velocity, because this velocity has rounding errors. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
-/* Differences of doubles may have errors of this fraction of their terms. */
+/* Rounding error of a difference of doubles, relative to its larger term. */
 #define ROUNDING 0x1p-50
-/* After this part of the time in which damping takes the motion to the slow manifold, it is
- * compared with the manifold again. */
+/* A motion is tested again after the fraction PATIENCE of the estimated time to the slow
+ * manifold. */
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 
-/* The slow axes, which are the axes about which damping is strong, and rates in the units of the
- * motion. `rate` is the largest rate of the motion on the slow manifold, and `fall` the largest
- * rate at which a top falls there. */
+/* The strongly damped axes, and rates in the units of the motion. `rate` is the largest rate of the
+ * slow motion, and `fall` is the largest rate at which the top falls over. */
 typedef struct held_directions held_directions;
 typedef struct slow_axes {
     int is_slow[3], has_rotor, turns, shakes, slides;
-    /* The directions that replace the axes while friction holds the top, otherwise NULL. */
+    /* Directions that replace the principal axes while friction holds the top; otherwise NULL. */
     const held_directions *held;
     double rate, fall;
-    /* The response of the angular velocities about the slow axes to a torque. Each torque is such
-     * that without the rotor, which couples the axes, its angular velocity would be 1. */
+    /* Changes of the angular velocities about the strongly damped axes in response to torques. Each
+     * torque is normalized so that its response is 1 without a rotor, which couples the axes. */
     double gain[3][3];
 } slow_axes;
 
-/* Returns the angular velocity of the support about an axis. */
+/* Returns the component of the support's angular velocity along a body axis. */
 static inline double turning_about(const kr_series *s, const slow_axes *slow, int axis)
 {
     return KR_HAS_SUPPORTS && slow->turns ? s->turn[axis + 1] : 0.0;
 }
-/* Returns the largest size of G. */
+/* Returns the largest magnitude of the effective gravity G. */
 static inline double largest_pull(const kr_series *s)
 {
     return KR_HAS_SUPPORTS && s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;

@@ -1,16 +1,17 @@
-/* Strong damping of a top that friction holds. Private to slow.c. The angular velocity relative to
- * the support is across the apex a, and therefore a sum v_0 u_0 + v_1 u_1. The directions v_i are
- * orthonormal with respect to the moments of inertia A, and orthogonal with respect to the damping
- * D. In the terms of slow.c, their angular velocities obey
+/* Strong damping of a top that is held by friction. Private to slow.c. The angular velocity of the
+ * top relative to the support is perpendicular to the apex a, and equals v_0 u_0 + v_1 u_1. The
+ * directions v_i are orthonormal with respect to the moments of inertia A, and orthogonal with
+ * respect to the damping D. In the notation of slow.c, the velocities u_i satisfy
  *     u_i' = <A v_i, X - O x U> - d_i u_i,   A X = (AW + h) x W + G P x c,   d_i = <v_i, D v_i>
- * The friction torque is along the apex and has no part in these equations. It follows from
+ * The friction torque is along the apex and does not affect these equations. It follows from
  *     torque = <a, A (W' - X) + D U>
- * The damping is strong about a direction v_i, not about a principal axis. */
+ * Damping is strong about a direction v_i instead of a principal axis. */
 #ifndef KR_TAYLOR_SLOW_HELD_H
 #define KR_TAYLOR_SLOW_HELD_H
 #include "slow_axes.h"
 
-/* The directions in the order of their d_i, for the unit of time of the motion. */
+/* Directions perpendicular to the apex, in ascending order of their damping rates d_i. All rates
+ * refer to the unit of time of the motion. */
 struct held_directions {
     dd v[2][3], weight[2][3]; /* v_i and A v_i */
     dd drag[2][2];    /* <v_i, D v_k>, where the two values for i != k are rounding errors */
@@ -26,7 +27,7 @@ static dd held_form(const dd a[3], const double factors[3], const dd b[3])
     for (int j = 0; j < 3; j++) sum = dd_add(sum, dd_mul(dd_times(factors[j], a[j]), b[j]));
     return sum;
 }
-/* Replaces a by `c` a + `s` b. */
+/* Replaces a by the linear combination `c` a + `s` b. */
 static void held_combine(dd a[3], dd c, const dd b[3], dd s)
 {
     for (int j = 0; j < 3; j++) a[j] = dd_add(dd_mul(c, a[j]), dd_mul(s, b[j]));
@@ -36,7 +37,7 @@ static void make_unit_moment(dd v[3], const double A[3])
     const dd per_size = dd_div(dd_of(1.0), dd_sqrt(held_form(v, A, v)));
     for (int j = 0; j < 3; j++) v[j] = dd_mul(per_size, v[j]);
 }
-/* Turns the directions so that <v_0, D v_1> is zero, by Jacobi's rotation. */
+/* Rotates the two directions so that <v_0, D v_1> vanishes (Jacobi rotation). */
 static void decouple_directions(dd v[2][3], const double D[3])
 {
     const dd cross = held_form(v[0], D, v[1]),
@@ -53,7 +54,7 @@ static void decouple_directions(dd v[2][3], const double D[3])
     held_combine(v[0], c, v[1], dd_neg(s));
     held_combine(v[1], c, before, s);
 }
-/* Sets two directions across the apex. */
+/* Computes two directions that are perpendicular to the apex. */
 static void set_directions(dd v[2][3], const dd apex[3], const double A[3], const double D[3])
 {
     int k = 0;
@@ -98,8 +99,8 @@ static void find_held_directions(const kr_motion *motion, held_directions *held)
     }
     held->couple = v_dot(high[0], v_cross(motion->rotor, high[1]));
 }
-/* Marks as slow the directions from `least` on. Returns 1 if damping is strong about them, compared
- * with the rate `undamped` and with the torque `pull`. */
+/* Marks as strongly damped all directions with an index of at least `least`. Returns 1 if damping
+ * dominates the rate `undamped` and the torque `pull`. */
 static int take_held_directions(const held_directions *held, int least, double undamped,
                                 double pull, slow_axes *slow)
 {
@@ -126,7 +127,7 @@ static int take_held_directions(const held_directions *held, int least, double u
 }
 
 static kr_vec3 high_words(const dd v[3]) { return v3(v[0].hi, v[1].hi, v[2].hi); }
-/* Returns the angular velocity that the torques about slow directions do not determine. */
+/* Returns the angular velocity without its strongly damped components. */
 static kr_vec3 velocity_without_slow(const kr_series *s, const slow_axes *slow)
 {
     const kr_vec3 O = v_of(s->turn + 1), U = v_sub(v_of(s->end_w + 1), O);
@@ -137,7 +138,7 @@ static kr_vec3 velocity_without_slow(const kr_series *s, const slow_axes *slow)
                          sum);
     return sum;
 }
-/* Returns d_i in the unit of time of the series. */
+/* Returns the damping rate of a direction, in the unit of time of the series. */
 static double held_drag(const kr_series *s, const slow_axes *slow, int i)
 {
     double sum = 0.0;
@@ -145,7 +146,7 @@ static double held_drag(const kr_series *s, const slow_axes *slow, int i)
         sum -= slow->held->v[i][j].hi * s->drag[j + 1] * slow->held->weight[i][j].hi;
     return sum;
 }
-/* Returns the size of u_i, as slow_size does for the angular velocity about a slow axis. */
+/* Returns an upper estimate of the velocity along a strongly damped direction. */
 static double held_size(const kr_series *s, const slow_axes *slow, int direction)
 {
     const double *p = s->end_x + 5, most = largest_pull(s);
@@ -166,7 +167,7 @@ static double held_size(const kr_series *s, const slow_axes *slow, int direction
     }
     return size;
 }
-/* Returns the size of U and W on the slow manifold. */
+/* Returns the magnitude of the angular velocity on the slow manifold. */
 static double held_velocity_size(const kr_series *s, const slow_axes *slow)
 {
     double size = v_largest(velocity_without_slow(s, slow));
@@ -175,8 +176,8 @@ static double held_velocity_size(const kr_series *s, const slow_axes *slow)
             size = fmax(size, sqrt(slow->held->square[i]) * held_size(s, slow, i));
     return size;
 }
-/* Returns the least size of a slow velocity u_i that is not negligible. The u_i are combinations of
- * the components of W, whose rounding errors are relative to the largest one. */
+/* Returns the smallest non-negligible velocity along a strongly damped direction. The velocities
+ * are computed from W, so their rounding errors are relative to the largest component of W. */
 static double least_held_size(const kr_series *s, const slow_axes *slow)
 {
     const double size = held_velocity_size(s, slow), most = v_largest(v_of(s->end_w + 1));
@@ -187,7 +188,7 @@ static double least_held_size(const kr_series *s, const slow_axes *slow)
     least = fmin(fmax(least, NEGLIGIBLE * most), fmax(most, size));
     return fmax(fmax(least, ROUNDED * size), TINY_VELOCITY);
 }
-/* Returns 1 if the motion is near the slow manifold, as is_near does. */
+/* Returns 1 if the motion of a held top is close to the slow manifold. */
 static int is_held_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     const kr_vec3 O = v_of(s->turn + 1), W = v_of(s->end_w + 1),

@@ -1,5 +1,5 @@
-/* Taylor coefficients of a strongly damped top that friction holds (slow_held.h). Like
- * slow_terms.h, which precedes it, this source is included for doubles and for double-doubles. */
+/* Taylor coefficients of the strongly damped motion of a top that friction holds (slow_held.h).
+ * This source is included for doubles and for double-doubles, after slow_terms.h. */
 
 static void NAME(read_words)(number *to, const dd *from, int n, double scale)
 {
@@ -15,7 +15,7 @@ static void NAME(read_directions)(const held_directions *held, double rate, NAME
         NAME(read_words)(to->drag[i], held->drag[i], 2, 1.0 / rate);
     }
 }
-/* Sets U_n and W_n from the u_i. */
+/* Computes the n-th coefficients of the angular velocities U and W from the components u_i. */
 static void NAME(compose)(NAME(terms) * s, const NAME(directions) * held, int n)
 {
     for (int j = 0; j < 3; j++) {
@@ -25,7 +25,7 @@ static void NAME(compose)(NAME(terms) * s, const NAME(directions) * held, int n)
         s->c[ROW_W + j][n] = add(s->c[ROW_O + j][n], s->c[ROW_U + j][n]);
     }
 }
-/* Returns the n-th coefficient of u_i' + d_i u_i. */
+/* Returns the n-th coefficient of the torque that drives the component u_i. */
 static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int i, int n)
 {
@@ -37,8 +37,8 @@ static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
     }
     return minus(sum, mul(held->drag[i][1 - i], s->c[ROW_R + 1 - i][n]));
 }
-/* Recomputes the coefficients of the slow u_i from their equations, and U_n and W_n. Returns the
- * largest change of U_n. */
+/* Recomputes the n-th coefficients of the strongly damped velocities, and of U and W. Returns the
+ * largest change of a component of the angular velocity. */
 static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int n)
 {
@@ -62,7 +62,7 @@ static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
     for (int j = 0; j < 3; j++) moved = fmax(moved, fabs(high(minus(s->c[ROW_U + j][n], last[j]))));
     return moved;
 }
-/* Makes one iteration, as `improve` does. */
+/* Performs one iteration for all coefficients. */
 static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
                                  const NAME(directions) * held, int order)
 {
@@ -83,7 +83,7 @@ static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
     }
     return moved;
 }
-/* Returns u_i for the angular velocity at the end of a series. */
+/* Returns the velocity u_i at the end of a series. */
 static number NAME(held_velocity)(const NAME(terms) * s, const NAME(directions) * held,
                                   const kr_series from[2], int i)
 {
@@ -94,7 +94,7 @@ static number NAME(held_velocity)(const NAME(terms) * s, const NAME(directions) 
     }
     return sum;
 }
-/* Writes the torque of friction, relative to its limit. */
+/* Writes the Taylor coefficients of the ratio of the friction torque to its limit. */
 static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
                              const NAME(directions) * held, number friction, int order,
                              kr_series to[2])
@@ -113,8 +113,9 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
         to[1].w[n][0] = low(torque);
     }
 }
-/* Returns 1 if the u_i at the end of a series agree with those on the slow manifold. Otherwise
- * writes the time in which damping makes their difference as small as allowed. */
+/* Returns 1 if the damped velocities at the end of a series agree with those on the slow manifold.
+ * If the motion has not reached the manifold, writes an estimate of the remaining time to
+ * `wait`. */
 static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                      const slow_axes *slow, const NAME(directions) * held,
                                      double least, double near, double *wait)
@@ -131,7 +132,7 @@ static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series seri
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion of a held top on the slow manifold, as `expand` does for other tops. */
+/* Expands the motion of a held top on the slow manifold. */
 static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
                              double noise, double *wait, double rate, double friction)
 {
@@ -147,7 +148,7 @@ static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int ord
         moved = NAME(improve_held)(&s, slow, &held, order);
     *wait = 1.0 / high(held.drag[slow->is_slow[0] ? 0 : 1][slow->is_slow[0] ? 0 : 1]);
     if (moved > noise * size) return 0;
-    /* The torque of friction may be far below the torques of which it is the sum. */
+    /* Iterate once more, because the friction torque may be a small sum of large terms. */
     NAME(improve_held)(&s, slow, &held, order);
     if (!NAME(is_held_on_manifold)(&s, series, slow, &held, near * least, near, wait)) return 0;
     for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, ROW_U, n);

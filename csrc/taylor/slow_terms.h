@@ -1,33 +1,34 @@
-/* Taylor coefficients of a strongly damped top on its slow manifold (slow.c). This source is
- * included once for doubles and once for double-doubles. `number` is the type of a coefficient. The
- * operations of this type are of, high, low, add, minus, mul and over. NAME forms the names of
- * types and functions. */
+/* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source is
+ * included once for doubles and once for double-doubles. The macro `number` is the type of a
+ * coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are the operations
+ * on coefficients. The macro NAME forms the names of types and functions. */
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
     number k[3], up[3], down[3], drag[3], rub[3];
     number ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
 } NAME(terms);
-/* The constants of held_directions in the unit of time of the series. */
+/* The members of held_directions, converted to the unit of time of the series. */
 typedef struct NAME(directions) {
     number v[2][3], weight[2][3], drag[2][2], load[2], moment[3];
 } NAME(directions);
 
-/* Returns a row. Without supports there are fewer rows, and no calls for the others. */
+/* Returns a row of Taylor coefficients. Builds without supports have fewer rows. */
 static number *NAME(row)(NAME(terms) * s, int row) { return s->c[row]; }
-/* Returns the n-th coefficient of the product of rows `a` and `b`. */
+/* Returns the n-th coefficient of the product of two rows, `a` and `b`. */
 static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
 {
     number sum = of(0.0, 0.0);
     for (int j = 0; j <= n; j++) sum = add(sum, mul(s->c[a][j], s->c[b][n - j]));
     return sum;
 }
-/* Sets the n-th coefficient of G P. */
+/* Computes the n-th coefficient of the effective gravity vector G P. */
 static void NAME(pull)(NAME(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = NAME(product)(s, ROW_G, ROW_P + i, n);
 }
-/* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
+/* Returns the n-th coefficient of the angular acceleration about an axis, excluding the damping
+ * term. */
 static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -39,8 +40,8 @@ static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axi
     sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
     return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
-/* Sets U_n about the slow axes to the values determined by the torques. `follows` holds the torques
- * divided by the damping, with the rotor torque for the current W_n. */
+/* Solves for the strongly damped components of the angular velocity when a rotor couples the axes.
+ * `follows` holds the torques divided by the damping constants. */
 static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const number follows[3],
                               int n)
 {
@@ -53,7 +54,7 @@ static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const numb
             s->c[u + i / 3][n] =
                 add(s->c[u + i / 3][n], mul(of(slow->gain[i / 3][i % 3], 0.0), off[i % 3]));
 }
-/* Sets the (n + 1)-th body-frame coefficient of a vector that is fixed in space. */
+/* Computes the (n + 1)-th coefficients of the body-frame components of a space-fixed vector. */
 static void NAME(turn_back)(NAME(terms) * s, int row, int u, int n)
 {
     for (int i = 0; i < 3; i++) {
@@ -63,7 +64,7 @@ static void NAME(turn_back)(NAME(terms) * s, int row, int u, int n)
         s->c[row + i][n + 1] = over(rate, of(n + 1, 0.0));
     }
 }
-/* Sets the (n + 1)-th coefficient of the attitude. */
+/* Computes the (n + 1)-th coefficient of the attitude. */
 static void NAME(turn_attitude)(NAME(terms) * s, int u, int n)
 {
     number rate = of(0.0, 0.0);
@@ -77,8 +78,8 @@ static void NAME(turn_attitude)(NAME(terms) * s, int u, int n)
     }
     s->c[ROW_Q][n + 1] = over(rate, of(2 * (n + 1), 0.0));
 }
-/* Recomputes the coefficients U_n about the slow axes from their equations, and also W_n on a
- * rotating support. Returns the largest change. */
+/* Recomputes the n-th coefficients of the strongly damped angular velocities. Returns the largest
+ * change. */
 static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
 {
     const int u = U_OF(slow);
@@ -104,8 +105,8 @@ static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
     }
     return moved;
 }
-/* Performs one iteration: recomputes the coefficients U_n about the slow axes, and all coefficients
- * that depend on U_n. Returns the largest change of a U_n with n <= order / 2. */
+/* Performs one iteration: recomputes the strongly damped angular velocities, and all coefficients
+ * that depend on them. Returns the largest change of a coefficient of order at most `order` / 2. */
 static double NAME(improve)(NAME(terms) * s, const slow_axes *slow, int order)
 {
     const int u = U_OF(slow);
@@ -129,7 +130,7 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 {
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
-/* Sets the coefficients of G, which is the sum of a constant and a cosine. */
+/* Computes the Taylor coefficients of the effective gravity, a constant plus a cosine. */
 static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
 {
     number *g = NAME(row)(s, ROW_G), sine = of(from[0].sway[1], from[1].sway[1]);
@@ -142,8 +143,8 @@ static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
     }
     g[0] = add(g[0], of(from[0].sway[3], from[1].sway[3]));
 }
-/* Copies the constants of a series. The values of the series at the end of the step become the
- * zeroth coefficients. Sets all other coefficients to zero, except those of G. */
+/* Starts a new expansion at the end of a series. Copies the constants of the series, and sets the
+ * higher coefficients of the motion to zero. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);
@@ -170,7 +171,7 @@ static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series 
         }
     if (KR_HAS_SUPPORTS && slow->shakes) NAME(sway)(s, from);
 }
-/* Writes all coefficients up to `order` into a series. */
+/* Copies the coefficients up to `order` into a series. */
 static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
@@ -186,7 +187,7 @@ static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
             *lo = low(value);
         }
 }
-/* Writes the spin of a top that slides. */
+/* Writes the Taylor coefficients of the spin of a sliding top. */
 static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++) {
@@ -197,9 +198,10 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
         to[1].w[n][0] = low(sum);
     }
 }
-/* Returns 1 if the angular velocity at the end of a series agrees with the angular velocity on the
- * slow manifold. About each slow axis, the difference must be at most `near` times the larger of
- * slow_size and least_size. Otherwise writes the time in which damping makes it as small. */
+/* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
+ * About each strongly damped axis, the difference must be at most `near` times the larger of
+ * slow_size and least_size. If the motion has not reached the manifold, writes an estimate of the
+ * remaining time to `wait`. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {
@@ -216,9 +218,10 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion on the slow manifold from the end of a series, with errors of at most `noise`
- * times the magnitude of W. Returns 0 if the iteration does not converge, or if the series does not
- * end on the manifold. Then writes a time after which this may change. */
+/* Expands the motion on the slow manifold, starting at the end of a series. The errors of the
+ * expansion are at most `noise` times the magnitude of W. Returns 0 if the iteration does not
+ * converge, or if the motion has not reached the manifold. On failure, writes the waiting time
+ * before the next attempt to `wait`. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {

@@ -1,27 +1,28 @@
-/* The recurrence for tops with dry friction or on a support that rotates or shakes. It uses the
- * equations of taylor.h with
+/* Taylor series for tops with dry friction or on a support that rotates or shakes. The equations
+ * are those of taylor.h with
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
  *
- * Here O is the angular velocity of the support, U that of the body relative to the support, and a
- * the apex. All are in the body frame. G = base + sway cos(...) is the acceleration along -e3,
- * relative to the acceleration included in c. Like series.h, which includes it, this source is
- * compiled in doubles and in double-double. Without friction, lane 0 of W is unused. With friction,
- * lane 0 contains the spin <U, a> while the spin is nonzero (the top slides). While friction holds
- * the top, lane 0 contains the friction torque relative to its maximum. */
+ * O is the angular velocity of the support, and U is the angular velocity of the body relative to
+ * the support. All vectors, including the apex a, are in the body frame. G = base + sway cos(...)
+ * is the acceleration along -e3, divided by the acceleration that c includes. This source is
+ * included by series.h, and compiled in doubles and in double-double. Lane 0 of W holds the
+ * friction variable. While the top slides, the friction variable is the spin <U, a>. While friction
+ * holds the top, the friction variable is the friction torque relative to its maximum. Without
+ * friction, lane 0 is unused. */
 
-/* Series that are needed only during the expansion. In double-double, the low words follow at the
- * offset that vector loads and stores use. Member w holds U, and the lanes of member x hold G. */
+/* Auxiliary series: `w` holds the relative angular velocity, and `x` holds the effective gravity in
+ * all lanes. In double-double, the second struct holds the low words. */
 typedef struct {
     kr_series words[2];
 } support_series;
-/* The permuted coefficients of W, U and O, and also of P in the headless variant. U has the order
- * (next | prev); O and P have the order (prev | next). */
+/* Taylor coefficients of W, U, O and P with cyclically permuted components. U is stored as (next |
+ * prev), and O and P as (prev | next). P is used only in the headless variant. */
 typedef struct {
     turned_vector w;
     duo u, o, p;
 } turned_support;
-/* The sums of products in series_sums, and in addition those for O x U and G P. */
+/* The n-th coefficients of all products of series, including O x U and G P. */
 typedef struct {
     series_sums plain;
     duo turned, pulled;
@@ -42,7 +43,7 @@ INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_serie
     if (turns) a->turned = duo_fma(u, of[m].o, a->turned);
     if (shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the terms (j, m) to `a` and (m, j) to `b`. */
+/* Adds the products with indices (j, m) to `a`, and those with indices (m, j) to `b`. */
 INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *s,
                              const kr_series *own, const turned_support *of, int j, int m,
                              form what, int turns, int shakes)
@@ -51,8 +52,8 @@ INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *
     add_support_term(b, s, own, of, m, j, what, turns, shakes);
     a->plain.cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->plain.cross);
 }
-/* Returns the sums of the products of coefficients j and m over j + m = n, added in the same order
- * as in cauchy_products. */
+/* Returns the n-th coefficients of all products of series. The terms of each sum are added in the
+ * same order as in cauchy_products. */
 INLINE support_sums support_products(const kr_series *s, const kr_series *own,
                                      const turned_support *of, int n, form what, int turns,
                                      int shakes)
@@ -75,26 +76,26 @@ INLINE support_sums support_products(const kr_series *s, const kr_series *own,
     if (n > 0) add_support_pair(&a, &a, s, own, of, n, 0, what, turns, shakes);
     return a;
 }
-/* Returns the (n + 1)-th coefficient of O. */
+/* Returns the next coefficient of the support's angular velocity in the body frame. */
 INLINE quad turning_rates(duo turned, int n)
 {
     return quad_fma(quad_inverse(-n), duo_lo(turned), quad_mul(quad_inverse(n), duo_hi(turned)));
 }
-/* Returns the dot product of lanes 1 to 3 of two vectors, in every lane. */
+/* Returns the dot product of lanes 1 to 3 of two vectors, copied to every lane. */
 INLINE quad dot_lanes(kr_series *own, quad a, quad b)
 {
     quad_store(own->end_w, quad_mul(a, b));
     const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
     return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
-/* Writes `number`, a vector with equal lanes, to lane 0 of the n-th coefficient of W. */
+/* Stores a number in lane 0 of the n-th coefficient of the angular velocity. All lanes of `number`
+ * are equal. */
 INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
 {
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Given coefficient n + 1 of W without friction, returns it with the friction that keeps <U, a>
- * constant while the top is held. */
+/* Adds to coefficient n + 1 of W the friction that keeps the spin constant, and returns the sum. */
 INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -103,8 +104,8 @@ INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
     set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
-/* Returns the (n + 1)-th coefficient of W. `p` is the n-th coefficient of G P. The newest terms are
- * added last. */
+/* Returns the next coefficient of the angular velocity, given the coefficient `p` of the effective
+ * gravity vector. */
 INLINE quad support_velocity(const support_sums *a, const kr_series *s, const kr_series *own, int n,
                              quad p)
 {
@@ -116,8 +117,8 @@ INLINE quad support_velocity(const support_sums *a, const kr_series *s, const kr
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_lo(a->plain.cross), duo_hi(a->plain.cross)), torque);
 }
-/* Stores the n-th coefficients of W, O and U. Also stores the n-th coefficient of the spin, unless
- * `is_known` is nonzero. */
+/* Stores the n-th coefficients of all angular velocities. For a sliding top, also stores the n-th
+ * coefficient of the spin, unless `is_known` is nonzero. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int n, quad w, quad o,
                            int turns, int is_known)
 {
@@ -130,7 +131,7 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int
     set_turned(s->w[n], &of[n].w, w);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Sets the coefficients of G, which is the sum of a constant and a cosine. */
+/* Computes the Taylor coefficients of the effective gravity, a constant plus a cosine. */
 INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
 {
     duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
@@ -143,13 +144,12 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
         duo_store(own->x[n], cosine);
     }
 }
-/* Stores the permuted n-th coefficient of P, which the headless variant needs. */
+/* Stores the permuted n-th coefficient of the vertical P, which the headless variant needs. */
 INLINE void turn_vertical(const kr_series *s, turned_support *of, int n)
 {
     of[n].p = duo_prev_next(quad_load(s->x[n] + 4));
 }
-/* Sets the (n + 1)-th coefficients of the support. The coefficients of (q | P) and W are already
- * known. */
+/* Computes the (n + 1)-th coefficients of the support motion, given those of the top. */
 INLINE void next_known_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
                                    form what, int turns)
 {
@@ -160,7 +160,7 @@ INLINE void next_known_coefficient(kr_series *s, kr_series *own, turned_support 
     set_velocities(s, own, of, n + 1, quad_load(s->w[n + 1]), turning_rates(turned, n + 1), turns,
                    1);
 }
-/* Sets the (n + 1)-th coefficients of all series. */
+/* Computes the Taylor coefficients of order n + 1. */
 INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
                                      form what, int turns, int shakes)
 {
@@ -176,7 +176,7 @@ INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_suppor
         duo_store(s->x[n + 1], attitude_rates(&a.plain, duo_inverse(n + 1)));
     set_velocities(s, own, of, n + 1, w, o, turns, 0);
 }
-/* Computes the coefficients with indices `from` + 1 to `order`. */
+/* Computes the Taylor coefficients of orders `from` + 1 to `order`. */
 INLINE void expand_support_form(kr_series *s, int from, int order, form what, int turns, int shakes)
 {
     support_series series;
@@ -194,7 +194,7 @@ APART void expand_moving(kr_series *s, int from, int order)
 {
     expand_support_form(s, from, order, WHOLE, s->turns != 0.0, s->shakes != 0.0);
 }
-/* Computes the coefficients with indices `from` + 1 to `order` for a top with friction or on a
+/* Computes the Taylor coefficients of orders `from` + 1 to `order` for a top with friction or on a
  * moving support. */
 INLINE void expand_support(kr_series *s, int from, int order, form what)
 {
@@ -218,7 +218,7 @@ APART void expand_support_headless(kr_series *s, int from, int order)
 {
     expand_support_form(s, from, order, HEADLESS, 0, 1);
 }
-/* Computes the coefficients with indices `from` + 1 to `order` for a top with friction or on a
+/* Computes the Taylor coefficients of orders `from` + 1 to `order` for a top with friction or on a
  * moving support. */
 INLINE void expand_support(kr_series *s, int from, int order, form what)
 {

@@ -1,20 +1,21 @@
-/* The recurrence of tangents.h for tops with dry friction, or on a support that rotates or shakes
- * (support.h). It includes derivatives with respect to the motion of the support and the friction:
+/* Variational equations of tops with dry friction, or on a support that rotates or shakes
+ * (support.h), with derivatives with respect to the motion of the support and to the friction:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
  * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g
- * follows from the condition that the derivative of the spin <U, a> vanishes. This source is
- * included once for doubles and once for double-doubles, like slow_terms.h. */
+ * follows from the condition that the spin <U, a> of the perturbed motion also remains zero. This
+ * source is included once for doubles and once for double-doubles. */
 
-/* The coefficients of three-component series. */
+/* Taylor coefficients of a vector with three components. */
 typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);
-/* The path, expanded about the beginning of a part of a step. `body` is the angular velocity of the
- * support in the body frame. `relative` is U, `momentum` is AW + h, `dragged` is D U, and `pulled`
- * is G P. `torque` is the friction torque, and `ease` is <a / A, a>. */
+/* The path, expanded about the beginning of a substep. `relative` is the angular velocity relative
+ * to the support, `body` is that of the support, and `momentum` is the angular momentum. `dragged`
+ * is the damping torque, and `pulled` is the effective gravity vector. `torque` is the friction
+ * torque, and `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
@@ -23,26 +24,38 @@ typedef struct LOCAL(moving_path) {
     number q[4];
     int rubs, holds;
 } LOCAL(moving_path);
-/* A deviation: the series of theta, N, c x theta and theta x a + d, and the inhomogeneous terms of
- * theta' and N'. */
+/* Taylor series of one tangent: theta, N, c x theta and theta x a + d. `turn_by` and `push_by` are
+ * the inhomogeneous terms of theta' and N'. */
 typedef struct LOCAL(moving_deviation) {
     LOCAL(series) turn, push, cross, leaned, turn_by, push_by;
     number apex[3];
 } LOCAL(moving_deviation);
 
-/* Returns component i of the n-th coefficient of the cross product of two series. */
-static number LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int i, int n)
+typedef struct LOCAL(vector) {
+    number c[3];
+} LOCAL(vector);
+
+/* Returns the n-th coefficient of the cross product of two series. The six sums are independent, so
+ * that the processor can compute them in parallel. */
+static LOCAL(vector) LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int n)
 {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    number sum = of(0.0, 0.0);
+    const number zero = of(0.0, 0.0);
+    number up[3] = {zero, zero, zero}, down[3] = {zero, zero, zero};
     for (int m = 0; m <= n; m++) {
-        sum = add(sum, mul(a->c[j][m], b->c[k][n - m]));
-        sum = minus(sum, mul(a->c[k][m], b->c[j][n - m]));
+        const number x = a->c[0][m], y = a->c[1][m], z = a->c[2][m], u = b->c[0][n - m],
+                     v = b->c[1][n - m], w = b->c[2][n - m];
+        up[0] = add(up[0], mul(y, w));
+        up[1] = add(up[1], mul(z, u));
+        up[2] = add(up[2], mul(x, v));
+        down[0] = add(down[0], mul(z, v));
+        down[1] = add(down[1], mul(x, w));
+        down[2] = add(down[2], mul(y, u));
     }
-    return sum;
+    const LOCAL(vector)
+        product = {{minus(up[0], down[0]), minus(up[1], down[1]), minus(up[2], down[2])}};
+    return product;
 }
-/* Returns component i of q* e q, where e is the unit vector along the space axis with index
- * `axis`. */
+/* Returns the i-th body-frame component of the space-fixed unit vector with index `axis`. */
 static number LOCAL(seen_axis)(const number q[4], int axis, int i)
 {
     const int same = axis == i, third = 3 - axis - i;
@@ -54,13 +67,14 @@ static number LOCAL(seen_axis)(const number q[4], int axis, int i)
     const number turned = mul(q[0], q[1 + third]);
     return mul(two, (i + 1) % 3 == axis ? add(both, turned) : minus(both, turned));
 }
-/* Appends a coefficient to the body-frame series of a vector that is fixed in space. */
+/* Computes the next coefficients of the body-frame components of a space-fixed vector. */
 static void LOCAL(turn_series)(LOCAL(series) * a, const LOCAL(series) * relative, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
-    for (int i = 0; i < 3; i++) a->c[i][n + 1] = mul(share, LOCAL(cross)(a, relative, i, n));
+    const LOCAL(vector) rate = LOCAL(cross)(a, relative, n);
+    for (int i = 0; i < 3; i++) a->c[i][n + 1] = mul(share, rate.c[i]);
 }
-/* Sets the n-th coefficients of W, U and the momentum, with h in the units of the series. */
+/* Computes the n-th coefficients of the angular velocities and of the angular momentum. */
 static void LOCAL(set_velocity)(LOCAL(moving_path) * p, const kr_series path[2], int n,
                                 const number h[3])
 {
@@ -74,7 +88,7 @@ static void LOCAL(set_velocity)(LOCAL(moving_path) * p, const kr_series path[2],
         p->vertical.c[i][n] = of(path[0].x[n][5 + i], WORD(path[1].x[n][5 + i]));
     }
 }
-/* Sets the n-th coefficient of G P. */
+/* Computes the n-th coefficient of the effective gravity vector G P. */
 static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number sway, int n)
 {
     for (int i = 0; i < 3; i++) {
@@ -84,7 +98,7 @@ static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number swa
     }
 }
 /* Sets the friction torque, which is constant while the top slides. While friction holds the top,
- * the torque is lane 0 of W. */
+ * the torque is lane 0 of W (see support.h). */
 static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2],
                                  const support_data *data, int order)
 {
@@ -101,7 +115,7 @@ static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2]
             p->holds ? mul(friction, of(path[0].w[n][0], WORD(path[1].w[n][0]))) : of(0.0, 0.0);
     if (!p->holds) p->torque[0] = of(-data->sliding * data->friction, 0.0);
 }
-/* Expands the motion of the support along the path. */
+/* Computes the Taylor series of the path and of the support motion. */
 static void LOCAL(read_path)(LOCAL(moving_path) * p, const kr_series path[2],
                              const support_data *data, int order)
 {
@@ -158,9 +172,9 @@ static void LOCAL(add_pull)(const LOCAL(moving_path) * p, LOCAL(moving_deviation
         d->push_by.c[i][n] = add(d->push_by.c[i][n], minus(mul(sum[j], b[m]), mul(sum[m], b[j])));
     }
 }
-/* Sets the inhomogeneous terms of the equations of a deviation. */
-static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
-                             const support_drive *drive, int order)
+/* Subtracts the inhomogeneous terms due to the derivative of the support's angular velocity. */
+static void LOCAL(subtract_turning)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
+                                    const support_drive *drive, int order)
 {
     LOCAL(series) turned;
     const number per_rate = of(drive->per_rate, 0.0);
@@ -171,6 +185,20 @@ static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviatio
                                                      LOCAL(seen_axis)(p->q, axis, i)));
     }
     for (int n = 0; n < order + p->holds; n++) {
+        const LOCAL(vector) carried = LOCAL(cross)(&turned, &p->momentum, n);
+        for (int i = 0; i < 3; i++) {
+            d->turn_by.c[i][n] = minus(d->turn_by.c[i][n], mul(per_rate, turned.c[i][n]));
+            d->push_by.c[i][n] = minus(d->push_by.c[i][n], mul(per_rate, carried.c[i]));
+        }
+        if (n < order) LOCAL(turn_series)(&turned, &p->relative, n);
+    }
+}
+/* Computes the inhomogeneous terms of the variational equations. */
+static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
+                             const support_drive *drive, int order)
+{
+    const double *turning = drive->turning;
+    for (int n = 0; n < order + p->holds; n++) {
         for (int i = 0; i < 3; i++) {
             number moved = of(0.0, 0.0), dragged = of(0.0, 0.0);
             for (int m = 0; m < 3; m++) {
@@ -178,18 +206,16 @@ static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviatio
                 dragged = add(dragged, mul(of(drive->drags[i][m], 0.0), p->relative.c[m][n]));
             }
             if (n == 0) moved = add(moved, of(drive->rotor[i].hi, drive->rotor[i].lo));
-            d->turn_by.c[i][n] =
-                minus(over(minus(of(0.0, 0.0), moved), p->A[i]), mul(per_rate, turned.c[i][n]));
-            d->push_by.c[i][n] = minus(minus(of(0.0, 0.0), dragged),
-                                       mul(per_rate, LOCAL(cross)(&turned, &p->momentum, i, n)));
+            d->turn_by.c[i][n] = over(minus(of(0.0, 0.0), moved), p->A[i]);
+            d->push_by.c[i][n] = minus(of(0.0, 0.0), dragged);
         }
-        if (n == order) break;
-        if (drive->has_pull) LOCAL(add_pull)(p, d, drive, n);
-        LOCAL(turn_series)(&turned, &p->relative, n);
+        if (drive->has_pull && n < order) LOCAL(add_pull)(p, d, drive, n);
     }
+    if (turning[0] != 0.0 || turning[1] != 0.0 || turning[2] != 0.0)
+        LOCAL(subtract_turning)(p, d, drive, order);
 }
-/* Sets the derivative of the apex, and adds the derivative of the friction torque of a sliding
- * top. */
+/* Adds the derivatives of the apex and of the sliding friction torque with respect to a
+ * parameter. */
 static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                       const support_drive *drive)
 {
@@ -198,27 +224,33 @@ static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving
         d->push_by.c[i][0] = add(d->push_by.c[i][0], mul(of(drive->torque, 0.0), p->apex[i]));
     }
 }
-/* Returns component i of the n-th coefficient of theta'. */
-static number LOCAL(turn_rate)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d,
-                               int i, int n)
+/* Returns the n-th coefficient of the time derivative of the rotation vector theta. */
+static LOCAL(vector)
+    LOCAL(turn_rate)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d, int n)
 {
-    const number own = add(d->push.c[i][n], LOCAL(cross)(&p->momentum, &d->turn, i, n));
-    return add(add(over(own, p->A[i]), d->turn_by.c[i][n]),
-               LOCAL(cross)(&d->turn, &p->velocity, i, n));
+    const LOCAL(vector) gained = LOCAL(cross)(&p->momentum, &d->turn, n),
+                        turned = LOCAL(cross)(&d->turn, &p->velocity, n);
+    LOCAL(vector) rate;
+    for (int i = 0; i < 3; i++) {
+        const number own = over(add(d->push.c[i][n], gained.c[i]), p->A[i]);
+        rate.c[i] = add(add(own, d->turn_by.c[i][n]), turned.c[i]);
+    }
+    return rate;
 }
-/* Returns the n-th coefficient of the derivative of the spin <U, a>. */
+/* Returns the n-th coefficient of the perturbation of the spin <U, a>. */
 static number LOCAL(spin_change)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d,
                                  int n)
 {
+    const LOCAL(vector) rate = LOCAL(turn_rate)(p, d, n),
+                        turned = LOCAL(cross)(&d->turn, &p->relative, n);
     number sum = of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
-        const number slipped =
-            minus(LOCAL(turn_rate)(p, d, i, n), LOCAL(cross)(&d->turn, &p->relative, i, n));
+        const number slipped = minus(rate.c[i], turned.c[i]);
         sum = add(sum, add(mul(p->apex[i], slipped), mul(d->apex[i], p->relative.c[i][n])));
     }
     return sum;
 }
-/* Adds the friction terms to the (n + 1)-th coefficient of N. */
+/* Adds the effect of friction to the (n + 1)-th coefficient of the momentum part N of a tangent. */
 static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
@@ -236,7 +268,7 @@ static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_devia
     for (int i = 0; i < 3; i++)
         d->push.c[i][n + 1] = minus(d->push.c[i][n + 1], mul(lost, p->apex[i]));
 }
-/* Sets the (n + 1)-th coefficients of a deviation. */
+/* Computes the Taylor coefficients of order n + 1 of a tangent. */
 static void LOCAL(next_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
@@ -245,19 +277,21 @@ static void LOCAL(next_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_dev
         d->cross.c[i][n] =
             minus(mul(p->lever[j], d->turn.c[k][n]), mul(p->lever[k], d->turn.c[j][n]));
     }
+    const LOCAL(vector) rate = LOCAL(turn_rate)(p, d, n),
+                        turned = LOCAL(cross)(&d->turn, &p->relative, n),
+                        pushed = LOCAL(cross)(&d->push, &p->velocity, n),
+                        pulled = LOCAL(cross)(&d->cross, &p->pulled, n),
+                        dragged = LOCAL(cross)(&p->dragged, &d->turn, n);
     for (int i = 0; i < 3; i++) {
-        const number rate = LOCAL(turn_rate)(p, d, i, n),
-                     slipped = minus(rate, LOCAL(cross)(&d->turn, &p->relative, i, n)),
-                     force =
-                         add(add(LOCAL(cross)(&d->push, &p->velocity, i, n), d->push_by.c[i][n]),
-                             LOCAL(cross)(&d->cross, &p->pulled, i, n)),
-                     drag = minus(mul(p->D[i], slipped), LOCAL(cross)(&p->dragged, &d->turn, i, n));
-        d->turn.c[i][n + 1] = mul(share, rate);
+        const number slipped = minus(rate.c[i], turned.c[i]),
+                     force = add(add(pushed.c[i], d->push_by.c[i][n]), pulled.c[i]),
+                     drag = minus(mul(p->D[i], slipped), dragged.c[i]);
+        d->turn.c[i][n + 1] = mul(share, rate.c[i]);
         d->push.c[i][n + 1] = mul(share, minus(force, drag));
     }
     if (p->rubs) LOCAL(add_friction)(p, d, n);
 }
-/* Sets the zeroth coefficients of a deviation, and the inhomogeneous terms. */
+/* Initializes the Taylor series of a tangent and its inhomogeneous terms. */
 static void LOCAL(begin_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                    const support_drive *drive, const kr_tangent *g,
                                    const double *high, int order)
@@ -286,7 +320,7 @@ static void LOCAL(jump)(const LOCAL(moving_path) * p, const support_drive *drive
         SET(g, end[5 + i], rest);
     }
 }
-/* Computes all coefficients of a deviation from the zeroth coefficients. */
+/* Computes all Taylor coefficients of a tangent from those of order 0. */
 static void LOCAL(expand_deviation)(const LOCAL(moving_path) * p, const support_drive *drive,
                                     kr_tangent *g, int order)
 {

@@ -1,9 +1,9 @@
-/* Tops with dry friction, or on a support that rotates or shakes (support.h): constants and steps.
- * Each step starts from the exact position of the support at that time. Within a step, the spin of
- * a sliding top, and the torque that holds a top, are polynomials in time. A step ends where the
- * spin reaches zero or the torque reaches its limit. The time of this end is accurate up to
- * rounding errors: those of double-double if there are more than 16 digits, else those of
- * doubles. */
+/* Constants and steps of the Taylor series for tops with dry friction or on moving supports
+ * (support.h). The exact position of the support is computed at the beginning of each step. Within
+ * a step, the spin of a sliding top and the torque on a held top are polynomials in time. A step
+ * ends where the spin reaches zero or the friction torque reaches its limit. The end of the step is
+ * accurate up to the rounding errors of the arithmetic, which is double-double for more than 16
+ * digits. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -12,19 +12,19 @@
 #include "slow.h"
 #include "support_motion.h"
 
-/* A spin or torque below this fraction of its unit is treated as zero. */
+/* Relative threshold below which a spin or friction torque is treated as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
-/* Bisection stops when the interval in which a limit is reached is this fraction of the step. */
+/* Relative width of the interval at which bisection stops. */
 #define NARROW_PART 0x1p-30
-/* Newton's method then refines it. A change by FARTHEST_PART of the step leads away from the limit.
- * A change by CONVERGED_PART of the step is the last one. */
+/* Newton's method stops at corrections larger than FARTHEST_PART or smaller than CONVERGED_PART,
+ * relative to the step. */
 #define FARTHEST_PART 0x1p-20
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
-/* Larger friction would overflow. At this limit, friction already stops the top in a time too short
- * for doubles to resolve. */
+/* Larger friction would overflow. The time in which friction near MOST_FRICTION stops a top is
+ * below the rounding error. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -60,7 +60,7 @@ static vec_dd lever_of(const kr_motion *motion, dd acceleration)
                           dd_times(pull.com.z, weight)};
     return lever;
 }
-/* Returns the amplitude of the acceleration of the support, in the user's units. */
+/* Returns the amplitude of the support's acceleration in the user's units. */
 static dd shaking_acceleration(const kr_scene *scene)
 {
     const kr_shaking *shaking = &scene->shaking;
@@ -94,8 +94,7 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
     const double stop = is_held ? 0.0 : sqrt(friction_of(motion) / least);
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
-/* Returns the apex as a unit vector along the principal axes, which are the working axes of
- * taylor. */
+/* Returns the apex as a unit vector in the principal axes. */
 static vec_dd apex_of(const kr_motion *motion)
 {
     const kr_vec3 com = motion->scene->body.com, none = {0.0, 0.0, 0.0};
@@ -110,7 +109,7 @@ static void put_words(kr_series s[2], double *high, dd a)
     *high = a.hi;
     *(double *)(void *)((char *)high + ((char *)&s[1] - (char *)&s[0])) = a.lo;
 }
-/* Sets the constants of the series that describe the friction. */
+/* Sets the friction constants of a series. */
 static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd apex = apex_of(motion), eased = divide_by_axes(apex, motion->inertia);
@@ -140,7 +139,7 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
     if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
 }
 
-/* Returns an angle reduced to the interval from -pi to pi. */
+/* Reduces an angle to the interval from -pi to pi. */
 static dd reduce_angle(dd angle)
 {
     const dd turn = dd_scale(2.0, dd_pi());
@@ -149,8 +148,8 @@ static dd reduce_angle(dd angle)
         rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
 }
-/* Writes the cosine and the sine of the phase of the shaking, at the time `since` after the initial
- * time. The results have the accuracy of doubles. */
+/* Computes the cosine and sine of the shaking phase to double precision. `since` is the time since
+ * the initial time. */
 static void find_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
 {
     const dd t = two_sum(scene->start.t, since), turned = two_product(scene->shaking.rate, t.hi),
@@ -180,7 +179,7 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
                  dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
     dd_sincos(angle, sine, cosine);
 }
-/* Sets the oscillating part of G, and the corresponding sine, at the end of the last step. */
+/* Sets the oscillating part of the effective gravity at the end of the last step. */
 static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
 {
     const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
@@ -194,7 +193,7 @@ static quat_dd attitude_at_end(const kr_series s[2])
     const double *x = s[0].end_x, *low = s[1].end_x;
     return q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low[0], v3(low[1], low[2], low[3])));
 }
-/* Sets the angular velocity of the support, in the body frame, at the end of the last step. */
+/* Sets the body-frame angular velocity of the support at the end of the last step. */
 static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
@@ -228,7 +227,7 @@ kr_vec3 kr_support_acceleration(const kr_series *s)
     }
     return v_of(sum);
 }
-/* Returns the derivative of the spin at the end of the last step, without friction. */
+/* Returns the time derivative of the spin at the end of the last step, excluding friction. */
 static double free_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
@@ -250,16 +249,16 @@ static void remove_spin(kr_series s[2])
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
-/* Sets the mode of a top without spin: held if friction can hold it, otherwise sliding. `needed` is
- * the torque that friction has to balance, relative to its limit. The top slides in the direction
- * of this torque or, backward in time, against it. */
+/* Decides whether friction holds a top whose spin is zero. `needed` is the torque that friction has
+ * to balance, in units of the maximum friction torque. The top starts to slide in the direction of
+ * the needed torque or, backward in time, in the opposite direction. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
 }
-/* Returns the spin that counts as zero, in the unit of time of the series. This unit may be the
- * time of damping, which can be far below that of all other effects. */
+/* Returns the threshold below which a spin counts as zero, in the unit of time of the series. The
+ * threshold is lowered if damping is much faster than all other effects. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -272,7 +271,7 @@ void kr_support_start(const kr_motion *motion)
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
-    /* The memory may still contain data of another top. */
+    /* Clear the memory, which may contain data of another top. */
     for (int i = 0; i < 2; i++) {
         memset(s[i].turn, 0, sizeof s->turn);
         memset(s[i].sway, 0, 2 * sizeof *s->sway);
@@ -292,9 +291,9 @@ void kr_support_start(const kr_motion *motion)
     decide_hold(p, motion, free_spin_rate(s) * s->per_grip);
 }
 
-/* Returns the first point in [low, high] at which a polynomial becomes negative, with resolution
- * NARROW_PART. Returns INFINITY if there is no such point. `b` holds the n + 1 coefficients in the
- * Bernstein basis of the interval, and is overwritten. */
+/* Returns the first point in [low, high] where a polynomial becomes negative, or INFINITY if there
+ * is none. The resolution is NARROW_PART. `b` holds the n + 1 Bernstein coefficients, and is
+ * overwritten. */
 static double first_negative(double *b, int n, double low, double high)
 {
     double left[KR_TAYLOR_MAX + 1], least = b[0];
@@ -308,8 +307,8 @@ static double first_negative(double *b, int n, double low, double high)
     const double middle = 0.5 * (low + high), first = first_negative(left, n, low, middle);
     return first < INFINITY ? first : first_negative(b, n, middle, high);
 }
-/* Returns the fraction of the step at which constant + sign * (lane 0 of W) first becomes negative,
- * or INFINITY if it does not. */
+/* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
+ * first becomes negative. Returns INFINITY if the sum never becomes negative. */
 static double find_limit(const kr_series *s, int order, double sign, double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
@@ -328,8 +327,9 @@ static double find_limit(const kr_series *s, int order, double sign, double cons
         for (int i = order; i >= k; i--) b[i] += b[i - 1];
     return first_negative(b, order, 0.0, 1.0);
 }
-/* Returns the time since the start of the step at which lane 0 of W equals `value`, by Newton's
- * method from the time `near`. There lane 0 is beyond `value` by about `noise`. */
+/* Returns the time, since the start of the step, at which the friction variable equals `value`.
+ * Newton's method starts at the time `near`, where the variable differs from `value` by about
+ * `noise`. */
 static dd refine_limit(const kr_series s[2], int order, double value, double near, double noise)
 {
     const double span = s->end - s->t, far = FARTHEST_PART * fabs(span);
@@ -349,7 +349,7 @@ static dd refine_limit(const kr_series s[2], int order, double value, double nea
     }
     return h;
 }
-/* Ends the step at the time `h` after the beginning of the step. */
+/* Ends the step at the time `h` after its beginning. */
 static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
 {
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
@@ -361,7 +361,7 @@ static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
     }
 }
-/* Returns the derivative of lane 0 of W at the end of the step. */
+/* Returns the derivative of the friction variable at the end of the step. */
 static dd slope_at_end(const kr_series s[2], int order)
 {
     const dd h =
@@ -371,8 +371,9 @@ static dd slope_at_end(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
-/* Returns 1 if the spin of a top that slides passes zero in a step by so little that find_limit
- * ignores it. A spin that is zero at the start of the step is positive or rounded at its end. */
+/* Returns 1 if the spin of a sliding top vanishes within the step, although find_limit has not
+ * detected it. A spin that becomes only slightly negative escapes find_limit. Returns 0 if the spin
+ * is already zero at the beginning of the step. */
 static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
@@ -381,7 +382,8 @@ static int passes_zero(const kr_series s[2], int order, double sliding, double n
     const double at = refine_limit(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
-/* Sets the mode after a step that friction ends. `value` is the limit of lane 0 of W. */
+/* Switches between sliding and holding after a step whose end was determined by friction. `value`
+ * is the limit that the friction variable has reached. */
 static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
 {
     kr_series *s = p->series;
@@ -392,12 +394,12 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
         p->sliding = -value;
         return;
     }
-    /* Without the torque of friction in this step. The torque of strong damping is too large to be
-     * computed from the rounded velocity. */
+    /* The torque to be balanced is computed from the slope of the spin and the friction during the
+     * last step. Strong damping would amplify the rounding errors of the velocity. */
     p->before_hold = before;
     decide_hold(p, motion, slope * s->per_grip + before);
 }
-/* Ends the step where friction stops the top, or can no longer hold it. A spin below
+/* Shortens the step if friction stops the top or can no longer hold it. A spin below
  * NEGLIGIBLE_SPIN times `unit` counts as zero. */
 static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                  double unit)
@@ -416,7 +418,8 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                                                : 1.0,
                      beyond = slides ? -p->sliding * noise : most * value;
         dd h = refine_limit(s, n, value, part * span, noise);
-        /* The spin may have passed 0 by less than `noise` before the step. */
+        /* At the beginning of the step, the spin may already be beyond zero by less than
+         * `noise`. */
         if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_at(s, kernel, deep, h);
@@ -439,14 +442,14 @@ void kr_support_set_mode(const kr_motion *motion)
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
 }
-/* Sets the unit of time to 1 / rate, unless there are tangents, which require a constant unit. */
+/* Sets the unit of time to 1 / rate. If there are tangents, the unit of time must stay constant. */
 static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, rate);
 }
-/* Chooses a shorter unit of time if W exceeds one. W can exceed one if a shaken support has
- * increased the energy. */
+/* Chooses a shorter unit of time if the angular velocity exceeds one. A shaken support can increase
+ * the energy of the top. */
 static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
 {
     const double size = v_length(v_of(p->series->end_w + 1));
@@ -506,14 +509,14 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     double log2_tol = p->log2_tol, unit = 1.0;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
     if (!kr_slow_step(motion, kernel, &log2_tol)) {
-        /* If friction does not hold the top, lane 0 of W must not shorten the steps. */
+        /* While the top slides, the friction variable must not shorten the steps. */
         if (rubs)
             set_rate(p, motion, p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate));
         keep_velocity_small(p, motion);
         kr_support_set_mode(motion);
         s[1].t = s[1].end;
         s[1].end = 0.0;
-        /* A strongly damped spin decays to the size of the tolerance. */
+        /* Strong damping reduces the spin to the size of the tolerance. */
         if (log2_tol < p->log2_tol)
             unit = fmax(exp2(log2_tol - p->log2_tol), fmin(v_largest(v_of(s->end_w + 1)), 1.0));
         kernel->advance(s, log2_tol, forward);

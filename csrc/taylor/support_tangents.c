@@ -1,24 +1,25 @@
-/* Tangents of tops with dry friction or on moving supports: the terms of support_deviation.h. */
+/* Tangents of tops with dry friction or on moving supports, in doubles and in double-double. The
+ * series are computed by support_deviation.h. */
 #include <string.h>
 #include "series_words.h"
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* The constants and the time-dependent values of the path, in the units of the series. The
- * constants are the moments, the damping, the rotor, the turning, the rate of the shaking, the two
- * parts of G, and the lever arm of G. The time-dependent values are the attitude, and the cosine
- * and sine of the phase of the shaking. */
+/* Data of the motion in the units of the series. A, D, h and `turning` are the moments of inertia,
+ * the damping, the rotor and the support's angular velocity. `rate`, `base` and `sway` describe the
+ * shaking, and `lever` is the lever arm of the effective gravity. `q` is the current attitude, and
+ * `cosine` and `sine` give the current phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
-    /* The apex, the friction, and the sign of the spin of a sliding top. `holds` is nonzero if
-     * friction holds the top. */
+    /* Data of the friction: apex, friction torque, and sign of the spin of a sliding top. `holds`
+     * is nonzero if friction holds the top. */
     dd apex[3];
     double friction, sliding;
     int holds;
 } support_data;
-/* Derivatives with respect to the parameter of a deviation. The derivatives are B, F, y, b and k of
- * support_deviation.h, and those of the support's angular velocity, the apex and the friction. */
+/* Derivatives of the equations of motion with respect to the parameter of a tangent (see
+ * support_deviation.h). */
 typedef struct support_drive {
     double moments[3][3], drags[3][3], turning[3], per_rate;
     dd rotor[3], pull[3], scale[4], apex[3];
@@ -95,8 +96,9 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.holds = path->holds != 0.0;
     return data;
 }
-/* Sets k, the factor of b: the acceleration, or its derivative with respect to the amplitude, rate
- * or phase of the shaking. */
+/* Computes the coefficients of the factor k in support_deviation.h. The factor k is the
+ * acceleration of the support, or the derivative of the acceleration with respect to the amplitude,
+ * rate or phase of the shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

@@ -1,24 +1,24 @@
-/* Tangents along a path of the method taylor: initial values, propagation over the steps of the
- * path, and evaluation within a step. If the last terms of the tangents' series are too large at
- * the end of a step, the step is divided into several parts. Each part re-expands the path, so the
- * path itself never changes. */
+/* Tangents along a path of the Taylor method: initial values, propagation, and evaluation within a
+ * step. If the truncation error of a tangent is too large, the step is divided into substeps. Each
+ * substep re-expands a copy of the path, so the path itself never changes. */
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Limits on the number of parts of a step and on the number of attempts to shorten a part. */
+/* Limits on the number of substeps in a step, and on the number of attempts to shorten a
+ * substep. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
-/* Upper limit on the last term of a deviation, relative to its norm, in multiples of the tolerance
- * of the path. For most paths, no term exceeds this limit. */
+/* Largest admissible relative truncation error of a tangent, in units of the tolerance of the path.
+ * For most paths, the truncation error of the tangents remains below the limit. */
 static const double rest_over_tolerance = 0x1p9;
 
-/* The first part of the memory: the series of the path for one part of a step, in one or two words.
- * The tangents follow. */
+/* Header of the memory for tangents, which contains the path series of one substep. The tangents
+ * are stored after the header. */
 typedef struct {
     kr_series path[2];
-    double parts;            /* number of parts of the last step */
+    double parts;            /* number of substeps of the last step */
     double from, to;         /* start and end of the last step */
-    double part;             /* number of the part whose series are in memory, from 1 */
-    double until;            /* end of this part */
+    double part;             /* number of the substep whose series are in memory, from 1 */
+    double until;            /* end of this substep */
     double moving;           /* nonzero if the terms of support_deviation.h are needed */
     double from_low, to_low; /* low words of `from` and `to` */
 } tangent_work;
@@ -33,9 +33,9 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* Returns the number of batches, which precede the single deviations in memory. The results for a
- * deviation in a batch and for a single deviation are bitwise equal, so a small build can omit
- * batches. Tops on moving supports do not use batches either. */
+/* Returns the number of batches, which are stored before the single tangents. Batches and single
+ * tangents give bitwise equal results, so a small build can omit batches. Tangents on moving
+ * supports are always single. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -46,25 +46,25 @@ static size_t count_batches(double *memory, size_t n)
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
 #endif
 }
-/* Returns the number of deviations that do not belong to a batch. */
+/* Returns the number of tangents that do not belong to a batch. */
 static size_t count_single(double *memory, size_t n)
 {
     const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
     return n > batched ? n - batched : 0;
 }
-/* Returns the number of structs needed to hold n deviations. */
+/* Returns the number of structs needed to hold n tangents. */
 static size_t count_structs(double *memory, size_t n)
 {
     return KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + count_single(memory, n);
 }
 
-/* The address of a deviation: its struct (`from`), its lane in a batch, and the distance between
- * two components in doubles (`apart`). The distance is 0 for a single deviation. */
+/* Memory location of a tangent: the struct `from`, the lane in a batch, and the distance `apart`
+ * between components. The distance is counted in doubles, and is 0 for a single tangent. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;
 } deviation_address;
-/* Returns the address of deviation i. */
+/* Returns the memory location of tangent i. */
 static deviation_address address_of(const kr_motion *motion, double *memory, size_t n, size_t i)
 {
     const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
@@ -78,14 +78,12 @@ static deviation_address address_of(const kr_motion *motion, double *memory, siz
         i % KR_DEVIATION_BATCH, words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
     return in_batch;
 }
-/* Returns the address of component k of a deviation within `numbers`, one of the arrays of eight
- * numbers in its struct. */
+/* Returns the address of component k of a tangent in the array `numbers` of its struct. */
 static double *component_address(const deviation_address *at, double *numbers, size_t k)
 {
     return numbers + (at->apart > 0 ? at->lane + k * at->apart : 1 + k + k / 3);
 }
-/* Returns the baseline instruction set, the last one in the table, which every processor
- * supports. */
+/* Returns the baseline instruction set, which is the last one in the table. */
 static const kr_isa *base_isa(void)
 {
     int i = 0;
@@ -105,28 +103,28 @@ static size_t count_doubles(int digits, size_t n)
     return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
 }
 
-/* Writes the high word of a number, and also its low word if the motion has low words. */
+/* Writes a number. The low word is written only for more than 16 digits. */
 static void put_number(const kr_motion *motion, double *high, dd a)
 {
     *high = a.hi;
     if (motion->digits > 16) high[sizeof(kr_tangent) / sizeof(double)] = a.lo;
 }
-/* Reads a number. Negative zeros are made positive, because the sign of a zero may depend on the
- * other deviations of a batch. */
+/* Reads a number. Negative zeros become positive, because the sign of a zero may depend on other
+ * tangents in the batch. */
 static dd get_number(const kr_motion *motion, const double *high)
 {
     const dd a = {*high + 0.0,
                   motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
     return a;
 }
-/* Writes a vector into the last three of the four lanes at `high`. */
+/* Stores a vector in the last three of four lanes. */
 static void put_four(const kr_motion *motion, double *high, vec_dd v)
 {
     put_number(motion, high + 1, v.x);
     put_number(motion, high + 2, v.y);
     put_number(motion, high + 3, v.z);
 }
-/* Writes a vector as components k to k + 2 of a deviation. */
+/* Stores a vector as components k to k + 2 of a tangent. */
 static void put_components(const kr_motion *motion, const deviation_address *at, double *numbers,
                            size_t k, vec_dd v)
 {
@@ -152,7 +150,7 @@ static vec_dd scale_exactly(double power, vec_dd a)
     const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
     return v;
 }
-/* Sets the constants of a tangent to those of the motion. */
+/* Copies the constants of the motion into a tangent. */
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
     const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
@@ -171,7 +169,7 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Writes the rows of a symmetric matrix, given its elements xx, yy, zz, yz, zx, xy. */
+/* Stores a symmetric matrix by rows, given its elements xx, yy, zz, yz, zx, xy. */
 static void put_rows(double rows[3][4], const double B[6])
 {
     v_put(rows[0] + 1, v3(B[0], B[1], B[2]));
@@ -182,8 +180,8 @@ static double largest_element(const double B[6])
 {
     return fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
 }
-/* Sets the derivatives of the lever, the moments and the damping with respect to the parameter of a
- * deviation. */
+/* Sets the derivatives of the lever arm, the moments of inertia and the damping with respect to the
+ * parameter of a tangent. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = series_work(motion)->rate, *B = seed->moments;
@@ -218,8 +216,8 @@ static quat_dd path_attitude(const kr_motion *motion)
     return qdd_unit(
         q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
 }
-/* If the friction changes discontinuously at the end of the last step of the path, applies the
- * resulting jump of the deviations. */
+/* Applies the jump of the tangents if the friction torque is discontinuous at the end of the last
+ * step. */
 static void pass_stop(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_taylor *p = series_work(motion);
@@ -228,7 +226,8 @@ static void pass_stop(const kr_motion *motion, double *memory, size_t n)
         kr_support_jumps(motion, order_of(motion), &factor))
         kr_support_jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
 }
-/* Returns 1 if the support moves, or if a deviation results from support motion. */
+/* Returns 1 if the support moves, or if a tangent is a derivative with respect to a parameter of
+ * the support motion. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
     if (!KR_HAS_SUPPORTS) return 0;
@@ -236,7 +235,7 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
         if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0) return 1;
     return kr_support_moves(motion->scene);
 }
-/* Starts n deviations from the end of the last step of the path. */
+/* Starts n tangents at the end of the last step of the path. */
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
@@ -265,7 +264,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
     }
 }
 
-/* Returns the squared norm of a deviation. */
+/* Returns the squared norm of a tangent. */
 static double square_of(const deviation_address *at, double *numbers)
 {
     double sum = 0.0;
@@ -275,9 +274,8 @@ static double square_of(const deviation_address *at, double *numbers)
     }
     return sum;
 }
-/* Evaluates all deviations at the time `at` of the path series for this part, and stores the values
- * in the members `part_end`. Returns the largest ratio of the last term of a deviation to its norm,
- * or INFINITY if a deviation is not finite. */
+/* Evaluates all tangents at the time path->at, and stores the values in `part_end`. Returns the
+ * largest relative truncation error, or INFINITY if a tangent is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);
@@ -297,7 +295,7 @@ static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
     }
     return worst;
 }
-/* Computes the coefficients of all deviations. */
+/* Computes the Taylor coefficients of all tangents. */
 static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_tangents_kernel *kernel = tangent_kernel(motion);
@@ -315,7 +313,7 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     if (count_single(memory, n) > 0)
         kernel->expand(path, rest_of_them, count_single(memory, n), order_of(motion));
 }
-/* Expands the path about the time `at`, and restarts the series of the tangents there. */
+/* Re-expands the path about its time `at`, and restarts the series of the tangents there. */
 static void restart_series(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_kernel *kernel = motion->aux;
@@ -336,9 +334,9 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(g->x[0], g->part_end, sizeof g->part_end);
     }
 }
-/* Shortens a part until the largest relative last term at the end is at most `most`. `worst` is the
- * largest relative last term at the time `to`. Returns the largest relative last term at the new
- * end. */
+/* Shortens a substep until its relative truncation error is at most `most`. `worst` is the
+ * truncation error at the time `to`. Returns the truncation error at the end of the shortened
+ * substep. */
 static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
                       double most)
 {
@@ -355,15 +353,14 @@ static double shorten(const kr_motion *motion, double *memory, size_t n, double 
     }
     return worst;
 }
-/* Returns the upper limit of the last term of a deviation, relative to the norm of the
- * deviation. */
+/* Returns the largest admissible relative truncation error of a tangent. */
 static double largest_last_term(const kr_motion *motion)
 {
     return rest_over_tolerance * exp2(series_work(motion)->log2_tol);
 }
-/* Computes the series for a part of a step that starts at the expansion point of the tangents. The
- * part ends with the step, or earlier if the last terms are too large there. Returns the largest
- * relative last term at the end of the part. */
+/* Computes the series of the tangents for one substep. The substep ends with the step, or earlier
+ * if the truncation error would be too large. Returns the relative truncation error at the end of
+ * the substep. */
 static double expand_part(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
@@ -376,8 +373,8 @@ static double expand_part(const kr_motion *motion, double *memory, size_t n)
     c->until = c->path[0].at;
     return worst;
 }
-/* Computes the series for the first part of the last step. Returns the largest relative last term
- * at the end of the part. */
+/* Computes the series for the first substep of the last step. Returns the relative truncation error
+ * at the end of the substep. */
 static double expand_first_part(const kr_motion *motion, double *memory, size_t n)
 {
     const size_t words = words_of(motion->digits);
@@ -391,17 +388,17 @@ static double expand_first_part(const kr_motion *motion, double *memory, size_t 
     c->part = 1.0;
     return expand_part(motion, memory, n);
 }
-/* Computes the series for the next part, after the one in memory. Returns the largest relative last
- * term at the end of the part. */
+/* Computes the series for the next substep. Returns the relative truncation error at the end of the
+ * substep. */
 static double expand_next_part(const kr_motion *motion, double *memory, size_t n)
 {
     restart_series(motion, memory, n);
     tangent_work_of(memory)->part += 1.0;
     return expand_part(motion, memory, n);
 }
-/* Propagates all tangents over the last step of the path. Returns the largest relative last term of
- * all parts. Returns INFINITY if a tangent exceeds the range of doubles, or if a part cannot be
- * made short enough. */
+/* Propagates all tangents over the last step of the path. Returns the largest relative truncation
+ * error of all substeps. Returns INFINITY if a tangent overflows, or if a substep cannot be made
+ * short enough. */
 static double propagate_over_parts(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
@@ -416,7 +413,7 @@ static double propagate_over_parts(const kr_motion *motion, double *memory, size
     }
     return INFINITY;
 }
-/* Propagates n deviations over the last step of the path. Sets the deviations to NaN on failure. */
+/* Propagates n tangents over the last step of the path. Sets the tangents to NaN on failure. */
 static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
@@ -436,9 +433,8 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Computes the series for the part of the last step that contains the time `to`, unless it is
- * already in memory. Since times usually increase between calls, each part is usually recomputed at
- * most once. */
+/* Computes the series for the substep that contains the time `to`, unless this series is already in
+ * memory. Substeps are rarely recomputed, because times usually increase from call to call. */
 static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
 {
     tangent_work *c = tangent_work_of(memory);
@@ -447,8 +443,8 @@ static void find_part(const kr_motion *motion, double *memory, size_t n, double 
     while (c->part < fmin(c->parts, MAX_PARTS) && forward * (to - c->until) > 0.0)
         expand_next_part(motion, memory, n);
 }
-/* Evaluates all tangents at the time `at` of the path, which lies within the last step. Writes the
- * values to the members `at` of the tangents. */
+/* Evaluates all tangents at the time of the path within the last step, and stores the values in
+ * `at`. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
@@ -465,9 +461,8 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
         tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
                                     first[i * words].at);
 }
-/* Converts a change in the momentum from the body frame to the space frame. For up to 16 digits,
- * the rotation is computed in doubles, like that of the state. In double-double, the rotation would
- * dominate the cost of an output. */
+/* Converts a momentum change from the body frame to the space frame. For up to 16 digits, the
+ * rotation is computed in doubles, because double-double arithmetic would dominate the cost. */
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -475,7 +470,7 @@ static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
                          motion->digits > 16 ? qdd_turn(q, push)
                                              : v_dd(q_turn(qdd_high(q), vdd_high(push)), none));
 }
-/* Writes n deviations at the internal time `clock` within the last step. */
+/* Writes the values of n tangents at the internal time `clock` within the last step. */
 static void tangents_at(kr_motion *motion, double clock, double *memory, size_t n,
                         kr_deviation out[])
 {

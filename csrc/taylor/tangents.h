@@ -1,30 +1,29 @@
-/* Tangents of the heavy top as Taylor series, in addition to the series of the path. Private to
- * taylor/. A tangent is an infinitesimal perturbation of the state, or the derivative of the state
- * with respect to a parameter. It consists of two vectors in the body frame: a rotation vector
- * theta, which changes the attitude q by q theta / 2, and the change N of the angular momentum m:
+/* Taylor series of the tangents of a heavy top. Private to taylor/. A tangent is an infinitesimal
+ * perturbation of the state, or the derivative of the state with respect to a parameter. A tangent
+ * consists of two vectors in the body frame: a rotation vector theta, which changes the attitude q
+ * by q theta / 2, and the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
  *
  * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
- * to this parameter. Moving supports contribute further terms (support_deviation.h). B and F are
- * symmetric matrices. The equations are linear in theta and N, and require 18 products of
- * coefficients per term. The changes in the energy and in <m, e3> are conserved up to the
- * tolerance. */
+ * to the parameter of the tangent. B and F are symmetric matrices. Moving supports contribute
+ * further terms (support_deviation.h). The equations are linear in theta and N, and require 18
+ * products of Taylor coefficients per order. The changes in energy and vertical momentum due to a
+ * tangent are conserved up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Taylor series of eight numbers about the time t. The series are valid on a step of the path, or
- * on one part of the step if the tangents need shorter parts. For a single deviation, the eight
- * numbers are (0, theta | 0, N). Larger numbers of deviations form batches, in which six structs
- * hold eight deviations. Struct k holds component k of (theta, N) for each deviation. The two
- * layouts give bitwise equal results. For 20 and 30 digits, each struct is an array of two structs,
- * with the high words and the low words, sizeof(kr_series) bytes apart. */
+/* Taylor series of eight numbers about the time t, valid on a step of the path or on a substep. A
+ * single tangent is stored as the eight numbers (0, theta | 0, N). In a batch of eight tangents,
+ * six structs hold the components of (theta, N), with one tangent per lane. Batches and single
+ * tangents give bitwise equal results. At 20 and 30 digits, two adjacent structs hold the high and
+ * the low words of the numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
     double begin[8];                /* values at the start of the step */
-    double part_end[8];             /* values at the end of the part that is in memory */
+    double part_end[8];             /* values at the end of the substep in memory */
     double ahead[4], behind[4];     /* (Ax - Az) / Ax, (Ay - Ax) / Ax; and cyclic */
     double per[4], drag[4];         /* 1 / A, D */
     double up[4], down[4];          /* next(c), -prev(c) */
@@ -36,7 +35,7 @@ typedef struct kr_tangent {
     double t;                       /* time of the expansion */
     double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
     double drag_changes, gyrostat;  /* nonzero if F is not zero; nonzero if h is not zero */
-    double truncation;              /* largest relative size of a last term so far */
+    double truncation;              /* largest relative truncation error so far */
     double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
     double rotor_changes;           /* nonzero if y is not zero */
     /* For support_deviation.h, and only for single deviations: the derivatives of the lever per
@@ -47,8 +46,8 @@ typedef struct kr_tangent {
     double unused[95];
 } kr_tangent;
 enum {
-    KR_DEVIATION_BATCH = 8,        /* deviations in a batch */
-    KR_DEVIATION_BATCH_MIN = 5,    /* fewer deviations than this are propagated one by one */
+    KR_DEVIATION_BATCH = 8,        /* tangents in a batch */
+    KR_DEVIATION_BATCH_MIN = 5,    /* fewer tangents than this are propagated one by one */
     KR_DEVIATION_BATCH_STRUCTS = 6 /* structs of a batch */
 };
 typedef char kr_tangent_is_as_long_as_a_series[sizeof(kr_tangent) == sizeof(kr_series) ? 1 : -1];

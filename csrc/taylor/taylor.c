@@ -1,9 +1,9 @@
-/* The Taylor method, for any top and any accuracy up to that of doubles, or 20 or 30 digits. Each
- * step is as long as the tolerance permits, independently of the requested times. Each state within
- * a step costs one evaluation of the series. The equations are given in taylor.h; the step size
+/* The Taylor method integrates any top in double precision, or with 20 or 30 digits. Each step is
+ * as long as the tolerance permits, independently of the requested times. A state within a step
+ * costs only one evaluation of the series. The equations are given in taylor.h, and the step size
  * follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the tolerance. The
- * unit of time is a power of two, chosen so short that W remains below one. Coefficients therefore
- * do not overflow, and thresholds are dimensionless. */
+ * unit of time is a power of two, chosen so that the angular velocity remains below one.
+ * Coefficients therefore do not overflow, and thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
 #include "series_words.h"
@@ -15,8 +15,8 @@ typedef kr_taylor taylor_work;
 static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
-/* The kernels for one instruction set. A build may omit the kernels for more than 16 digits or the
- * kernels for tangents. */
+/* Tables of kernels, one for each instruction set. A build may omit the kernels for more than 16
+ * digits, or those for tangents. */
 #ifdef KR_NO_DIGITS
 #  define FOR_DIGITS(kernel) NULL
 #else
@@ -49,18 +49,18 @@ const kr_isa *kr_taylor_isa(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns log2 of the tolerance of a step. The tolerances for 20 and 30 digits were determined by
- * `taylor_kernel_study.py depth` in validation/studies. */
+/* Returns log2 of the tolerance for one step. The tolerances for 20 and 30 digits were determined
+ * by `taylor_kernel_study.py depth` in validation/studies. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel with the fastest order for the given tolerance, and lowers the tolerance to
- * the target value for this order. For equal last terms, the error increases with the order. The
- * target therefore decreases with the order, but not below the rounding error. Orders and targets
- * were determined by `taylor_kernel_study.py orders` in validation/studies. */
+/* Returns the kernel with the fastest order for the given tolerance. If the last Taylor terms are
+ * equal, the error increases with the order. The tolerance is therefore lowered for high orders,
+ * but not below the rounding error. Orders and tolerances were determined by
+ * `taylor_kernel_study.py orders` in validation/studies. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -80,9 +80,9 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns a power of two above every W that the energy permits. The result also exceeds the rates
- * of the damping, of the support motion, and of the rotation of W due to the rotor. Damping does
- * not increase the energy, hence
+/* Returns a power of two that exceeds all rates of the motion. The energy limits the angular
+ * velocity. The other rates are those of the damping, the rotor and the support motion. Damping
+ * does not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
 {
@@ -96,17 +96,17 @@ static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
     frexp(KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets a term of the rotor: the torque `h` divided by the coefficient `k` of the products. */
+/* Sets one rotor term of the series, given the coefficient `k` of the product of angular
+ * velocities. */
 static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
 {
     const dd shift = h == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(dd_of(h), dd_of(A)), k);
     s[0].shift[lane] = shift.hi;
     s[1].shift[lane] = shift.lo;
 }
-/* Sets the terms of the rotor, with h in the unit of time of the series. If two moments are equal,
- * the coefficient of the product of the corresponding angular velocities is zero. This coefficient
- * is then replaced by the negligible KR_LEAST_FACTOR, so that the term of the rotor can be added to
- * a factor of the product. */
+/* Sets the rotor terms of the series. If two moments of inertia are equal, the corresponding
+ * product of angular velocities has the coefficient zero. Because the rotor terms are divided by
+ * this coefficient, zero is replaced by the negligibly small KR_LEAST_FACTOR. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];
@@ -125,7 +125,7 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         set_shift(s, i + 5, behind, A[i], k);
     }
 }
-/* Sets the constants of the series, with c, D and h in the unit of time of the series. */
+/* Sets the constants of the series for the unit of time 1 / rate. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 A = motion->inertia;
@@ -148,16 +148,15 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
     if (KR_HAS_SUPPORTS && moves) kr_support_limit_steps(s, motion, rate);
 }
-/* Returns the attitude. Without the heading, returns the shortest rotation that takes P to the
- * vertical. Since P has unit length up to the tolerance, two terms of the series for 1 / |P|
- * suffice. */
+/* Returns the attitude. Without the heading, returns the smallest rotation that takes P to the
+ * vertical. Because |P| is close to 1, two terms of the series for 1 / |P| suffice. */
 static kr_quat series_attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-/* Writes the state in doubles, given the values (q | P) and W of the series. */
+/* Converts the values of a series to a state in doubles. */
 static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {
@@ -165,8 +164,8 @@ static void plain_state(const taylor_work *p, const kr_motion *motion, const dou
     s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
-/* Writes the state in double-double, given the values of the series at its time `at`. Stores the
- * low words in motion->low. */
+/* Converts the values of a series to a state in double-double. The low words are stored in
+ * motion->low. */
 static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
@@ -185,7 +184,7 @@ static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
     motion->low.m = vdd_low(m);
 }
 
-/* Returns 1 if the values at the end of the step are finite. */
+/* Returns 1 if the state at the end of the step is finite. */
 static int is_series_finite(const kr_series *s)
 {
     double sum = 0.0;
@@ -193,7 +192,7 @@ static int is_series_finite(const kr_series *s)
         sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
     return isfinite(sum);
 }
-/* Replaces the step by a step of length 0 at the same initial time. */
+/* Replaces the step by a step of length 0 that starts at the same time. */
 static void reset_to_begin(kr_series s[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -206,7 +205,7 @@ static void reset_to_begin(kr_series s[2])
     s[1].end = s[1].t;
 }
 
-/* Starts the series at the initial state `start`. */
+/* Initializes the series with the state `start`. */
 static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
@@ -283,8 +282,8 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
-    /* If a time lies outside the step, this is due to rounding. The series is not valid there, so
-     * the nearer end of the step is used. */
+    /* A time outside the step is due to rounding. The series is not valid there, so the nearer end
+     * of the step is used. */
     const double before = begin - p->series->at, behind = p->series->at - end;
     if (before * behind < 0.0) {
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;
@@ -296,16 +295,16 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     else
         plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
-/* Returns 1 if `wanted` is one of the n kernels of a table. A table may be NULL, which means that
- * it is empty. */
+/* Returns 1 if `wanted` is one of the n kernels in a table. A null pointer counts as an empty
+ * table. */
 static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
     if (!kernels) return 0;
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
-/* Returns the instruction set of the kernel of a motion, or NULL if no table contains the
- * kernel. */
+/* Returns the instruction set of the kernel that a motion uses, or NULL if the kernel is
+ * unknown. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
 {
     const kr_kernel *k = kernel_of_motion(motion);
@@ -347,8 +346,8 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
 
 const kr_method kr_method_taylor = {
     .name = "taylor",
-    .text = "Taylor series of order 12 to 28 by its tolerance, with dense output; 20 or 30 digits "
-            "by double-double",
+    .text = "Taylor series with dense output, of order 12 to 28 depending on the tolerance; 20 or "
+            "30 digits with double-double numbers",
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,

@@ -1,4 +1,4 @@
-/* The heavy top as a Taylor series. Private to taylor/.
+/* Taylor series of the motion of a heavy top. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
  *     P' = P x W                  P = q* e3 q: the vertical in the body frame
  *     A W' = (AW + h) x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
@@ -9,22 +9,20 @@
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n
  *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
- * A rotor contributes h x W_n. This term is included by adding constants to prev(W_0) and
- * next(W_0), which are multiplied by next(W_n) and prev(W_n). A rotor therefore adds no cost.
- * Without the heading (skip_heading of kr_config), only the equations for P and W are solved, with
- * 9 products per term instead of 21. Integrals of the motion are conserved only up to the
- * tolerance. */
+ * The rotor term h x W_n costs no extra time, because it is included by adding constants to
+ * prev(W_0) and next(W_0). If kr_config.skip_heading is set, only the equations for P and W are
+ * solved, with 9 products per order instead of 21. Integrals of the motion are conserved only up to
+ * the tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
 #include "math/isa.h"
 
-/* Numbers of terms for 20 and for 30 digits. HEAD is the index of the last term in double-double.
- * The later terms are smaller, so that doubles suffice. LAST is the index of the last term.
- * Products that are summed in doubles may exceed the tolerance of a step by a factor of at most
- * 2^LESS. This factor is the relative precision of doubles, or slightly more if the tolerance is
- * lower than the digits require. These values were determined by `taylor_kernel_study.py depth` in
- * validation/studies, which also compiles other numbers of terms. */
+/* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term in
+ * double-double, and LAST that of the last term in doubles. Later terms are so small that doubles
+ * suffice. A product that is summed in doubles may exceed the tolerance by a factor of at most
+ * 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were determined by
+ * `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -34,14 +32,14 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
-/* A factor of products that is negligible even with 30 digits. */
+/* Smallest nonzero coefficient of a product of angular velocities, negligible even at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
-/* One step of the path, from the time t to `end`. Access is fastest if the address is a multiple of
- * 64 bytes. In double-double, a step is an array of two structs, with the high words and the low
- * words. A vector of eight lanes holds (q | P). Computing P adds no cost, because its lanes would
- * otherwise be idle. Up to signs, right multiplication by i, j or k permutes the lanes of q and of
- * the pure quaternion P in the same way. Without the heading, the lanes of q are zero. */
+/* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
+ * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
+ * the low words of the numbers. The attitude q and the vertical P share vectors of eight lanes (q |
+ * P), so P costs no extra time. Right multiplication by i, j or k permutes the lanes of q and of P
+ * in the same way, up to signs. If the heading is skipped, the lanes of q are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -56,11 +54,11 @@ typedef struct kr_series {
     double t, end, at;
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of support.h */
     double fall;   /* shortest time in which a falling top's deviation can grow by a factor e */
-    /* Terms of support.h at the beginning of the step. `turn` is O. `sway` consists of the
-     * oscillating part of G, the corresponding sine, the rate, and the constant part of G. `rub` is
-     * the angular acceleration due to friction. */
+    /* Support motion and friction at the beginning of the step (support.h). `turn` is O. `sway`
+     * consists of the oscillating part of G, the corresponding sine, the rate, and the constant
+     * part of G. `rub` is the angular acceleration due to friction. */
     double turn[4], sway[4], rub[4];
-    /* The apex a, the vector (a / A) / <a / A, a>, and the number 1 / (<a / A, a> friction). */
+    /* apex a; (a / A) / <a / A, a>; 1 / (<a / A, a> friction) */
     double apex[4], yield[4], per_grip;
     double sway_most; /* the largest size of the varying part of G, with the sign of its cosine */
     /* Nonzero if the support rotates, if it shakes, if the top slides, and if friction holds the
@@ -69,7 +67,7 @@ typedef struct kr_series {
     double unused[5];
 } kr_series;
 
-/* The data of the method for one motion. */
+/* State of the Taylor method for one motion. */
 typedef struct kr_taylor {
     kr_series series[2]; /* high and low words */
     double log2_tol;
@@ -83,28 +81,28 @@ typedef struct kr_taylor {
     double try_slow;  /* clock before which the motion cannot reach the slow manifold (slow.h) */
 } kr_taylor;
 
-/* The functions for one order and one instruction set. */
+/* Functions that compute steps of one Taylor order with one instruction set. */
 typedef struct kr_kernel {
     int order;
-    /* Computes the next step, which begins at the end of the last step and is as long as the
-     * tolerance permits. `direction` is 1 forward and -1 backward in time. */
+    /* Computes the next step, which is as long as the tolerance permits. `direction` is 1 forward
+     * in time, and -1 backward in time. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
-    /* Evaluates the series at the time `at` within the step, and writes at_x and at_w. */
+    /* Evaluates the series at the time `at`, and writes the values to at_x and at_w. */
     void (*evaluate)(kr_series *s);
 } kr_kernel;
 
-/* The functions that propagate tangents (tangents.h), for one instruction set. */
+/* Functions that propagate tangents with one instruction set (see tangents.h). */
 struct kr_tangent;
 typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents, size_t n,
                                 int order);
 typedef struct kr_tangents_kernel {
-    /* Compute all coefficients of n tangents, or of n batches, from the zeroth coefficients. */
+    /* Compute the Taylor coefficients of n tangents, or of n batches of tangents. */
     kr_tangents_expand *expand, *expand_batches;
-    /* Evaluates the eight series of one struct at the time `to`. */
+    /* Evaluates the eight series in one kr_tangent at the time `to`. */
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
-/* The terms after a double-double head, computed in doubles. */
+/* Functions for the tail of a series: the terms after a double-double head, computed in doubles. */
 typedef struct kr_tail {
     void (*expand)(kr_series *s);
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);
@@ -125,7 +123,7 @@ KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)
 KR_TAYLOR_ISA(avx512)
 
-/* Returns 1 if a motion has more than 16 digits, which a build may omit. */
+/* Returns 1 if the motion is computed with more than 16 digits. */
 static inline int kr_taylor_is_deep(const kr_motion *motion)
 {
 #ifdef KR_NO_DIGITS
@@ -135,9 +133,9 @@ static inline int kr_taylor_is_deep(const kr_motion *motion)
     return motion->digits > 16;
 #endif
 }
-/* An instruction set that is included in the build. `plain` has KR_ORDERS kernels with the heading,
- * and `headless` has the same number without. `deep` has KR_DEPTHS kernels, for 20 and 30 digits.
- * `product` is used in kr_step_polynomial. */
+/* An instruction set that is included in the build. The arrays `plain` and `headless` contain
+ * KR_ORDERS kernels each, with and without the heading. The array `deep` contains KR_DEPTHS
+ * kernels, for 20 and 30 digits. `product` multiplies two power series (see kr_step_polynomial). */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
@@ -147,15 +145,15 @@ typedef struct kr_isa {
 } kr_isa;
 
 extern const kr_tangent_ops kr_taylor_tangents;
-/* Sets all constants of a series, with 1 / rate as the unit of time. */
+/* Sets all constants of a series for the unit of time 1 / rate. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate);
-/* Returns the i-th instruction set that is included in the build, or NULL after the last. The
- * widest comes first. */
+/* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
+ * comes first. */
 const kr_isa *kr_taylor_isa(int i);
-/* Returns the instruction set of the kernel of a motion, or NULL if no table contains the
- * kernel. */
+/* Returns the instruction set of the kernel that a motion uses, or NULL if the kernel is
+ * unknown. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
 /* Replaces the kernel and the tolerance of a motion, for tests and measurements. */
 void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);

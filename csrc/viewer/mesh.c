@@ -3,8 +3,8 @@
 #include "mesh.h"
 #include "math/su2.h"
 
-/* Writes the cuboid of mass `mass` that has the same inertia and the same product mass * com as the
- * body. Returns the volume of the cuboid, or 0 if there is no such cuboid. */
+/* Computes a cuboid of the given mass. Its inertia and its product of mass and centre of mass are
+ * those of the body. Returns the volume of the cuboid, or 0 if no such cuboid exists. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -28,10 +28,10 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes a cuboid of suitable mass: of density 1 if possible, otherwise the largest one. The
+/* Computes a cuboid of density 1 if possible, and the largest possible cuboid otherwise. The
  * largest cuboid is found by ternary search, because the logarithm of the volume is concave in 1 /
- * mass. The density of the cuboid increases with its mass. The factor 1.001 is a margin, because
- * the cuboid of the thesis (Bodack 2008) has density 1 and is also the largest one. */
+ * mass. The density of the cuboid increases with its mass. The factor 1.001 is a margin for the
+ * body of the thesis (Bodack 2008), whose largest cuboid has density 1. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -76,8 +76,7 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
     if (!(*velocity > 0.0)) *velocity = 1.0;
 }
 
-/* Returns the unit vector from the fixed point to the centre of mass, in the frame of description.
- * */
+/* Returns the direction from the fixed point to the centre of mass, in the user's body frame. */
 static kr_vec3 apex_in_body(const kr_body *body)
 {
     const kr_scene scene = {.body = *body, .start = {.q = {1.0, 0.0, 0.0, 0.0}}};
@@ -113,10 +112,10 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
     return n;
 }
 
-/* Writes the semi-axes of the cross section of the rod, along the two principal axes farther from
- * the apex. The bending stiffness in a direction is proportional to the square of the thickness in
- * that direction. With `power` 0.5, the stiffness is therefore proportional to the moment of
- * inertia about the other axis. */
+/* Computes the semi-axes of the rod's cross section, which lie along the two principal axes farther
+ * from the apex. The bending stiffness in a direction is proportional to the square of the
+ * thickness in that direction. If `power` is 0.5, the stiffness is therefore proportional to the
+ * moment of inertia about the other axis. */
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {

@@ -2,7 +2,7 @@
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks. The product of two such steps fits in 64 bits. */
+/* Largest step in ticks. The square of the largest step fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
 /* Converts a number of ticks to a time. */
@@ -37,8 +37,7 @@ static int is_integral(const kr_quantity *quantity)
 {
     return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
 }
-/* Writes the measures of top i: all of them if `all` is nonzero, otherwise only integrals and
- * errors. */
+/* Writes the measured values of top i. If `all` is zero, only integrals and errors are measured. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
     const kr_simulation_slot *a = &simulation->slots[i];
@@ -72,7 +71,7 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Updates the minima and maxima of top i in `row` with `low` and `high`, ignoring NaN. */
+/* Extends the ranges of top i in `row` to include the values `low` and `high`, ignoring NaN. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -80,7 +79,7 @@ static void widen_extremes(kr_record_row *row, int i, const double low[], const 
         if (high[k] > row->high[i][k] || isnan(row->high[i][k])) row->high[i][k] = high[k];
     }
 }
-/* Initializes the row after the last one with NaN. */
+/* Initializes the next row of the record with NaN. */
 static void begin_row(kr_simulation *simulation)
 {
     kr_record_row *row = &simulation->record[simulation->rows];
@@ -88,8 +87,7 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Halves the record by merging rows in pairs. Also moves the row after the last one, which holds
- * the extrema since the last row. */
+/* Halves the record by merging rows in pairs. Moves the incomplete row behind the merged rows. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -101,14 +99,15 @@ static void halve_record(kr_simulation *simulation)
     simulation->rows /= 2;
     simulation->stride *= 2;
 }
-/* Returns 1 if the current time is one of the `times` equidistant sample times between two rows. */
+/* Returns 1 if the current time is a sample time. The interval between two rows has `times`
+ * equidistant sample times. */
 static int is_sample_time(const kr_simulation *simulation, int times)
 {
     const int64_t part = simulation->stride / times;
     return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
 }
-/* Measures all tops if the current time is a sample time. Adds a row to the record if the current
- * time is the time of a row. */
+/* Measures all tops if the current time is a sample time. Adds a row to the record when the
+ * interval between rows has elapsed. */
 static void record_measures(kr_simulation *simulation)
 {
     if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
@@ -131,14 +130,14 @@ void kr_simulation_clear(kr_simulation *simulation)
     simulation->count = 0;
     simulation->clock = simulation->common = simulation->rows = 0;
 }
-/* Stores the current state for the trails of the picture. */
+/* Stores the current state for the trails in the picture. */
 static void store_state(kr_simulation_slot *a)
 {
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
 }
-/* Prepares the next free slot for a new top. Returns KR_OK, or a status code that explains why the
- * top cannot be added. */
+/* Prepares the next free slot for a new top. Returns KR_OK, or the reason why the top cannot be
+ * added. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {
@@ -181,7 +180,7 @@ static void add_prepared_top(kr_simulation *simulation)
     begin_row(simulation);
     record_measures(simulation);
 }
-/* Poll callback: returns nonzero when the step budget is exhausted. */
+/* Returns nonzero if the step budget is exhausted (poll callback). */
 static int poll_budget(void *context)
 {
     kr_simulation *simulation = context;
@@ -220,7 +219,7 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
     if (simulation->count) simulation->slots[simulation->count - 1].lowest = lowest;
 }
 
-/* Ends the motion of a top at the state `before` if the current state is below the floor. */
+/* Stops a top in the state `before` if its apex is now below the floor. */
 static void check_floor(kr_simulation_slot *a, const kr_state *before)
 {
     const double high = kr_state_apex(&a->scene, before).z,
@@ -254,8 +253,8 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
     }
     return 1;
 }
-/* Returns the time, in ticks, at which the next step ends, and writes the slot of the top that is
- * to be advanced to `next`. Returns INT64_MAX if no top can continue. */
+/* Finds the top whose next step ends first, and writes its slot to `next`. Returns the earliest end
+ * of a step in ticks, or INT64_MAX if no top can continue. */
 static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;

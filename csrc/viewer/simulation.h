@@ -1,15 +1,15 @@
-/* A simulation: several tops that share a common time, and a record of their measures. Time is
- * counted in integer ticks, so that multiples of different steps can be exactly equal. The states
- * of each top are computed at multiples of its own step. Tops are compared only at common multiples
- * of their steps; otherwise time differences would appear as errors. Results do not depend on how
- * the simulated time is divided among calls. The amount of memory is fixed. */
+/* A simulation of several tops that share a common time, and a record of their measured values.
+ * Time is counted in integer ticks, so that multiples of different steps can be exactly equal. The
+ * states of each top are computed at multiples of its own step size. Tops are compared only at
+ * common multiples of their steps; otherwise time differences would appear as errors. Results do
+ * not depend on how the simulated time is divided among calls. The memory requirement is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
 
-/* The measures of a top. The first are the scalar quantities that do not depend on the heading, in
- * the order of the table of quantities. The last two are the attitude error [rad] relative to a
- * reference, and the modified energy that bobenko_suris conserves. */
+/* Indices of the measured values of a top. The list begins with the scalar quantities that do not
+ * depend on the heading, in the order of quantities.def. The last two values are the attitude error
+ * [rad] relative to a reference, and the modified energy that bobenko_suris conserves. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -21,19 +21,19 @@ enum {
 };
 enum {
     KR_SIMULATION_TOPS = 8,
-    /* Number of attitudes stored for each top, one for each step. */
+    /* Number of most recent attitudes stored for each top. */
     KR_SIMULATION_TRACE = 4096,
     /* Maximum number of rows of the record. When the record is full, rows are merged in pairs. */
     KR_SIMULATION_ROWS = 1024,
-    /* Number of measurements of integrals and errors between two rows of the record. The number is
-     * smaller if the tops have fewer times in common. */
+    /* Number of times that integrals and errors are measured between two rows of the record. The
+     * number is smaller if the tops have fewer times in common. */
     KR_SIMULATION_SAMPLES = 64,
-    /* Number of measurements of all other quantities, which are more expensive, between two
+    /* Number of times that all other quantities, which are more expensive, are measured between two
      * rows. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
-    /* Special values of `reference`: the top has no reference, or the top is itself a reference. A
-     * reference is advanced only as long as another top can continue. */
+    /* Values of `reference` for a top without a reference, and for a top that is itself a
+     * reference. A reference top is advanced only as long as another top can continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
     /* The step budget: in a call for n steps of the simulation, the methods perform at most
@@ -60,7 +60,7 @@ typedef struct kr_simulation_slot {
     double stood;            /* time at which the rim meets the floor */
     /* the measured quantities; NULL for a quantity that is NaN at the start */
     const kr_quantity *quantity[KR_SIMULATION_ERROR];
-    /* The attitude and momentum after step k are at index k % KR_SIMULATION_TRACE. */
+    /* The array index of the state after step k is k modulo KR_SIMULATION_TRACE. */
     kr_quat attitudes[KR_SIMULATION_TRACE];
     kr_vec3 momenta[KR_SIMULATION_TRACE];
 } kr_simulation_slot;
@@ -68,7 +68,7 @@ typedef struct kr_simulation_slot {
 typedef struct kr_record_row {
     double time;
     double at[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES]; /* NaN: not available */
-    /* Minima and maxima of the measures since the previous row. */
+    /* Minimum and maximum of each measured value since the previous row. */
     double low[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES],
         high[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES];
 } kr_record_row;
@@ -79,15 +79,15 @@ typedef struct kr_simulation {
     int64_t common; /* the least common multiple of the steps; 0 if too large for 64 bits */
     int64_t stride; /* ticks between two rows of the record */
     int64_t rows;   /* number of rows */
-    /* The row after the last one holds the extrema since the last row. */
+    /* The row at index `rows` holds the extrema since the last complete row. */
     kr_record_row record[KR_SIMULATION_ROWS + 1];
     kr_simulation_slot slots[KR_SIMULATION_TOPS];
     int64_t budget, cost; /* remaining steps in this call; steps between two calls of poll */
     int is_late;          /* 1 if the last call ended because the budget was used up */
 } kr_simulation;
 
-/* Returns the quantity of measure k, or NULL for the last two measures, which are not
- * quantities. */
+/* Returns the quantity with index k among the measured values, or NULL for the attitude error and
+ * the modified energy. */
 const kr_quantity *kr_simulation_quantity(int k);
 
 /* Removes all tops. A zero-initialized simulation is empty. A simulation must not be moved in
@@ -98,22 +98,22 @@ void kr_simulation_clear(kr_simulation *simulation);
  * restarts, the states would not depend on `step`. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
-/* Adds a top with given states, one for each step, beginning with the initial state. The array
+/* Adds a top whose states are given, one for each step, beginning with the initial state. The array
  * `track` must outlive the simulation. */
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
-/* Sets a floor for the last top. The motion ends when the height of the apex falls below `lowest`,
- * the cosine of the nutation at which the rim touches the floor. The top then remains in the last
- * state above this height. The time `stood` is interpolated within the following step. Without this
- * call, there is no floor. */
+/* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
+ * below `lowest`. This limit is the cosine of the nutation at which the rim touches the floor. The
+ * top then remains in the last state above the floor. The time of contact is interpolated within
+ * the following step, and stored in `stood`. By default, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top to the end of its last step that does not go beyond `target`. Performs at most
- * `most` steps in total. Returns the time reached. If the step budget is exhausted within a step of
- * a fast top, sets `is_late`; the next call continues this step. */
+ * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted
+ * within a step. The next call continues the interrupted step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
-/* Writes the current measures of top i. All values of a failed top are NaN. The error is NaN if
- * there is no reference, or if the reference is at a different time. */
+/* Writes the current measured values of top i. All values of a failed top are NaN. The attitude
+ * error is NaN if the top has no reference, or if the reference is at a different time. */
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES]);
 #endif

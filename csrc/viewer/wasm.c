@@ -1,19 +1,19 @@
-/* Functions for the viewer, in addition to those of kreisel.h: the simulation, the picture of the
- * tops, and constants for the build of the viewer. This file is compiled only for WebAssembly. The
- * simulation is global, because a page has exactly one. */
+/* Functions that the viewer needs in addition to kreisel.h: the simulation, the meshes, and
+ * constants. This file is compiled only for WebAssembly. The simulation is a global variable,
+ * because each page has exactly one. */
 #include <math.h>
 #include <stddef.h>
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
 
-/* Begins the definition of a function for the viewer. No header declares these functions, because
- * no C code calls them. The macro therefore also declares them, as compilers require. */
+/* Declares a function for the viewer, and begins its definition. No header declares these
+ * functions, because no C code calls them. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
-/* The viewer accesses these structures as arrays of doubles, with each member at a fixed index. The
- * macro is a compile-time assertion that the index is correct. */
+/* The viewer accesses structs such as kr_body as arrays of doubles. The macro PLACE checks at
+ * compile time that a member of a struct has the expected index. */
 #define PLACE(type, part, place)                                                                   \
     typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
 #define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
@@ -50,7 +50,7 @@ static kr_box box;
 static double limits[6];
 static float points[KR_MESH_RINGS * KR_MESH_SIDES][3];
 
-/* Constants for the build of the viewer, and the names of the kinds. */
+/* Constants for the build of the viewer, and names of the kinds of bodies. */
 EXPORT(int, kr_page_ticks, (void)) { return KR_SIMULATION_TICKS; }
 EXPORT(int, kr_page_tops, (void)) { return KR_SIMULATION_TOPS; }
 EXPORT(int, kr_page_way_points, (void)) { return KR_MESH_POINTS; }
@@ -71,7 +71,7 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
 
 /* Returns six numbers for a symmetric top: smallest and largest nutation, critical spin, mean
  * precession, period of the nutation, and spin. The period is NaN if it is infinite or unknown.
- * Returns NULL for all other tops. */
+ * Returns NULL if the top is not symmetric. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_turning turning;
@@ -151,8 +151,8 @@ EXPORT(const double *, kr_page_measure, (int i))
 EXPORT(int, kr_page_rows, (void)) { return (int)simulation.rows; }
 EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
 EXPORT(const double *, kr_page_times, (void)) { return &simulation.record[0].time; }
-/* Returns the address of a measure of top i in the first row. `side` selects the value (0), the
- * minimum (-1) or the maximum (1) since the previous row. */
+/* Returns a pointer to a measured value of top i in the first row of the record. `side` selects the
+ * value (0), its minimum (-1) or its maximum (1). */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
     const kr_record_row *row = &simulation.record[0];

@@ -1,8 +1,8 @@
 """Extensions of Sphinx for the site.
 
 They render plain-text docstrings, formulas as MathML, the C header with an index, and the
-interactive viewer with a scene. They run the programs of the pages, name the side bars, and cut
-thumbnails. They also copy the report if it exists, and check links.
+interactive viewer with a scene. They run the programs on the pages, name the sidebars, and create
+thumbnails. They also check links, and copy the report if it exists.
 """
 
 from pygments.lexers import TextLexer

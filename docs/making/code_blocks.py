@@ -1,7 +1,7 @@
-"""Changes of the pages for keyboards and screen readers.
+"""Changes to the pages for users of keyboards and screen readers.
 
-The Tab key reaches all that may be wider than the page, to scroll it. Signatures in several lines
-are no lists of definitions, and the anchors of lines of code are no links.
+The Tab key reaches all elements that may be wider than the page, so that they can be scrolled.
+Multi-line signatures are not marked up as definition lists, and line anchors are not links.
 """
 
 import re
@@ -28,7 +28,7 @@ def make_focusable(body):
 
 
 def flatten_signatures(body):
-    """Return HTML in which the parameters of a signature are lines and no definitions."""
+    """Return HTML in which the parameters of a signature are plain lines, not definitions."""
 
     def flatten(found):
         lines = found[1].replace("<dd>", '<span class="sig-line">').replace("</dd>", "</span>")
@@ -39,5 +39,5 @@ def flatten_signatures(body):
 
 
 def drop_empty_links(body):
-    """Return HTML in which the anchors of lines of code lead nowhere."""
+    """Return HTML in which the anchors of lines of code are not links."""
     return re.sub(r'(<a id="(line-\d+)" name="\2") href="#\2"></a>', r"\1></a>", body)

@@ -43,7 +43,7 @@ def render_paragraph(block):
 
 
 def bullets(text):
-    """Return a bullet list, which may follow a sentence."""
+    """Return a bullet list and the sentence before it."""
     first = next(i for i, line in enumerate(text) if line.startswith("- "))
     rows = [line if line[0] == " " else "\n" + line for line in map(plain, text[first:])]
     return [*map(plain, text[:first]), "", *"\n".join(rows).splitlines()]
@@ -87,9 +87,9 @@ def link(found):
 
 
 def signature(app, what, name, thing, options, given, returned):
-    """Return the signature with its types, as the sources name them.
+    """Return the signature with the names of types in the source code.
 
-    Classes that kreisel creates and users only read have no signature.
+    Classes that users do not construct have no signature.
     """
     if what in {"class", "exception"} and name.split(".")[-1] not in MADE_BY_USERS:
         return "", None
@@ -104,7 +104,7 @@ def signature(app, what, name, thing, options, given, returned):
 
 
 def simplify(parameter):
-    """Return a parameter; the types of further keyword arguments are in the docstring."""
+    """Return a parameter without the annotation of **kwargs, which the docstring describes."""
     is_more = parameter.kind == inspect.Parameter.VAR_KEYWORD
     return parameter.replace(annotation=inspect.Parameter.empty) if is_more else parameter
 

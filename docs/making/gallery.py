@@ -1,4 +1,4 @@
-"""The style of the gallery, and a scraper for figures that pyplot does not manage."""
+"""The style of the figures, and a scraper for figures that pyplot does not manage."""
 
 from weakref import WeakSet
 
@@ -37,7 +37,7 @@ def style(conf, file):
 
 
 def scraper(block, block_vars, gallery_conf):
-    """Save the figure that a block ends with, and return its reST.
+    """Save the figure at the end of a block, and return its reST.
 
     Figures that pyplot manages are left to sphinx-gallery.
     """

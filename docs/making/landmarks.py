@@ -1,4 +1,4 @@
-"""Names of the two side bars of each page, by which screen readers distinguish them."""
+"""Names of the two sidebars of each page, for screen readers."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ def name_side_bars(app, exception):
 
 
 def add_names(text):
-    """Return HTML in which the side bars of the theme have names."""
+    """Return HTML in which the sidebars of the theme have accessible names."""
     for kind, name in NAMES.items():
         text = text.replace(f'<aside class="{kind}', f'<aside aria-label="{name}" class="{kind}')
     return text

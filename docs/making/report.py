@@ -1,4 +1,4 @@
-"""The report and the chapter on the thesis, copied into the site if `make report` has made them."""
+"""The report and the chapter on the thesis, copied into the site if they exist."""
 
 import shutil
 from pathlib import Path

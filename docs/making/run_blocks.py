@@ -1,7 +1,7 @@
-"""The directive `run`: a program that runs at each build, followed by its output and its picture.
+"""The directive `run`: a program that runs at each build, followed by its output and picture.
 
-All blocks of a page share their names, as the cells of a notebook. The picture is the value of the
-last expression, if notebooks display this value.
+All blocks of a page share their variables, like the cells of a notebook. The picture is the value
+of the last expression, if notebooks can display this value.
 """
 
 import ast
@@ -28,7 +28,7 @@ class RunBlock(Directive):
 
     def run(self):
         program = "\n".join(self.content)
-        page = self.state.document.settings.env.temp_data  # is emptied at the end of each page
+        page = self.state.document.settings.env.temp_data  # cleared at the end of each page
         names = page.setdefault("run_names", {"__name__": "__main__"})
         with matplotlib.rc_context(LOOK):
             output, value = run_program(program, names)

@@ -1,4 +1,4 @@
-"""Thumbnails of the gallery: one panel of each example's first figure, without labels and legend.
+"""Thumbnails of the gallery: one panel of each example's first figure, without labels or legend.
 
 A scraper draws them while the figure exists. They are saved after all examples have run.
 """
@@ -15,20 +15,18 @@ from .gallery import LAST, figure_of
 SIZE = (400, 280)  # [pixel]
 PANELS = {
     "sections": 1
-}  # {example: number of its panel}, if its last largest panel is not the best
+}  # {example: number of its panel}, unless the last of its largest panels is used
 MIDDLE = 0.5
-CENTRES = {
-    "gyrocompass": 0.0
-}  # {example: about which a chart is cut, 0 at the left, 1 at the right}
+CENTRES = {"gyrocompass": 0.0}  # {example: centre of the cropped chart, from 0 (left) to 1 (right)}
 thumbnails = {}  # {image file: thumbnail}
 
 
 @dataclass(frozen=True)
 class Panel:
-    """The place of a panel in its figure."""
+    """The position of a panel in its figure."""
 
     box: tuple  # (left, upper, right, lower), relative to the figure
-    has_axes: bool  # False for a picture, which is shown whole
+    has_axes: bool  # False for a picture, which is shown completely
 
 
 def setup(app):
@@ -36,7 +34,7 @@ def setup(app):
 
 
 def scraper(block, block_vars, gallery_conf):
-    """Draw the thumbnail of an example's first figure, which the next scrapers save."""
+    """Draw the thumbnail of an example's first figure, which later scrapers save."""
     paths = block_vars["image_path_iterator"]
     numbers = plt.get_fignums()
     shown = figure_of(block_vars["example_globals"].get(LAST))
@@ -84,9 +82,9 @@ def save_thumbnails(app):
 
 
 def cut(image, panel, centre):
-    """Return a panel in the size of a thumbnail.
+    """Return the image of a panel, resized to a thumbnail.
 
-    A chart fills the thumbnail and is cut about `centre`. A picture is shown whole.
+    A chart fills the thumbnail and is cropped about `centre`. A picture is shown completely.
     """
     box = tuple(round(x * size) for x, size in zip(panel.box, 2 * image.size, strict=True))
     shown = image.crop(box)

@@ -28,13 +28,13 @@ _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script
 _TICK = 1e-6  # the viewer counts time in multiples of this [T]
 
 
-class _BodyData(TypedDict):
+class _ViewerBody(TypedDict):
     mass: float
     inertia: list[float]
     com: Vector
 
 
-class _PathTrack(TypedDict):
+class _ViewerTrack(TypedDict):
     name: str
     step: float
     states: str
@@ -46,7 +46,7 @@ class _ViewerScene(TypedDict):
     version: int
     name: str
     about: str
-    body: _BodyData
+    body: _ViewerBody
     attitude: Quaternion
     momentum: Vector
     gravity: float
@@ -58,12 +58,12 @@ class _ViewerScene(TypedDict):
     step: list[float]
     speed: float
     tol: float
-    tracks: list[_PathTrack]
+    tracks: list[_ViewerTrack]
 
 
 @dataclass(frozen=True)
 class View:
-    """An interactive viewer of a scene. A notebook displays the viewer if it is a cell's result.
+    """An interactive viewer of a scene, which a notebook displays as the result of a cell.
 
     scene  the data of the scene, in the format of the viewer's JSON export
     """
@@ -105,7 +105,7 @@ class View:
 
 
 def open_viewer(page: View) -> tuple[File, bool]:
-    """Write the viewer to a file and open it; return the file, and whether a browser was found."""
+    """Write the viewer to a file, and open it in a browser if one is found."""
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
@@ -138,10 +138,10 @@ def view(
     speed: float = 1.0,
     open: bool = True,
 ) -> View:
-    """Show a scene in an interactive viewer, or a path beside the motion computed by the viewer.
+    """Show a scene or a path in an interactive viewer.
 
-    In a notebook, the viewer is displayed as the result of the cell; otherwise it opens in a
-    browser.
+    In a notebook, the viewer appears in the output of the cell. Outside notebooks, the viewer is
+    opened in a browser.
 
     methods  one to three methods that the viewer starts with; by default, taylor for bodies with
              rotors and for tops with damping, friction or turning supports, bobenko_suris for
@@ -161,7 +161,7 @@ def view(
         raise ValueError("the viewer has one damping for all axes: use path.plot()")
     if scene._is_shaken:
         raise ValueError("the viewer cannot integrate tops on shaken supports: use path.plot()")
-    tracks = [_track_of_path(what)] if isinstance(what, Path) else []
+    tracks = [_make_viewer_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole_millionths(what.step) else tracks[0]["step"]
     page = View(
@@ -175,7 +175,7 @@ def view(
 
 
 def _viewer_scene(
-    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_PathTrack]
+    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_ViewerTrack]
 ) -> _ViewerScene:
     name = name_of(scene)
     return {
@@ -193,12 +193,12 @@ def _viewer_scene(
         "methods": methods,
         "step": [_parse_step(0.01 if step is None else step)],
         "speed": speed,
-        "tol": 1e-15 if scene._is_disturbed else 1e-5,
+        "tol": 1e-15 if scene._has_disturbances else 1e-5,
         "tracks": tracks,
     }
 
 
-def _body_data(scene: Scene) -> _BodyData:
+def _body_data(scene: Scene) -> _ViewerBody:
     if scene.body.inertia_rtol:
         raise ValueError(
             "the viewer does not support a tolerance of the inertia: view a body without "
@@ -210,7 +210,7 @@ def _body_data(scene: Scene) -> _BodyData:
 
 
 def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
-    if names is None and (scene._is_disturbed or any(scene.body.rotor)):
+    if names is None and (scene._has_disturbances or any(scene.body.rotor)):
         return ["taylor"]
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
@@ -219,7 +219,7 @@ def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
         raise ValueError(f"the viewer shows one to three methods side by side, not {chosen!r}")
     for name in chosen:
         if resolve_method(name, scene).name.startswith("gsl_") or name == "auto":
-            raise ValueError(f"the viewer has no {name!r}: solve with it, and view the path")
+            raise ValueError(f"the viewer has no {name!r}: view a path that this method computed")
     return chosen
 
 
@@ -232,12 +232,12 @@ def _parse_step(step: float) -> float:
     length = as_positive("step", step)
     if not _is_whole_millionths(length):
         raise ValueError(
-            f"the viewer's steps are whole millionths, at most 2147: step = {step!r} is not"
+            f"the viewer needs a step of whole millionths that is at most 2147, not step = {step!r}"
         )
     return round(length / _TICK) / 1e6
 
 
-def _track_of_path(path: Path) -> _PathTrack:
+def _make_viewer_track(path: Path) -> _ViewerTrack:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
     even = (

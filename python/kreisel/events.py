@@ -14,19 +14,19 @@ the constant 1. help(kreisel.Path) describes the quantities to which the compone
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
     "body_velocity_y"                                   this component alone
 
-Python functions are not supported, because events are located as roots of polynomials. For a Python
-function f, compute a path with closely spaced states and search it for sign changes, for example
-with np.where(np.diff(np.sign(f(path)))). Such a search can miss events.
+Events of general Python functions cannot be located, because the method requires polynomials. For a
+Python function f, compute a path with closely spaced states, and search it for sign changes with
+np.where(np.diff(np.sign(f(path)))). Searching the states for sign changes can miss events.
 
 Within each step of method='taylor', the function is a polynomial in time. Events are the sign
-changes of this polynomial or, for an extremum, of its derivative. No event within a step is missed,
-and the path is not affected. The initial state does not count as an event. A function is considered
-zero if its absolute value is below 2^-50 times the magnitude of its terms. Points at which a
-function touches zero without changing sign are not events.
+changes of a polynomial or, for an extremum, of its derivative. No event within a step is missed,
+and the path is not affected. The initial state does not count as an event. An event function is
+considered zero if its absolute value is below 2^-50 times a bound on the magnitude of its terms.
+Points at which a function touches zero without changing sign are not events.
 
-The times of events are as accurate as the path itself. The times are stored as doubles even if the
-path has more digits, but the states at these times have all digits of the path. Rising and falling
-refer to increasing time, even if the path runs backwards in time.
+The times of events are as accurate as the path itself. Event times are stored as doubles, even if
+the path has more digits. Rising and falling refer to increasing time, even if the path runs
+backwards in time.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ Terms = tuple[tuple[float, int, int], ...]
 
 
 class _Count(TypedDict, total=False):
-    """Keyword arguments of crossing and extremum, except `where`."""
+    """Keyword arguments that all functions of this module accept."""
 
     direction: int
     max_count: int | None
@@ -81,7 +81,7 @@ class _Count(TypedDict, total=False):
 
 
 class _More(_Count, total=False):
-    """Keyword arguments of crossing and extremum."""
+    """Keyword arguments that most functions of this module accept."""
 
     where: Function | None
 
@@ -111,7 +111,7 @@ class Event:
     terminal: bool = False
 
     def value(self, path: Path) -> Array:
-        """Return the values of the event function g at all states of a path."""
+        """Return the values of the event function at all states of a path."""
         check_type("path", path, Path)
         return terms_value(path.scene._block, path.states, list(self.terms))
 
@@ -127,9 +127,10 @@ def crossing(
 ) -> Event:
     """Find the times at which a function crosses a given value.
 
-    `value` has the units of the function. `direction`, `max_count` and `terminal` are as in Event.
-    `where` is a function whose value must be positive at the event. Raises TypeError or ValueError
-    if a function is invalid, and ValueError if `function` is constant.
+    `value` is given in the units of the function. The arguments `direction`, `max_count` and
+    `terminal` are described in kreisel.events.Event. A crossing is an event only if the function
+    `where` is positive there. Raises TypeError or ValueError if a function is invalid, or if
+    `function` is constant.
     """
     level = as_float("value", value)
     terms = _parse_terms("function", function) + (((-level, 0, 0),) if level else ())
@@ -146,17 +147,18 @@ def extremum(
 ) -> Event:
     """Find local minima (direction 1) or local maxima (direction -1) of a function.
 
-    The other arguments are as in crossing.
+    The other arguments are the same as for kreisel.events.crossing.
     """
     terms = _parse_terms("function", function)
     return _event(terms, _parse_condition(where), True, direction, max_count, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
-    """Find the crossings of a plane <normal, v> = offset, that is, a Poincaré section.
+    """Find the points of a Poincaré section, where a motion crosses the plane <normal, v> = offset.
 
     `of` is the name of the vector v: 'apex', 'm', 'body_vertical', 'body_velocity' or
-    'body_momentum'. `offset` has the same units as v. The other arguments are as in crossing.
+    'body_momentum'. `offset` is given in the units of v. The other arguments are the same as for
+    kreisel.events.crossing.
     """
     if of not in _VECTORS:
         raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
@@ -167,7 +169,7 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
 def nutation(**more: Unpack[_More]) -> Event:
     """Find the lowest (direction 1) or the highest (direction -1) points on the path of the apex.
 
-    The other arguments are as in extremum.
+    The other arguments are the same as for kreisel.events.extremum.
     """
     return extremum({"apex_z": 1.0}, **more)
 
@@ -175,9 +177,9 @@ def nutation(**more: Unpack[_More]) -> Event:
 def loop(**more: Unpack[_More]) -> Event:
     """Find the points at which the apex reverses its precession about the vertical.
 
-    A trace with loops has two such points per loop, whereas a wavy trace has none. At a cusp, the
-    precession rate touches zero. Depending on the error of the path, a cusp may therefore be found
-    as a small loop or not at all. The arguments are the same as for crossing.
+    A trace with loops has two reversals per loop, whereas a wavy trace has none. At a cusp, the
+    precession rate touches zero. Because of small errors of the path, a cusp may appear as a small
+    loop or not at all. The arguments are the same as for kreisel.events.crossing.
     """
     return crossing(_PRECESSION, **more)
 
@@ -185,10 +187,10 @@ def loop(**more: Unpack[_More]) -> Event:
 def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     """Find the points at which the apex comes to rest and reverses its direction.
 
-    A cusp is a highest or lowest point of the apex at which its angular speed is low. There, the
-    angular speed of the apex is less than `within` times that of the body. `within` must be at
-    least 1e-7, because rounding errors dominate for smaller values. The other arguments are as in
-    extremum, except that `where` is not accepted.
+    A cusp is a highest or lowest point of the apex trace at which the apex is nearly at rest. At a
+    cusp, the angular speed of the apex is less than `within` times that of the body. `within` must
+    be at least 1e-7, because rounding errors dominate for smaller values. The other arguments are
+    the same as for kreisel.events.extremum, but without `where`.
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(
@@ -205,7 +207,7 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
     """Find where the kinetic energy crosses a value [M L^2 T^-2].
 
     For a body with a rotor, give its momentum `body.rotor` as `rotor` [M L^2 T^-1]. The other
-    arguments are as in crossing.
+    arguments are the same as for kreisel.events.crossing.
     """
     twice = dict.fromkeys(_KINETIC, 0.5)
     linear = zip("xyz", as_vector("rotor", rotor), strict=True)
@@ -213,9 +215,10 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
 
 
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
-    """Raise ValueError if an event `kinetic` does not represent the kinetic energy of these tops.
+    """Raise ValueError if a kinetic-energy event does not match the kinetic energy of `tops`.
 
-    The event must have been defined with the rotor of the body, and the support must not turn.
+    A kinetic-energy event must include the rotor of the body, and requires a support that does not
+    turn.
     """
     half = {term for term in _parse_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
@@ -232,9 +235,9 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
 def stopped(**more: Unpack[_More]) -> Event:
     """Find the times at which the spin vanishes, for example because dry friction stops it.
 
-    The spin is the angular velocity about the apex. Without friction, or if friction cannot hold
-    the top at rest, the spin also vanishes where it changes sign. The arguments are the same as for
-    crossing.
+    The spin is the angular velocity about the apex. Unless friction stops the top, the spin
+    vanishes only for an instant and changes its sign. The arguments are the same as for
+    kreisel.events.crossing.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -249,14 +252,15 @@ def stopped(**more: Unpack[_More]) -> Event:
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     """Find the points at which a top is closest to its unstable equilibrium.
 
-    On either side of the separatrix, motions slow down near this equilibrium. Under gravity, the
-    events are the points at which the centre of mass is highest. Without torque, the events are the
-    closest approaches of the angular velocity to the intermediate principal axis, in either
-    direction. The states at the events indicate how close the motion is to the equilibrium.
+    Motions on both sides of the separatrix are slow near the unstable equilibrium. Under gravity,
+    the events are the points at which the centre of mass is highest. Without torque, the events are
+    extrema of the angular velocity about the intermediate principal axis. The states at the events
+    show how close a motion is to the unstable equilibrium.
 
-    The other arguments are as in extremum, but `direction` is not accepted under gravity. Raises
-    ValueError for a torque-free body with two equal moments, because it has no separatrix. Also
-    raises ValueError for a torque-free body with a rotor, and for a moving support.
+    The other arguments are the same as for kreisel.events.extremum. Under gravity, `direction` is
+    not accepted. Raises ValueError for a torque-free body with two equal moments, because it has no
+    separatrix. Also raises ValueError for a torque-free body with a rotor, and for a moving
+    support.
     """
     check_type("scene", scene, Scene)
     if scene._is_shaken or any(scene.turning):
@@ -290,7 +294,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
 
 def _parse_terms(name: str, function: object) -> Terms:
-    """Return the terms of a sum of state components."""
+    """Return the terms of a function that is a sum of state components."""
     factors = {function: 1.0} if isinstance(function, str) else function
     if callable(function):
         raise TypeError(
@@ -345,7 +349,7 @@ def _component(word: str) -> int:
 
 
 def _parse_condition(where: Function | None) -> Terms:
-    """Return the terms of a condition; the list is empty if there is no condition."""
+    """Return the terms of the condition `where`, or no terms if `where` is None."""
     condition = () if where is None else _parse_terms("where", where)
     if where is not None and not condition:
         raise ValueError("where is zero and never positive: give a nonzero factor")
@@ -379,8 +383,8 @@ MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and fi
 def parse_events(method: str, events: object) -> tuple[Event, ...]:
     """Return the requested events as a tuple.
 
-    Raises ValueError if the method cannot find events, and TypeError if `events` contains an object
-    that is not an event.
+    Raises ValueError if the method cannot find events, and TypeError for an object that is not an
+    event.
     """
     if method != FALLBACK:
         raise ValueError(
@@ -401,7 +405,7 @@ CoreEvents = list[
 
 
 def to_core_events(events: Iterable[Event]) -> CoreEvents:
-    """Return the events as tuples in the form that the core accepts."""
+    """Convert the events to tuples for the C library."""
     return [
         (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
         for e in events
@@ -426,7 +430,7 @@ class EventRecord(TypedDict):
 
 
 def to_record(event: Event) -> EventRecord:
-    """Return a record of an event, for storage in a checkpoint."""
+    """Convert an event to a record that can be stored in a checkpoint."""
     return {
         "terms": _terms_by_name(event.terms),
         "where": _terms_by_name(event.where),
@@ -442,7 +446,7 @@ def _terms_by_name(terms: Terms) -> list[tuple[float, str, str]]:
 
 
 def from_record(row: EventRecord) -> Event:
-    """Return the event described by a record in a checkpoint.
+    """Convert a record from a checkpoint to an event.
 
     Raises KeyError, TypeError or ValueError if the record is invalid.
     """

@@ -1,4 +1,4 @@
-"""Unit quaternions (w, x, y, z), scalar first, that rotate vectors from body to space frame.
+"""Unit quaternions (w, x, y, z) that rotate vectors from the body frame to the space frame.
 
 If v contains the components of a vector along the axes of the body, then v_space = q v q* contains
 the components of the same vector along the axes of space.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def multiply(a: tuple[R, R, R, R], b: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
-    """Return the product a b, which represents the rotation b followed by the rotation a."""
+    """Return the product of two quaternions, that is, the rotation b followed by the rotation a."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
     return (
@@ -69,8 +69,8 @@ def from_xyzw(name: str, value: object) -> Quaternion:
 def from_rotation(rotation: Rotation) -> Quaternion:
     """Return the attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation.
 
-    Raises TypeError for an object that lacks the method as_quat, and ValueError for several
-    rotations.
+    Raises TypeError for an object that lacks the method as_quat, and ValueError for an object with
+    several rotations.
     """
     if not hasattr(rotation, "as_quat"):
         raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")
@@ -85,10 +85,9 @@ def from_rotation(rotation: Rotation) -> Quaternion:
 def unit(name: str, given: object, last: bool = False) -> Quaternion:
     """Return a unit quaternion (w, x, y, z), given four numbers or a single SciPy Rotation.
 
-    If `last` is True, the scalar is the last of the four numbers. The squared norm may differ from
-    1 by at most 1e-12. A single-precision quaternion may differ from unit norm by its rounding
-    error, and is normalized in double precision. Raises TypeError or ValueError for all other
-    input.
+    If `last` is True, the scalar is the last of the four numbers. The squared norm may deviate from
+    1 by at most 1e-12. A single-precision quaternion is normalized, because it deviates from unit
+    norm by rounding errors. Raises TypeError or ValueError if the input is invalid.
     """
     if hasattr(given, "as_quat") and not last:
         return from_rotation(given)
@@ -113,9 +112,9 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
     """Return the angle [rad], between 0 and pi, of the rotation between two attitudes.
 
     `a` and `b` have the shape (..., 4), scalar first, and are broadcast against each other. The
-    result has the broadcast shape without the last dimension. The formula 2 atan2(|vec(a* b)|, |w|)
-    is accurate for small angles, too. The result for q and -q is 0, because both represent the same
-    attitude.
+    result has the broadcast shape without the last dimension. The formula 2 atan2(|v|, |w|) for the
+    quaternion a* b = (w, v) is accurate even for small angles. The angle between q and -q is 0,
+    because both represent the same attitude.
 
         >>> import kreisel as kr
         >>> round(float(kr.attitude_error((1, 0, 0, 0), (0.6, 0, 0.8, 0))), 12)
@@ -133,7 +132,7 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def conventions() -> str:
-    """Return text that explains the conventions for components, frames and units by an example."""
+    """Return a text that explains the conventions for frames, components and units."""
     quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
     turned = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
     return (

@@ -1,8 +1,9 @@
-"""Named scenes; the mapping `about` contains a description of each scene.
+"""A collection of named scenes, which are described by the mapping `about`.
 
-The report uses the scenes from `thesis` to `strong_gravity`. They are given in principal axes with
-mass and gravity 1, so that com equals the lever mass * gravity * com. The numbers in these scenes
-are bitwise identical to those in validation/references/problems.json.
+The report on the accuracy of the methods uses the scenes from `thesis` to `strong_gravity`. They
+are given in principal axes with mass and gravity 1, so that com equals the lever mass * gravity *
+com. The numbers in these scenes are bitwise identical to those in
+validation/references/problems.json.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ about = {
     "looks chaotic",
     "goryachev_chaplygin": "integrable only without vertical momentum: path.goryachev_chaplygin "
     "is constant",
-    "asymmetric": "chaotic: a rounding of the start grows to 6e-9 rad by t = 100",
+    "asymmetric": "chaotic: a rounding error of the start grows to 6e-9 rad by t = 100",
     "asymmetric_regular": "asymmetric but regular, because it spins fast",
-    "fast": "fast and upright, with quick nutation of small amplitude; hard for methods of fixed "
-    "step",
+    "fast": "fast and upright, with quick nutation of small amplitude; difficult for fixed-step "
+    "methods",
     "strong_gravity": "slow under strong gravity: bobenko_suris fails at steps that suffice for "
     "other scenes",
     "sleeping": "fast enough to stand in spite of a small push: m3^2 > 4 M g a I1",
-    "steady_precession": "momentum and tilt matched: the apex moves on a horizontal circle, "
+    "steady_precession": "momentum and tilt match: the apex moves on a horizontal circle, "
     "without nutation",
     "cusps": "released with spin alone: the apex falls, and returns to rest in cusps at its "
     "initial height",
@@ -96,7 +97,7 @@ def get_scene(name: str) -> Scene:
 
 
 def name_of(scene: Scene) -> str:
-    """Return the name of the scene in this module that equals `scene`, or '' if none does."""
+    """Return the name of a scene in this module, or '' for any other scene."""
     return next((name for name in about if get_scene(name) == scene), "")
 
 

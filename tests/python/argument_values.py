@@ -1,4 +1,4 @@
-"""Valid values for each parameter of the public API, and values that are never valid."""
+"""Valid and invalid values for the parameters of the public API."""
 
 import fractions
 import itertools

@@ -7,7 +7,6 @@ from internals import cli
 
 
 def call(line, *more, code=0, given=None):
-    """Return the output of the command line for the words in `line`."""
     done = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=given)
     assert done.exit_code == code and (code == 0 or done.exc_info[0] is SystemExit), done.output
     return done.output
@@ -23,5 +22,4 @@ def make_raiser(error):
 
 
 def join_lines(text):
-    """Return `text` as one line."""
     return re.sub(r"\s+", " ", text)

@@ -1,4 +1,4 @@
-"""Sweep workers that are killed while they compute a part.
+"""Worker processes that are killed during a sweep.
 
 Worker processes must import this module quickly, so it is separate from the test modules.
 """
@@ -12,8 +12,6 @@ from kreisel._sweep.store import SweepStore
 
 
 def kill_once(flag, moment):
-    """Kill the worker of part 2 once, during the computation or before the part is stored."""
-
     def end(*_):
         if not os.path.exists(flag):
             Path(flag).touch()

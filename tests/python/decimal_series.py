@@ -1,12 +1,12 @@
 """A Taylor-series solution of the equations of motion in decimal arithmetic.
 
-The equations of motion are written in the body frame. Along the principal axes, the momentum M,
-the vertical P, the angular velocity w and the angular velocity u of the support satisfy
+The equations of motion are written in the body frame. Along the principal axes, the momentum M, the
+vertical P, the angular velocity w and the angular velocity u of the support satisfy
 
     M' = M x w + (mass gravity + s) P x com - D (w - u),    P' = P x (w - u),    u' = u x (w - u)
 
 Here s = -mass amplitude rate^2 cos(rate t + phase) is the contribution of a shaken support. The
-solution shares no code with the library and serves as a reference for the library's results.
+solution shares no code with the library and serves as an independent reference.
 """
 
 import math
@@ -89,7 +89,7 @@ class Series:
             self.m = turn(conjugate(self.q), decimals(scene.momentum))
 
     def _pull(self):
-        """Return the Taylor coefficients of the effective gravity on the shaken support."""
+        """Return the Taylor coefficients of the effective gravity on a shaken support."""
         amplitude, rate, phase = self.shaking
         pull = [self.gravity] + [Decimal(0)] * ORDER
         if amplitude:
@@ -101,10 +101,10 @@ class Series:
         return pull
 
     def _momentum_rates(self, m, w, p, v, n):
-        """Return the n-th Taylor coefficients of the time derivative of the body momentum.
+        """Return the n-th Taylor coefficients of the time derivative of the angular momentum.
 
-        `w` is the angular velocity in the inertial frame, and `v` is relative to the support. `p`
-        is the vertical times gravity.
+        `w` is the angular velocity, and `v` is the angular velocity relative to the support. `p` is
+        the vertical unit vector multiplied by the effective gravity.
         """
         torque = []
         for i in range(3):
@@ -148,7 +148,7 @@ class Series:
         return q, m
 
     def _choose_step(self, q, m):
-        """Return a step for which the last two terms of each series are below the last digit."""
+        """Return a step size for which the last two terms of each series are negligible."""
         span = math.inf
         for rows in (q, m):
             size = max(abs(row[0]) for row in rows) or Decimal(1)
@@ -159,7 +159,7 @@ class Series:
         return Decimal(0.8 * span)
 
     def to(self, t):
-        """Advance to the time `t`, and return decimal attitude and momentum in the space frame."""
+        """Advance to the time `t`, and return the attitude and momentum in the space frame."""
         with localcontext() as context:
             context.prec = DIGITS
             goal = Decimal(float(t))
@@ -185,7 +185,7 @@ class Series:
 
 
 def attitude_error(q, high, low=(0, 0, 0, 0)):
-    """Return the angle between the decimal attitude `q` and the attitude `high` + `low`."""
+    """Return the angle between the attitude `q` and the attitude `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
         there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]
@@ -194,7 +194,7 @@ def attitude_error(q, high, low=(0, 0, 0, 0)):
 
 
 def decimal_error(scene, t, digits):
-    """Return the attitude error of the Taylor method at time `t`, for a given number of digits."""
+    """Return the attitude error at time `t` of a Taylor solution with the given precision."""
     path = kr.solve(scene, [0.0, t], "taylor", digits=digits)
     low = path.q_low[-1] if digits else (0, 0, 0, 0)
     return attitude_error(Series(scene).to(t)[0], path.q[-1], low)

@@ -1,4 +1,4 @@
-"""Ensembles that several test files share, and comparisons of their results."""
+"""Ensembles and comparisons shared by several test files."""
 
 import kreisel as kr
 import numpy as np
@@ -22,7 +22,7 @@ FIELDS = (
 
 
 def random_ensemble(n, seed=1):
-    """Return `n` tops with random momenta. Every third top has a body with a closed form."""
+    """Return `n` tops with random momenta. Every third top is a Lagrange top."""
     momenta = np.random.default_rng(seed).normal(size=(n, 3))
     bodies = [kr.scenes.cusps.body if i % 3 == 0 else kr.scenes.asymmetric.body for i in range(n)]
     return kr.Ensemble.of([kr.Scene(body, m) for body, m in zip(bodies, momenta, strict=True)])

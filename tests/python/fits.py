@@ -1,4 +1,4 @@
-"""Scenes and records for the tests of kreisel.fit."""
+"""Scenes and simulated measurements for the tests of kreisel.fit."""
 
 import kreisel as kr
 import numpy as np
@@ -28,7 +28,7 @@ SIGMA = 0.02
 
 
 def gyroscope(scene=HEAVY, n=300, end=3.0, seed=0, sigma=SIGMA, **words):
-    """Return a record of the body velocity with normally distributed noise."""
+    """Return noisy measurements of the angular velocity in the body frame."""
     t = np.linspace(0.0, end, n)
     noise = sigma * np.random.default_rng(seed).normal(size=(n, 3))
     values = kr.solve(scene, t).body_velocity + noise
@@ -36,14 +36,14 @@ def gyroscope(scene=HEAVY, n=300, end=3.0, seed=0, sigma=SIGMA, **words):
 
 
 def tip(seed=0, n=200, end=4.0, sigma=0.005):
-    """Return a record of the apex of the symmetric top."""
+    """Return noisy measurements of the apex of a symmetric top."""
     t = np.linspace(0.0, end, n)
     noise = sigma * np.random.default_rng(seed).normal(size=(n, 3))
     return kr.Record(t, {"apex": kr.solve(SYMMETRIC, t).apex + noise}, sigma=sigma)
 
 
 def ratios(scene):
-    """Return the ratios of moments and weight torques that a gyroscope record determines."""
+    """Return the parameter ratios that can be determined from gyroscope data."""
     moments, com = np.array(scene.body.moments), np.array(scene.body.com)
     weight = scene.body.mass * scene.gravity
     return np.concatenate((moments[:2], com * weight)) / moments[2]

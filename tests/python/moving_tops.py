@@ -31,10 +31,7 @@ def make_scene(name, **words):
 
 
 def list_unsupported_calls(scene, path):
-    """Return calls that raise an error for moving supports and friction.
-
-    `path` is a path of `scene`.
-    """
+    """Return functions that must raise an error if the support moves or friction acts."""
     return (
         lambda: kr.exact(scene),
         lambda: kr.solve(scene, 1.0, "exact"),
@@ -61,7 +58,7 @@ class Motion:
         self.apex = self.com / reach if reach else axes[2]
 
     def see_from_body(self, y):
-        """Return the momentum and the support's angular velocity in the body frame."""
+        """Return the top's momentum and the support's angular velocity in the body frame."""
         q = tuple(y[:4])
         return np.array(turn_back(q, tuple(y[4:]))), np.array(turn_back(q, self.scene.turning))
 
@@ -74,7 +71,7 @@ class Motion:
         return self.relative(y) @ self.apex
 
     def torque(self, t, y):
-        """Return the torque without friction, in the body frame."""
+        """Return the torque in the body frame, excluding dry friction."""
         amplitude, rate, phase = self.scene.shaking
         pull = self.scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
         up = np.array(turn_back(tuple(y[:4]), (0.0, 0.0, 1.0)))
@@ -88,7 +85,7 @@ class Motion:
         return -(self.apex @ change) / (self.apex @ self.inverse @ self.apex)
 
     def rates(self, t, y, friction):
-        """Return y' for a given friction torque about the apex."""
+        """Return the time derivative of the state for a given friction torque about the apex."""
         q = tuple(y[:4])
         torque = np.array(turn(q, tuple(self.torque(t, y) + friction * self.apex)))
         torque -= np.cross(self.scene.turning, y[4:])
@@ -96,7 +93,7 @@ class Motion:
 
 
 def integrate_with_stops(scene, end):
-    """Return the attitude and momentum at `end`, and the times of changes between slip and rest."""
+    """Return the final state, and the times at which friction switches between slip and stick."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     motion, friction = Motion(scene), scene.friction
     y, t, stops = np.array([*scene.attitude, *scene.momentum]), 0.0, []
@@ -129,12 +126,12 @@ def integrate_with_stops(scene, end):
 
 
 def integrate(scene, t):
-    """Return the attitude and momentum at `t`."""
+    """Return the attitude and momentum at time `t`."""
     return integrate_with_stops(scene, t)[:2]
 
 
 def compare_methods(scene, end, fewest):
-    """Compare the results of every method that supports the scene with SciPy."""
+    """Compare the solutions of all applicable methods with a SciPy solution."""
     q, m = integrate(scene, end)
     tolerance = {0: 3e-9, 1: 0.03, 2: 3e-5, 4: 1e-8, 6: 1e-9, 8: 1e-9}
     suited = [method for method in kr.methods.values() if method.suits(scene)]
@@ -148,12 +145,12 @@ def compare_methods(scene, end, fewest):
 
 
 def integral_of(values, t):
-    """Return the integral of samples at an odd number of evenly spaced times (Simpson)."""
+    """Integrate samples at an odd number of equally spaced times by Simpson's rule."""
     return ((values[1:-1:2] * 4 + values[:-2:2] + values[2::2]) * (t[1] - t[0]) / 3).sum()
 
 
 def check_members(tops, t, **options):
-    """Check that each member of an ensemble is bitwise equal to a single solve."""
+    """Check that each member of an ensemble agrees bitwise with an individual solution."""
     paths = kr.solve(tops, t, "taylor", **options)
     assert not paths.status.any()
     for i, path in enumerate(paths):
@@ -163,7 +160,7 @@ def check_members(tops, t, **options):
 
 
 def check_resumed(scene, words, t=(0.7, 1.6)):
-    """Check that runs and streams agree with solve, and that resumed runs are bitwise equal."""
+    """Check that interrupted, resumed and streamed runs agree with kr.solve."""
     for options in words:
         run, first = kr.start(scene, **options), t[0]
         run.to([first])
@@ -180,8 +177,7 @@ def check_resumed(scene, words, t=(0.7, 1.6)):
 def compare_tangents(scene, end, columns, digits=16, step=1e-6):
     """Compare derivatives with central differences.
 
-    `columns` lists pairs (tangent name, function). The function maps a small change to the changed
-    scene.
+    `columns` contains pairs of a tangent's name and a function that perturbs the scene.
     """
     names = tuple(dict.fromkeys(name for name, _ in columns))
     path = kr.solve(scene, [0.0, end], "taylor", tangents=names, digits=digits)
@@ -197,7 +193,7 @@ def compare_tangents(scene, end, columns, digits=16, step=1e-6):
 
 
 def unit_changes(scene, name, tangent=None):
-    """Return the columns of `compare_tangents` for each component of a parameter of Scene."""
+    """Return the tangent name and a perturbing function for each component of a scene parameter."""
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):

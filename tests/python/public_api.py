@@ -1,4 +1,4 @@
-"""The public API: every callable by name, with its parameters."""
+"""The callables of the public API with their parameters."""
 
 import dataclasses
 import inspect
@@ -29,12 +29,11 @@ def table():
 
 
 def sweep_reader(folder):
-    """Return a function that reads the sweep of two parts in `folder`."""
     return lambda: kr.read_sweep(folder, partial=folder == "half")
 
 
 def run(scene, method="auto", **more):
-    """Return a function that starts a new run, because each call would advance a shared run."""
+    """Return a function that starts a new run at each call."""
     return lambda: kr.start(scene, method, max_steps=MOST, **more)
 
 
@@ -96,7 +95,7 @@ RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in
 
 
 def calls():
-    """Return {name of the callable: (factories of the callable, parameters)}."""
+    """Return all public callables and their parameters by name."""
     found = {"methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))}
     for space in NAMESPACES:
         prefix = "" if space is kr else space.__name__.removeprefix("kreisel.") + "."
@@ -133,10 +132,6 @@ def members(cls):
 
 
 def member(cls, name, found):
-    """Return a factory that creates a bound method, and the parameters of the method.
-
-    For a property, the method is its getter.
-    """
     if isinstance(found, classmethod):
         return [always(getattr(cls, name))], parameters(getattr(cls, name))
     if inspect.isfunction(found):

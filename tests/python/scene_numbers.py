@@ -1,4 +1,4 @@
-"""Scenes with one changed number, and their motions with 30 digits, for finite differences."""
+"""Scenes with one perturbed parameter, for finite differences in 30-digit arithmetic."""
 
 from decimal import Decimal, localcontext
 
@@ -17,13 +17,12 @@ ATTITUDE, MOMENTUM = slice(17, 21), slice(21, 24)
 
 
 def list_columns():
-    """Return the columns of all tangents, in the core's order, as pairs (name, component)."""
+    """Return the name and component index of every tangent."""
     start = [("start", i) for i in range(6)]
     return start + [(name, i) for name, places in PLACES.items() for i in range(len(places))]
 
 
 def change_number(scene, name, component, by):
-    """Return the scene block with one changed number, and the low words of its initial state."""
     numbers = np.frombuffer(scene._block, dtype=float).copy()
     low = np.zeros(8)
     if name != "start":
@@ -36,10 +35,9 @@ def change_number(scene, name, component, by):
 
 
 def turn_attitude(q, axis, angle):
-    """Return the attitude `q` rotated about a body axis, as high and low words.
+    """Rotate the attitude `q` about a body axis, and return the result as high and low parts.
 
-    The rotation is that of the quaternion 1 + (angle / 2) e, where e is a body axis. Its angle
-    equals `angle` up to terms of third order.
+    The rotation angle equals `angle` up to terms of third order.
     """
     with localcontext() as context:
         context.prec = 50
@@ -60,7 +58,7 @@ def turn_attitude(q, axis, angle):
 
 
 def states_of(block, low, times):
-    """Return the states (n, 8) of a scene at `times` and their low words, with 30 digits."""
+    """Return the states at `times`, computed in 30-digit arithmetic, as high and low parts."""
     status, states, rest, *_ = record(
         block, "taylor", 0.0, 0.0, 30, 0, False, np.array(times), low=low if low.any() else None
     )

@@ -1,4 +1,4 @@
-"""Helpers of the sweep tests: plans of a few parts, and a hash of all rows."""
+"""Helper functions for the tests of sweeps."""
 
 import hashlib
 import os
@@ -26,12 +26,11 @@ SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExce
 
 
 def run_sweep(to, words=REDUCED, source=SOURCE, **more):
-    """Run a sweep in the folder `to` with the options `words` and `more`."""
     return kr.sweep(source, folder=to, **words, **more)
 
 
 def hash_rows(folder):
-    """Return a hash of all rows sorted by top.
+    """Return a hash of all rows of a sweep.
 
     The hash does not depend on how the rows are divided among files.
     """
@@ -44,7 +43,7 @@ def hash_rows(folder):
 
 
 def hex_doubles(value):
-    """Return `value` with its doubles in hexadecimal, so that every bit is visible."""
+    """Convert the doubles in `value` to hexadecimal notation, which is exact."""
     if isinstance(value, list):
         return tuple(map(hex_doubles, value))
     return value.hex() if isinstance(value, float) else value

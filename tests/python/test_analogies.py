@@ -1,4 +1,4 @@
-"""Elastic rods, traces of the apex, and scaled units."""
+"""Tests of the analogy with elastic rods, of apex traces and of scaled units."""
 
 import kreisel as kr
 import numpy as np
@@ -32,7 +32,7 @@ def test_the_rod_has_the_lagrangian_of_the_top(path):
 
 
 def slope(values, t):
-    """Return the derivatives at the inner points, by fourth-order central differences."""
+    """Return derivatives computed by fourth-order central differences."""
     h = t[1] - t[0]
     return (8 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12 * h)
 
@@ -72,7 +72,6 @@ def test_the_rod_section_follows_from_the_body():
 
 
 def test_an_axis_between_equal_moments_is_a_principal_axis_too():
-    """Check Kowalewski tops with the centre of mass anywhere in the plane of the equal moments."""
     body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0), unphysical=True)
     path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
     rod = kr.rod(path)
@@ -89,10 +88,10 @@ def test_a_centre_of_mass_off_the_axes_has_no_rod():
 
 
 def nutation_by_quadrature(scene, n=400):
-    """Return the extreme heights of the apex, the period and the precession, by quadrature.
+    """Return the heights of the apex at the turning points, the period and the precession rate.
 
-    The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v and c are
-    the vertical and the axial momentum, and h is the energy excluding that of the spin.
+    The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. The constants v
+    and c are the vertical and axial angular momentum; the energy h excludes the spin energy.
     """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])
@@ -181,7 +180,7 @@ def test_nutation_of_a_damped_top_is_measured():
 
 
 def test_nutation_near_a_pole_loses_no_digits():
-    """Check all digits at a height of 1 - 1e-12, where an arc cosine would have only four."""
+    """Check that no digits are lost where the arc cosine is ill-conditioned."""
     scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), momentum=(1e-6, 0, 5))
     top = kr.exact(scene)
     read = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()

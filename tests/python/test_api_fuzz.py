@@ -1,4 +1,4 @@
-"""Random calls of the whole public API: each call returns or raises a documented exception.
+"""Tests that random calls of the public API either succeed or raise documented exceptions.
 
 By default a few examples are drawn with a fixed seed. If the environment variable KREISEL_CALLS is
 1000, 1000 random examples are tried per callable.
@@ -60,12 +60,12 @@ pytestmark = pytest.mark.filterwarnings(
 
 
 class Endless(BaseException):
-    """An exception for a call that takes longer than `SECONDS`."""
+    """An exception raised when a call takes longer than `SECONDS`."""
 
 
 @pytest.fixture(scope="module", autouse=True)
 def place(tmp_path_factory):
-    """Redirect files to a temporary folder, suppress the browser, and limit the time of a call."""
+    """Redirect files to a temporary folder, block the browser, and set a time limit for calls."""
 
     def end(*_):
         raise Endless
@@ -90,12 +90,10 @@ def place(tmp_path_factory):
 
 
 def get_valid_values(name, word):
-    """Return valid values for a parameter of a call."""
     return PARTICULAR.get(f"{name}.{word}") or RIGHT[word]
 
 
 def is_inexpensive(name, word, value):
-    """Return True if a call with `value` for the parameter `word` takes little time."""
     limit = LIMITED.get(word, 10.0 if word in SLOW.get(name, ()) else None)
     if limit is None:
         return True
@@ -109,7 +107,7 @@ def is_inexpensive(name, word, value):
 
 @st.composite
 def draw_arguments(draw, name, parameters):
-    """Draw the arguments of a call: at most two are arbitrary, all others are valid or omitted."""
+    """Draw the arguments of a call, at most two of which may be invalid."""
     listed, named = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
     odd = draw(st.sets(st.sampled_from(names), max_size=2))
@@ -141,7 +139,7 @@ def possible_exceptions(name, parameters):
 
 
 def use_result(result):
-    """Use a result as a caller would: take the first items of a generator, and check the repr."""
+    """Use a result as a typical caller would."""
     if isinstance(result, GeneratorType):
         result = list(itertools.islice(result, 3))
     assert isinstance(repr(result), str)
@@ -194,8 +192,6 @@ def test_every_parameter_has_valid_values(name):
 
 @pytest.mark.parametrize("cls", RECORDS, ids=lambda cls: cls.__name__)
 def test_records_with_invalid_fields_do_not_crash(cls):
-    """A record with an invalid field may raise any exception, but the process must not crash."""
-
     @EXAMPLES
     @given(st.data())
     def check_call(data):

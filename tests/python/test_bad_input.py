@@ -1,4 +1,4 @@
-"""Invalid input raises only TypeError, ValueError, MemoryError or kreisel.Error."""
+"""Tests that invalid input raises only TypeError, ValueError, MemoryError or kreisel.Error."""
 
 import kreisel as kr
 import numpy as np
@@ -8,7 +8,7 @@ TOP = kr.scenes.asymmetric
 
 
 class Metres(np.ndarray):
-    """An array with a unit, which numpy silently drops."""
+    """An array subclass with a unit that NumPy silently drops."""
 
     unit = "m"
 

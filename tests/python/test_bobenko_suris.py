@@ -1,4 +1,4 @@
-"""The Bobenko-Suris maps: invariants, accuracy, and the largest step of the map of order 4."""
+"""Tests of the Bobenko-Suris maps."""
 
 import kreisel as kr
 import numpy as np
@@ -9,7 +9,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def million_steps(method, step, gravity, within=1e-12):
-    """Return a path of a million steps whose momenta were checked to stay within bounds."""
+    """Compute a million steps, and check that the momenta are conserved."""
     top = scene("lagrange", gravity=gravity)
     path = kr.solve(top, 1e6 * step, method=method, step=step, every=1000)
     assert np.ptp(path.vertical_momentum) == 0
@@ -55,7 +55,7 @@ def test_bobenko_suris4_keeps_the_integrals_of_the_thesis_top(step):
 
 
 def test_the_energy_of_bobenko_suris4_has_no_trend():
-    """Check that the slope of the energy up to t = 1e6 is below three standard errors."""
+    """Check that the energy has no statistically significant drift."""
     top = kr.scenes.thesis.replace(attitude=TILT)
     path = kr.solve(top, 1e6, method="bobenko_suris4", step=0.1, every=97)
     means = [part.mean() for part in np.array_split(path.energy - path.energy[0], 100)]
@@ -93,7 +93,7 @@ def test_bobenko_suris4_is_accurate_for_fast_tops():
 
 
 def test_the_maps_are_conjugate():
-    """Check that bobenko_suris, started half a kick early, gives the apex of bobenko_suris2."""
+    """Check that both Bobenko-Suris maps agree if momenta are shifted by h / 2 times the torque."""
     top, h = scene("lagrange"), 0.1
     start = kr.solve(top, [0.0])
     early = top.replace(momentum=start.m[0] - 0.5 * h * start.torque[0])
@@ -104,7 +104,7 @@ def test_the_maps_are_conjugate():
 
 
 def test_spin_is_exact_for_fast_tops():
-    """Check the rotation angle of a fast upright top, which the Cayley map alone gets wrong."""
+    """Check the rotation angle of a fast top, where the Cayley map alone would be inaccurate."""
     top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
     path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
     angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2

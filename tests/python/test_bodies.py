@@ -60,7 +60,7 @@ MAKERS = {  # constructors of all members, and of the member at (i, j) and its p
 
 
 def assert_same(bodies, index, body):
-    """Assert that a member of `bodies` and its value in each column are bitwise equal to `body`."""
+    """Assert that a member of `bodies` is bitwise equal to `body`."""
     assert bodies[index] == body and bodies[index]._block == body._block
     assert tuple(bodies.moments[index]) == body.moments
     assert tuple(bodies.principal_com[index]) == body.principal_com

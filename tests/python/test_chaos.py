@@ -1,4 +1,4 @@
-"""Lyapunov exponents and other indicators of chaos, compared with formulas."""
+"""Tests of Lyapunov exponents and other chaos indicators against analytic formulas."""
 
 import kreisel as kr
 import numpy as np
@@ -11,7 +11,7 @@ UP = (1.0, 0.0, 0.0, 0.0)
 
 
 def slope(scene, rate, period=None):
-    """Return the growth rate of a tangent after transients, over a whole number of periods."""
+    """Return the asymptotic growth rate of a tangent, averaged over whole periods."""
     t = np.array([200.0, 300.0]) / rate
     if period:
         t = period * np.round(t / period)

@@ -1,4 +1,4 @@
-"""Verdicts on chaos: known regular and chaotic tops, the reasons for doubt, and tables."""
+"""Tests of the classification of motions as regular or chaotic."""
 
 import copy
 import pickle
@@ -53,7 +53,7 @@ def test_all_indicators_give_the_same_verdict():
 
 
 def test_an_unstable_integrable_motion_counts_as_chaotic():
-    """Check an unstable sleeping top: the motion is integrable, but its exponent is positive."""
+    """Check that an integrable top with a positive Lyapunov exponent is classified as chaotic."""
     body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
     scene = kr.Scene(body, velocity=(0.0, 0.0, 0.1), gravity=1.0)
     told = kr.megno(scene, 1000.0)

@@ -1,4 +1,4 @@
-"""The commands of the command line and their output."""
+"""Tests of the command-line interface."""
 
 import csv
 import importlib
@@ -186,7 +186,7 @@ PRECESSING = kr.Scene.spinning(LAGRANGE.body, spin=1.0, tilt=1.0, precession=2.0
 
 
 def table(text):
-    """Return the columns of the table that a run prints, as {heading: list of numbers}."""
+    """Return the heading and the numbers of a printed table."""
     _, head, *lines = text.splitlines()
     return head, np.array(
         [line.split() for line in lines if re.match(r" *[-\d.e+]+  ", line)], float

@@ -1,4 +1,4 @@
-"""Random command lines with a fixed seed: none of them causes a traceback."""
+"""Tests that random command lines never cause a traceback."""
 
 import random
 
@@ -76,12 +76,12 @@ OF = {"solve": list(OPTIONS)[:15], "compare": list(OPTIONS)[15:20], "resume": li
 
 
 def draw_word(dice, words):
-    """Return a random word, with a probability of 4/5 from the first half of `words`."""
+    """Return a random word, mostly from the first half of `words`."""
     return dice.choice(words[: (len(words) + 1) // 2] if dice.random() < 0.8 else words)
 
 
 def line(dice):
-    """Return a random command line that takes little time."""
+    """Return a random command line that runs quickly."""
     command = dice.choice(
         ["solve"] * 6 + ["compare", "resume", "view", "methods", "scenes", "look"]
     )

@@ -1,4 +1,4 @@
-"""Runs of the command line that are interrupted, saved and resumed."""
+"""Tests of command-line runs that are interrupted, saved and resumed."""
 
 import errno
 import os
@@ -169,14 +169,14 @@ def test_a_signal_keeps_the_computed_states(tmp_path, name, how):
 
 @signals
 def test_a_signal_during_writing_ends_the_run_after_complete_rows(tmp_path, monkeypatch):
-    add, sent = outputs.CsvOutput.add_piece, [signal.SIGTERM]
+    add, sent = outputs.CsvOutput.add_path_piece, [signal.SIGTERM]
 
     def add_and_signal(csv, piece):
         if sent:
             os.kill(os.getpid(), sent.pop())
         add(csv, piece)
 
-    monkeypatch.setattr(outputs.CsvOutput, "add_piece", add_and_signal)
+    monkeypatch.setattr(outputs.CsvOutput, "add_path_piece", add_and_signal)
     told = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
     last = rows((tmp_path / "part.csv").read_text())[-1, 0]
     assert join_lines(told).endswith(f"Error: interrupted at t = {last:g} ")
@@ -222,7 +222,6 @@ def test_the_archive_of_a_stopped_run_with_events_can_be_loaded(tmp_path):
 
 
 def test_a_run_with_events_is_saved_and_resumed(tmp_path):
-    """Check that events before and after saving equal those of an uninterrupted run."""
     run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
     whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
     first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()

@@ -1,4 +1,4 @@
-"""The command kreisel sweep: plans in files, jobs, processes and progress."""
+"""Tests of the command kreisel sweep."""
 
 import os
 import pty

@@ -1,4 +1,4 @@
-"""Options of the command line: times, events, completion and usage errors."""
+"""Tests of the options and usage errors of the command line."""
 
 import csv
 import json

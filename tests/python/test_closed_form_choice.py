@@ -1,4 +1,4 @@
-"""The choice that method 'auto' makes between a closed form on a torus and the Taylor series."""
+"""Tests of how the method 'auto' chooses between closed forms and Taylor series."""
 
 import kreisel as kr
 import numpy as np
@@ -128,7 +128,7 @@ def test_the_closed_form_is_set_up_by_the_method_only(kind, monkeypatch):
 
 def test_the_estimate_of_steps_is_near_the_number_of_steps(kind):
     for scene in random_scenes(kind, 60):
-        end = 300.0 / scene._rate_estimate
+        end = 300.0 / scene._rotation_rate
         steps = kr.solve(scene, [end], "taylor").stats.steps
         assert 0.8 < steps / closed_form_choice._estimate_steps(scene, end) < 5.0
 

@@ -1,6 +1,6 @@
-"""Processes killed while they write, and full disks: existing files stay intact.
+"""Tests that existing files survive crashes and full disks.
 
-If the environment variable KREISEL_KILLS is 400, each writer is killed 400 times.
+The environment variable KREISEL_KILLS sets how often each writing process is killed.
 """
 
 import inspect
@@ -80,7 +80,6 @@ JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
 def run_writers(moment, folder):
-    """Run every writer in `folder`, and return the exit status and the output of each writer."""
     done = subprocess.run(
         [sys.executable, "-c", WRITER, moment, str(folder)],
         capture_output=True,
@@ -148,7 +147,6 @@ KINDS = ["run", "path", "table", "scene", "page", "part"]
 
 
 def make_writers(folder):
-    """Return {name: (file, two functions that write it)} for all writers."""
     top, other = kr.scenes.asymmetric, kr.scenes.kowalewski
     runs, paths, views = [], [], []
     for scene in (top, other):
@@ -171,7 +169,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """Return the contents that a writer's two functions produce, and the longest time [s]."""
+    """Return the contents written by each function, and the longest writing time [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()
@@ -182,9 +180,9 @@ def write_contents(file, ways):
 
 
 def kill_writer(file, ways, seconds):
-    """Run a writer in its own process and kill it after `seconds`.
+    """Write a file repeatedly in a child process, and kill the process after `seconds`.
 
-    Return True if the writer was still running.
+    Return True if the child process was still running when it was killed.
     """
     told, tell = os.pipe()
     child = os.fork()
@@ -204,7 +202,7 @@ def kill_writer(file, ways, seconds):
 
 
 def inspect_file(file, contents):
-    """Return the state of a file, and remove the temporary files beside it."""
+    """Return the state of a file, and remove leftover temporary files."""
     for name in filter(JUNK.fullmatch, os.listdir(file.parent)):
         os.unlink(file.parent / name)
     found = file.read_bytes() if file.is_file() else None
@@ -212,11 +210,7 @@ def inspect_file(file, contents):
 
 
 def count_outcomes(file, ways, times, chance):
-    """Kill a writer `times` times, and count the states of its file.
-
-    Unexpected files, and writers that ended before they were killed, are counted too. A leftover
-    temporary file must have a reserved name.
-    """
+    """Kill a writing process repeatedly, and count the resulting states of its file."""
     contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]
     found, before = Counter(), set(os.listdir(file.parent))
@@ -256,7 +250,7 @@ def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
 
 
 def example():
-    """Return the last example in the docstring of kreisel.start, with a shorter run."""
+    """Return the last example in the docstring of kreisel.start, with a shorter duration."""
     told = inspect.getdoc(kr.start)
     code = textwrap.dedent(told[told.index('    file, begun = pathlib.Path("run.kreisel")') :])
     assert "1e6, every=100" in code
@@ -264,9 +258,9 @@ def example():
 
 
 def count_processes(folder, kill):
-    """Return the number of processes needed to reach the end.
+    """Return the number of processes needed to complete a run that is killed repeatedly.
 
-    Each process is killed at its third call of the function `kill`, and leaves an incomplete row.
+    Each process exits when it calls the function `kill` for the third time.
     """
     code = f"""
 import os, pathlib, kreisel as kr, numpy as np

@@ -1,7 +1,4 @@
-"""Damped tops combined with all other options, compared with an independent integrator.
-
-The C tests compare damped tops with closed forms.
-"""
+"""Tests of damped tops against an independent integrator."""
 
 import math
 import pickle
@@ -29,7 +26,7 @@ TIMES = [0.5, 2.0, 7.0]
 
 
 def rates(t, y):
-    """Return the time derivatives in the body frame for a general inertia tensor."""
+    """Return the time derivatives of the attitude and of the angular velocity."""
     q, w = y[:4], y[4:]
     x = kr.quaternion
     inertia, com = np.array(GENERAL.inertia), np.array(GENERAL.com)
@@ -57,7 +54,7 @@ def test_paths_agree_with_scipy(digits):
 
 @pytest.mark.parametrize("digits, tolerance", [(20, 1e-18), (30, 1e-27)])
 def test_digits_of_a_decaying_spin(digits, tolerance):
-    """Compare 30 digits with exp(-D t / I), the decay of the momentum about a principal axis."""
+    """Check the momentum about a principal axis against its exact exponential decay."""
     mp = pytest.importorskip("mpmath")
     with mp.workdps(40):
         scene = kr.Scene(
@@ -71,7 +68,6 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
 
 
 def test_zero_damping_equals_no_damping():
-    """Check that zero damping equals no damping, and that the states are bitwise equal."""
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
         zero = scene.replace(damping=0.0)
         assert zero == scene and hash(zero) == hash(scene)
@@ -111,7 +107,6 @@ def test_invalid_damping_types_are_refused(bad):
 
 
 def test_methods_without_damping_are_refused():
-    """Check that unsuitable methods raise an error that suggests a method with damping."""
     damped = kr.scenes.thesis.replace(damping=0.1)
     assert kr.solve(damped, 1.0).method == "taylor"
     for name, method in kr.methods.items():
@@ -136,7 +131,6 @@ def test_rods_of_damped_tops_are_refused():
 
 
 def test_streams_runs_and_events_agree_with_solve():
-    """Check that streams, runs, `want` and events agree with kr.solve for a damped top."""
     path = kr.solve(HEAVY, TIMES)
     assert path.error < 1e-12
     run = kr.start(HEAVY)

@@ -1,8 +1,4 @@
-"""Anisotropic damping, for bodies described with every order of axes.
-
-Every public function is compared with a solution in decimal arithmetic, for all numbers of digits
-and both directions of time.
-"""
+"""Tests of anisotropic damping against solutions in decimal arithmetic."""
 
 import itertools
 import math
@@ -52,13 +48,13 @@ def scene_of(name):
 
 
 def states_of(scene, times):
-    """Return the states of `scene` at monotonic `times`, computed by a decimal Taylor series."""
+    """Return the states of `scene` at `times`, computed by a decimal Taylor series."""
     series = Series(scene)
     return [series.to(t) for t in times]
 
 
 def assert_agrees(path, states, tolerance):
-    """Assert that `path` agrees with `states`, a list of decimal (attitude, momentum)."""
+    """Compare `path` with states computed in decimal arithmetic."""
     low = path.q_low if path.q_low is not None else np.zeros_like(path.q)
     for i, (q, m) in enumerate(states):
         assert attitude_error(q, path.q[i], low[i]) < tolerance
@@ -132,7 +128,7 @@ def test_events_agree_with_the_series(name):
 
 
 def rotation_vector(q, other):
-    """Return the rotation vector from `q` to `other`, to first order."""
+    """Return the rotation vector that takes `q` to `other`, to first order."""
     w, x, y, z = q
     p, r, s, u = other
     vector = (

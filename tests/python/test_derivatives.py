@@ -1,4 +1,4 @@
-"""Derivatives of states and of quantities, compared with differences of runs with 30 digits."""
+"""Tests of derivatives against finite differences in 30-digit arithmetic."""
 
 import itertools
 import pickle
@@ -54,7 +54,7 @@ SCENES = {
 
 
 def differences(scene, name, component, values_at, step=2.0**-9):
-    """Return the derivative of `values_at(block, states, low)` with respect to a scene number."""
+    """Differentiate `values_at` numerically with respect to a parameter of the scene."""
     total = 0.0
     for k, weight in WEIGHTS.items():
         ahead, behind = (change_number(scene, name, component, by * k * step) for by in (1, -1))
@@ -66,7 +66,6 @@ def differences(scene, name, component, values_at, step=2.0**-9):
 
 
 def state_changes(reference):
-    """Return a function that maps states to rotation vectors from `reference` and momenta."""
     w, v = reference[:, 1:2], reference[:, 2:5]
 
     def values_at(block, states, low):
@@ -97,12 +96,12 @@ def test_tangents_agree_with_differences_for_every_order_of_axes(name):
 
 
 def continue_angles(values, near):
-    """Return `values` plus multiples of 2 pi, so that each value is nearest to `near`."""
+    """Shift angles by multiples of 2 pi to the values closest to `near`."""
     return values + 2.0 * np.pi * np.round((near - values) / (2.0 * np.pi))
 
 
 def quantity_changes(name, reference):
-    """Return a function that maps states to the values of a quantity."""
+    """Return a function that evaluates the quantity `name`."""
     near = getattr(reference, name)
 
     def values_at(block, states, low):
@@ -160,7 +159,7 @@ def test_invalid_derivatives_are_refused_by_name():
 
 
 def members():
-    """Return an ensemble of damped tops of several kinds."""
+    """Return an ensemble of damped tops that differ in gravity and mass."""
     return SCENES["turned"].vary(gravity=[[0.0], [0.5], [1.25]], mass=[1.0, 1.5])
 
 

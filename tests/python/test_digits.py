@@ -1,7 +1,6 @@
-"""Runs with 20 and 30 digits, compared with elementary solutions.
+"""Tests of 20-digit and 30-digit arithmetic against elementary solutions.
 
-An elementary solution is a sum of a few exponentials. For such a sum, the last terms of the series
-are a poor estimate of the omitted terms.
+For elementary solutions, the last Taylor terms are a poor estimate of the truncation error.
 """
 
 import kreisel as kr
@@ -23,14 +22,14 @@ def exact(numbers):
 
 
 def rotation_quaternion(vector, angle):
-    """Return the quaternion of a rotation about `vector` by `angle` * |vector|."""
+    """Return the quaternion of a rotation by `angle` * |vector| about `vector`."""
     size = mp.sqrt(sum(x * x for x in vector))
     sine = mp.sin(size * angle / 2) / size if size else mp.mpf(0)
     return [mp.cos(size * angle / 2), *(x * sine for x in vector)]
 
 
 def free_symmetric(scene, t):
-    """Return the attitude of a free symmetric body, by rotations about momentum and axis."""
+    """Return the attitude of a free symmetric body from its closed-form solution."""
     given, axes, m = exact(scene.attitude), exact(scene.body.axes), exact(scene.momentum)
     both = product(given, axes)
     norm = mp.sqrt(sum(x * x for x in both))
@@ -48,7 +47,7 @@ def free_symmetric(scene, t):
 
 
 def largest_attitude_error(path):
-    """Return the largest angle between the states of a path and the elementary solution [rad]."""
+    """Return the largest angle [rad] between the attitudes of a path and the exact solution."""
     worst = mp.mpf(0)
     for t, high, low in zip(path.t, path.q, path.q_low, strict=True):
         q = [a + b for a, b in zip(exact(high), exact(low), strict=True)]
@@ -93,7 +92,7 @@ def test_a_steady_precession_is_accurate_to_all_digits():
 
 
 def draw_thin_bodies(lone, turned):
-    """Yield random free bodies with one small moment, in principal axes or in rotated axes."""
+    """Yield random free bodies with one small moment of inertia."""
     random = np.random.default_rng(5)
     for _ in range(8):
         body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), unphysical=True)
@@ -106,10 +105,9 @@ def draw_thin_bodies(lone, turned):
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("lone", [1e-2, 1e-5, 1e-7])
 def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, turned):
-    """Check the accuracy and the error estimate of thin bodies with 30 digits.
+    """Check the error estimates of 30-digit solutions for thin bodies.
 
-    The small moment magnifies rounding errors of the momentum. The error estimate compares two step
-    sizes, and both runs magnify these errors equally.
+    A small moment of inertia amplifies rounding errors of the momentum.
     """
     ratios = []
     with mp.workdps(60):
@@ -122,7 +120,7 @@ def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, 
 
 
 def test_the_error_estimate_of_30_digits_is_near_the_true_error():
-    """Check that the median ratio of estimated to true error is near 1."""
+    """Check that the median ratio of the estimated error to the true error is near 1."""
     with mp.workdps(60):
         paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
         ratios = sorted(path.error / largest_attitude_error(path) for path in paths)
@@ -148,7 +146,8 @@ def test_digits_are_rounded_up_to_a_supported_number():
     asked = {1: 16, 16: 16, 17: 20, 20: 20, 21: 30, 30: 30}
     assert {n: solve_options.parse_digits(taylor, n, None) for n in asked} == asked
     assert [
-        solve_options.parse_options(TOP, "taylor", digits=n).has_low_words for n in (16, 17)
+        solve_options.parse_options(TOP, "taylor", digits=n).has_extended_precision
+        for n in (16, 17)
     ] == [False, True]
     for wrong, said in ((31, "at most 30, not 31"), (0, "digits must be")):
         with pytest.raises(ValueError, match=said):

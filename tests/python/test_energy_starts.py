@@ -24,7 +24,7 @@ NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), unphysical=True)
 def effective_potential(body, gravity, vertical, P):
     """Return the energy of a body that rotates only about the vertical.
 
-    `P` (n, 3) contains directions of the vertical in the frame of description.
+    `P` contains directions of the vertical in the body frame.
     """
     inertia = np.array(body.inertia)
     inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
@@ -215,7 +215,7 @@ def test_grid_starts_are_distinct_and_on_the_energy_surface(grid, body):
 
 def test_verticals_are_rotated_by_the_smallest_angle():
     ways = np.array([(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (0.6, 0, -0.8), (0, 0.6, 0.8)])
-    turns = starts._shortest_rotations(ways.astype(float))
+    turns = starts._compute_shortest_rotations(ways.astype(float))
     expected = np.array(
         [
             (1, 0, 0, 0),
@@ -227,7 +227,7 @@ def test_verticals_are_rotated_by_the_smallest_angle():
         ]
     )
     np.testing.assert_allclose(turns, expected, atol=1e-15)
-    near = starts._shortest_rotations(np.array([[3e-9, 4e-9, -1.0]]))
+    near = starts._compute_shortest_rotations(np.array([[3e-9, 4e-9, -1.0]]))
     np.testing.assert_allclose(near, [(2.5e-9, 0.8, -0.6, 0)], rtol=1e-7)
 
 
@@ -238,14 +238,16 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
         whole = whole.halve_cells()
     assert len(whole.height) == 32
     assert (whole.tall * whole.wide).sum() == pytest.approx(0.5 * math.pi, rel=1e-14)
-    centres_and_reaches, reach = whole.centres_and_reaches()
+    centres, reach = whole.compute_centres_and_radii()
     corners = np.stack(
         [
-            starts._points_on_sphere(whole.height + a * whole.tall, whole.angle + b * whole.wide)
+            starts._convert_to_sphere_points(
+                whole.height + a * whole.tall, whole.angle + b * whole.wide
+            )
             for a, b in itertools.product((0.0, 0.5, 1.0), repeat=2)
         ]
     )
-    away = np.arccos(np.clip((corners * centres_and_reaches).sum(axis=-1), -1.0, 1.0))
+    away = np.arccos(np.clip((corners * centres).sum(axis=-1), -1.0, 1.0))
     assert (away <= reach + 1e-7).all() and reach.max() < 0.75
     tall = starts._SphereCells(*(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))).halve_cells()
     assert tall.tall.tolist() == [0.5, 0.5] and tall.height.tolist() == [-0.5, 0.0]

@@ -25,12 +25,11 @@ FULL = kr.Ensemble(MANY, M, Q, G, damping=D)
 
 
 def block(tops, index):
-    """Return the data block that the core receives for a member."""
     return tops._core_scenes.block(int(np.ravel_multi_index(index, tops.shape)) if index else 0)
 
 
 def assert_same(tops, scene_at):
-    """Assert that each member is bitwise equal to its scene, in Python and in the core."""
+    """Assert that each member of an ensemble is bitwise equal to the corresponding scene."""
     assert tops._core_scenes.check() == ("OK", tops.size)
     for index in np.ndindex(tops.shape):
         scene = scene_at(index)

@@ -1,4 +1,4 @@
-"""Independence of ensemble members: no member's results or failures depend on other members."""
+"""Tests that the members of an ensemble do not affect each other."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 

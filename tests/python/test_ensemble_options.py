@@ -1,4 +1,4 @@
-"""Options of ensembles: threads and executors."""
+"""Tests of the threads and executors that ensembles use."""
 
 from concurrent.futures import ThreadPoolExecutor
 

@@ -1,4 +1,4 @@
-"""Invalid arguments and interruptions of ensembles: finished members are kept."""
+"""Tests that ensembles reject invalid arguments and can be interrupted."""
 
 import contextlib
 import signal
@@ -135,7 +135,7 @@ LONG = np.linspace(0.0, 1e6, 101)  # this run would take an hour
 
 @contextlib.contextmanager
 def send_sigint(after):
-    """Send SIGINT to this process after `after` seconds."""
+    """Send SIGINT to this process after a delay of `after` seconds."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, after)
     try:
@@ -146,7 +146,7 @@ def send_sigint(after):
 
 
 def short_and_long_times(n):
-    """Return rows of times for `n` tops: 40 short rows, and then rows that would take an hour."""
+    """Return short times for the first 40 tops, and very long times for the others."""
     times = np.tile(LONG, (n, 1))
     times[:40] *= 1e-6
     return times

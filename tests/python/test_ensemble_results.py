@@ -1,4 +1,4 @@
-"""Results of kreisel.solve for ensembles: arrays, paths, tables and reductions."""
+"""Tests of the results of kreisel.solve for ensembles."""
 
 import itertools
 import pickle
@@ -219,7 +219,7 @@ def test_plans_count_tops_by_solver_and_bytes():
 
 
 def test_the_time_estimate_scales_with_duration_and_states(monkeypatch):
-    """Check how the time estimate of a plan scales, with a timer that always returns one second."""
+    """Use a timer that advances by one second at each call."""
     monkeypatch.setattr(time, "perf_counter", itertools.count().__next__)
     words = {"method": "strang", "step": 0.001, "threads": 1}
     ends = {end: kr.plan(UNDAMPED, [end], **words).seconds for end in (0.0, 1.0, 5.0, 1e3)}

@@ -1,4 +1,4 @@
-"""Arguments of ensembles: axis names, vary, scatter, random starts, and errors with an index."""
+"""Tests of the parameters that vary, are scattered or are random in ensembles."""
 
 import math
 
@@ -200,7 +200,7 @@ OTHERS = {
         kr.Bodies(1, [(1, 1, 1), (1, 1.2, 1.4)], (0, 0.1, 0.1)), 1.0
     ),
     "steady=True cannot be combined with": lambda: TOP.vary(spin=1, precession=1, steady=True),
-    "steady=True goes with spin and tilt": lambda: TOP.vary(momentum=EACH, steady=True),
+    "steady=True requires spin and tilt": lambda: TOP.vary(momentum=EACH, steady=True),
     "fast chooses between two": lambda: TOP.vary(spin=[1, 2], fast=True),
     "momentum and spin both describe the start": lambda: TOP.vary(momentum=EACH, spin=1),
     "give either body or mass": lambda: TOP.vary(body=BODY, mass=1),
@@ -239,7 +239,9 @@ def test_other_types_are_refused():
 def test_a_rotation_by_zero_changes_nothing():
     q = tuple(np.array([x, x]) for x in (0.8, 0.0, 0.6, 0.0))
     with np.errstate(all="ignore"):
-        turned = variation._rotate_first(q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0)))
+        turned = variation._compose_with_rotation_vectors(
+            q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0))
+        )
     assert [float(x[0]) for x in turned] == [0.8, 0.0, 0.6, 0.0]
     angle = 2.0 * math.atan2(0.6, 0.8) + 0.25
     assert float(turned[2][1]) == pytest.approx(math.sin(0.5 * angle))

@@ -1,4 +1,4 @@
-"""Constructors of events such as kreisel.events.cusp and kreisel.events.separatrix."""
+"""Tests of event constructors such as kreisel.events.cusp."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""Events: detection, terminal events, failures and invalid arguments."""
+"""Tests of event detection, terminal events and invalid event arguments."""
 
 import os
 import pickle
@@ -42,7 +42,7 @@ def make_all_events(scene):
 
 
 def changes(values, times):
-    """Return the start index of each interval with a sign change, and the sign after the change."""
+    """Return the start time of each interval with a sign change, and the sign after the change."""
     at = np.flatnonzero(values[1:] * values[:-1] < 0)
     return times[at], np.sign(values[at + 1])
 
@@ -50,7 +50,7 @@ def changes(values, times):
 @pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
 @pytest.mark.parametrize("seed", range(12))
 def test_no_event_is_missed_or_found_twice(seed, damping):
-    """Compare events with sign changes on a time grid that is 1000 times denser than the steps."""
+    """Compare events with the sign changes on a very dense time grid."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
     wanted = make_all_events(scene)
@@ -94,7 +94,7 @@ def test_nutation_of_a_lagrange_top_has_its_period(digits):
 
 
 def top_with_push(precession):
-    """Return a fast tilted top that starts at its highest point with a given precession rate."""
+    """Return a fast top that starts at its highest point with a given precession rate."""
     body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, unphysical=True)
     tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
     axis = np.array([0, -np.sin(0.8), np.cos(0.8)])
@@ -333,7 +333,6 @@ def test_events_do_not_depend_on_threads():
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
 def test_events_do_not_depend_on_wanted_quantities(want):
-    """Check that events that depend on the heading are found for every choice of `want`."""
     looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
     whole = kr.solve(GENERAL, times, events=looked_for)
@@ -349,7 +348,6 @@ def test_events_do_not_depend_on_wanted_quantities(want):
 
 @pytest.mark.parametrize("name", sorted(events.components))
 def test_components_are_events_by_name(name):
-    """Check that every component with a Taylor series can be used by name in events."""
     if name == "1":
         with pytest.raises(ValueError, match="the function is constant"):
             events.crossing(name)
@@ -381,10 +379,7 @@ def test_an_event_cannot_be_changed():
 
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
 def test_thin_bodies_have_all_energy_crossings(least):
-    """Check that the rounding noise of an event function comes only from its own terms.
-
-    The fast rotation about the thin axis must not add to the noise.
-    """
+    """Check that fast rotation about the thin axis does not add rounding noise to events."""
     body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}

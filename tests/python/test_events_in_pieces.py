@@ -1,4 +1,4 @@
-"""Events of streams and resumed runs, which equal those of a single kreisel.solve bit by bit."""
+"""Tests of events in streams and resumed runs."""
 
 import itertools
 import json
@@ -27,7 +27,7 @@ WAYS = {
 
 
 def same(parts, whole):
-    """Return True if the events of consecutive paths are bitwise equal to those of one path."""
+    """Assert that consecutive paths contain the same events as one path."""
     for name in ("states", "which", "direction"):
         got = np.concatenate([getattr(part.events, name) for part in parts])
         assert np.array_equal(got, getattr(whole.events, name)), name
@@ -54,7 +54,7 @@ def test_a_stream_finds_the_events_of_solve(words, chunk, sign):
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
 @pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
 def test_a_saved_run_finds_the_events_of_solve(words, sign):
-    """Save between events, at events, and shortly before and after events."""
+    """Save and resume the run at events, and shortly before and after them."""
     met = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
     near = np.concatenate([met, np.nextafter(met, 0.0), np.nextafter(met, sign * 99.0)])
     times = sign * np.unique(np.abs(np.concatenate([near, sign * np.linspace(0, 30, 17)])))
@@ -124,7 +124,6 @@ def test_a_terminal_event_ends_wanted_quantities():
 
 
 def test_a_stopped_run_loses_no_event():
-    """Check that events before Ctrl-C are in the first path, and later events in the next path."""
     whole = kr.solve(GENERAL, 3e3, events=[events.nutation()])
     run, told = kr.start(GENERAL, events=[events.nutation()], max_steps=1000), []
     with pytest.raises(kr.Error, match="largest number of steps") as stopped:
@@ -137,7 +136,6 @@ def test_a_stopped_run_loses_no_event():
 
 
 def test_ctrl_c_works_with_dense_times():
-    """Check that Ctrl-C works if the times are so dense that no step ends between two times."""
     code = """
 import numpy as np, kreisel as kr
 def stop(t):

@@ -72,7 +72,7 @@ def test_a_single_time_gives_one_state_with_the_same_bits():
 
 @pytest.mark.parametrize("name", ["tilted", "hanging"])
 def test_rates_agree_with_the_motion_of_the_axis(name):
-    """Check that the apex has its initial height after a period, rotated by precession * period."""
+    """Check the height and the azimuth of the apex after one nutation period."""
     scene = SCENES[name]
     top = kr.exact(scene)
     axis = top(np.linspace(0.0, top.period, 2001)).apex

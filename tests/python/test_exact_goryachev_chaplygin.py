@@ -1,4 +1,4 @@
-"""The closed form of Goryachev-Chaplygin tops in Python: the vertical momentum must be zero.
+"""Tests of the closed form of Goryachev-Chaplygin tops.
 
 test_exact_torus_forms.py has the laws of both closed forms on a torus.
 """
@@ -46,7 +46,7 @@ def test_a_vertical_momentum_of_rounding_size_is_a_mismatch():
 
 
 def test_newtons_method_converges_near_a_separatrix():
-    """Check a state for which Newton's method alternates between two points of its bracket."""
+    """Check a closed form for which plain Newton iteration alternates between two points."""
     momentum = (-0.019903457640552673, 0.20531745824418174, 0.0)
     attitude = (0.7809338007617764, 0.4767702483489516, 0.3363007682902849, -0.2230119332331995)
     scene = kr.Scene(BODY, momentum, attitude, gravity=-2.0)

@@ -1,4 +1,4 @@
-"""The Kowalewski closed form in Python: features that other closed forms do not have.
+"""Tests of the closed form of Kowalewski tops.
 
 test_exact_torus_forms.py has the laws of both closed forms on a torus.
 """

@@ -1,4 +1,4 @@
-"""Closed forms of Kowalewski and Goryachev-Chaplygin ensembles, also with Lagrange tops."""
+"""Tests of closed forms for ensembles of Kowalewski and Goryachev-Chaplygin tops."""
 
 import signal
 

@@ -1,4 +1,4 @@
-"""Features of both closed forms on a torus in Python: states, frequencies and errors.
+"""Tests of the Kowalewski and Goryachev-Chaplygin closed forms.
 
 Each test runs for a Kowalewski top and for a Goryachev-Chaplygin top.
 """
@@ -14,7 +14,7 @@ import pytest
 
 @dataclass(frozen=True)
 class Form:
-    """A closed form: the class of its results, a top, and the ratio of the top's moments."""
+    """A closed form, and a top whose motion it describes."""
 
     result: type
     scene: kr.Scene

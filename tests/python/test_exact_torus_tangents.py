@@ -1,4 +1,4 @@
-"""Tangents of closed forms on a torus, compared with Taylor series and with exact relations."""
+"""Tests of tangents of the Kowalewski and Goryachev-Chaplygin closed forms."""
 
 import pickle
 
@@ -26,7 +26,7 @@ def size_of_columns(tangents):
 
 
 def assert_near(tangents, truth, within):
-    """Assert that columns agree, except columns of NaN, for which no closed form exists."""
+    """Assert that two arrays of tangents agree, except for tangents that are NaN."""
     known = ~np.isnan(tangents).any(axis=(0, 1))
     miss = size_of_columns((tangents - truth)[:, :, known])
     assert (miss <= within * size_of_columns(truth[:, :, known])).all()
@@ -52,7 +52,7 @@ def test_only_the_column_of_vertical_momentum_has_no_closed_form(scene):
 
 
 def compute_flow(path):
-    """Return the time derivative of the state: the body velocity, and the torque in space."""
+    """Return the angular velocity in the body frame and the torque in the space frame."""
     scene = path.scene
     arm = np.array(kr.quaternion.turn(tuple(path.q.T), scene.body.com)).T
     torque = np.cross(arm, (0.0, 0.0, -scene.body.mass * scene.gravity))
@@ -67,10 +67,10 @@ def compute_heading_change(path):
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_tangents_of_known_changes_are_right_at_late_times(scene):
-    """Compare with three changes of the initial state that have known effects at all times.
+    """Compare tangents with exact derivatives along three symmetries of the equations of motion.
 
-    These changes are a later start, a rotated start, and a motion faster by a factor f. The faster
-    motion has f times the momentum and f^2 times the gravity.
+    The symmetries are time shifts, rotations about the vertical, and a scaling of time. Scaling the
+    speed by f multiplies the momentum by f and the gravity by f^2.
     """
     path = kr.exact(scene)([0.0, -1e4, 1e7], tangents=BY)
     n = 5 if scene is LEVEL else 6

@@ -1,4 +1,4 @@
-"""Turning points, motion types and potentials of closed forms, compared with 60-digit roots."""
+"""Tests of the turning points and motion types that closed forms report."""
 
 import copy
 import doctest
@@ -17,7 +17,7 @@ STEADY = kr.scenes.steady_precession
 
 
 def exact_start(scene):
-    """Return the initial height of the apex, <m, e3> and <m, apex>."""
+    """Return the initial height of the apex, and the vertical and axial momentum."""
     w, x, y, z = (mp.mpf(c) for c in scene.attitude)
     norm = w * w + x * x + y * y + z * z
     apex = [2 * (x * z + w * y) / norm, 2 * (y * z - w * x) / norm]
@@ -27,7 +27,7 @@ def exact_start(scene):
 
 
 def roots_of(a, b, c, d):
-    """Return the roots of a cubic with three real roots, in ascending order."""
+    """Return the three real roots of a cubic equation in ascending order."""
     shift, p = b / (3 * a), c / a - (b / a) ** 2 / 3
     q = 2 * shift**3 - shift * c / a + d / a
     size = 2 * mp.sqrt(max(-p / 3, 0))
@@ -36,7 +36,7 @@ def roots_of(a, b, c, d):
 
 
 def true_turning(scene):
-    """Return the least and greatest nutation, for moments (I1, I1, I3) and com = (0, 0, h)."""
+    """Return the smallest and largest nutation angle of a symmetric top in high precision."""
     with mp.workdps(250):
         u, vertical, axial = exact_start(scene)
         pull = 2 * mp.mpf(scene.body.moments[0]) * mp.mpf(scene.body.mass)
@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return random tops whose motion is close to the motion type `kind`."""
+    """Return a random top whose motion is close to the special motion `kind`."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True

@@ -1,4 +1,4 @@
-"""Examples in the docstrings of the package."""
+"""Tests of the examples in the package's docstrings."""
 
 import doctest
 import importlib
@@ -16,7 +16,7 @@ MODULES = sorted(
 
 
 def examples(name):
-    """Return the docstrings with examples in a module, including those of private objects."""
+    """Return the doctest examples of a module, including those of private objects."""
     module = importlib.import_module(name)
     found = doctest.DocTestFinder().find(module, globs={"kr": kr, "np": np})
     return [test for test in found if test.examples]

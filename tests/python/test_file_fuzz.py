@@ -1,8 +1,8 @@
-"""Random files: each file is either read correctly or rejected with a message.
+"""Tests that randomly modified files are either read correctly or rejected.
 
-Valid files are mutated: bytes are flipped, cut and doubled, and words are replaced. If a file has a
-checksum, the checksum is recomputed. The environment variable KREISEL_CALLS sets the number of
-examples, as in test_api_fuzz.
+Bytes of valid files are changed, deleted or duplicated, and words are replaced. Checksums are
+recomputed after each modification. The environment variable KREISEL_CALLS sets the number of
+examples.
 """
 
 import io
@@ -87,7 +87,7 @@ def corrupt_bytes(draw, data):
 
 @st.composite
 def corrupt_text(draw, text):
-    """Return TOML text with up to three replaced words or changed letters."""
+    """Return TOML text with a few random changes."""
     if draw(st.booleans()):
         return draw(corrupt_bytes(text.encode())).decode("utf-8", "surrogateescape")
     for _ in range(draw(st.integers(1, 3))):
@@ -114,7 +114,7 @@ def corrupt_header(draw, head):
 
 
 def read_and_use(read, use):
-    """Read a file, and use the path, run or scene in it."""
+    """Read a file, use its contents, and check that error messages are short."""
     try:
         found = read()
         use(found)
@@ -170,14 +170,14 @@ def test_any_checkpoint_with_a_correct_checksum_is_a_run_or_is_refused(data):
 
 
 def members(path, file):
-    """Return {name: bytes} of the members of a path's archive."""
+    """Save a path, and return the members of the archive by name."""
     path.save(file)
     with zipfile.ZipFile(file) as archive:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
 def array(text):
-    """Return `text` as the bytes of a numpy array file."""
+    """Return the bytes of a NumPy file that contains `text`."""
     out = io.BytesIO()
     np.save(out, np.array(text))
     return out.getvalue()
@@ -186,7 +186,7 @@ def array(text):
 @EXAMPLES
 @given(data=st.data())
 def test_any_archive_is_a_path_or_is_refused(data, file):
-    """Check archives with correct checksums but mutated members."""
+    """Check that modified archives with correct checksums are loaded or rejected properly."""
     inside = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
     text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""

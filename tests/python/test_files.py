@@ -1,4 +1,4 @@
-"""Atomic writing of files; malicious checkpoints and texts."""
+"""Tests of atomic file writing and of malicious checkpoints."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Animations of paths as GIF and HTML files: their frames, sizes and colours."""
+"""Tests of GIF and HTML animations of paths."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""Tests of kreisel.fit: values, errors, undetermined directions, bounds and units."""
+"""Tests of the values, errors and bounds of kreisel.fit."""
 
 import pickle
 import runpy
@@ -318,7 +318,10 @@ def test_steady_precession_is_reported_as_uninformative():
 
 
 def test_the_moments_of_toutatis_agree_with_published_values():
-    """Compare with Takahashi, Busch and Scheeres (2013), who used data from five flybys."""
+    """Compare the moment ratios of Toutatis with those of Takahashi, Busch and Scheeres (2013).
+
+    The published values are based on five flybys.
+    """
     [example] = (Path(__file__).parents[2] / "docs/examples/fits").glob("toutatis.py")
     found = runpy.run_path(str(example))["fit"].moment_ratios
     for (value, error), published in zip(found.values(), (3.0836, 3.235), strict=True):
@@ -367,11 +370,7 @@ def test_a_fit_can_be_plotted(fit):
 
 
 def test_the_centre_of_mass_stays_on_the_side_of_the_guess():
-    """Check that a fit keeps the centre of mass on the side given by the guess.
-
-    A gyroscope cannot distinguish this motion from its twin, in which centre of mass and vertical
-    are reversed.
-    """
+    """Reversing both the vertical and the centre of mass does not change gyroscope data."""
     body = kr.Body(1.0, GUESS.body.moments, com=(0.0, 0.0, -0.3), unphysical=True)
     up, down = (kr.fit(GUESS.replace(body=b), gyroscope(), FREE) for b in (GUESS.body, body))
     assert up.values["com_z"] > 0.0 > down.values["com_z"]

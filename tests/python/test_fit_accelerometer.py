@@ -1,4 +1,4 @@
-"""Tests of the specific force at a point of the body, as a quantity and in fits."""
+"""Tests of the specific force that an accelerometer measures."""
 
 import kreisel as kr
 import numpy as np
@@ -34,7 +34,7 @@ SCENES = {
 
 
 def turn(q, v):
-    """Return the vector v rotated by the quaternion q, which need not be a unit quaternion."""
+    """Rotate the vector `v` by the quaternion `q`, which need not be normalized."""
     w, x, y, z = q
     square = w * w + x * x + y * y + z * z
     rows = (
@@ -46,7 +46,7 @@ def turn(q, v):
 
 
 def attitudes_at_rest(scene, times):
-    """Return attitudes in the inertial frame that agrees with the support at the middle time."""
+    """Return attitudes in the inertial frame that matches the support in the middle of `times`."""
     path, middle = kr.solve(scene, times, digits=30), mpf(times[len(times) // 2])
     rate = mp.sqrt(sum(mpf(x) ** 2 for x in scene.turning))
     made = []
@@ -59,7 +59,7 @@ def attitudes_at_rest(scene, times):
 
 
 def specific_force_by_differences(scene, t, step=2.0**-12):
-    """Return the acceleration of the point minus gravity, by differences, in the body frame."""
+    """Return the specific force in the body frame, computed by finite differences."""
     q = attitudes_at_rest(scene, [t + k * step for k in range(-3, 4)])
     places = [turn(each, [mpf(x) for x in PLACE]) for each in q]
     weights = [mpf(w) / 180 for w in (2, -27, 270, -490, 270, -27, 2)]

@@ -1,10 +1,10 @@
-"""Tests of the derivatives of residuals for every quantity and parameter, against differences."""
+"""Tests of the derivatives of fit residuals against finite differences."""
 
 import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._fit.measurable import MEASURABLE, SEEN_FROM_BODY
-from kreisel._fit.parameters import Parameters, parse_free
+from kreisel._fit.parameters import Parameters, parse_free_names
 from kreisel._fit.residuals import ResidualModel
 
 TIMES = np.linspace(-1.0, 3.0, 9)
@@ -50,7 +50,7 @@ def make_record(name, t, values, sigma, **words):
 
 
 def make_model(name, scene, free):
-    """Return a model of one quantity with all instrument parameters, and a parameter point."""
+    """Return a fit model of the quantity `name`, and values of its parameters."""
     rng = np.random.default_rng(3)
     values = measure(name, kr.solve(scene, TIMES[TIMES >= 0.0]))
     values = np.concatenate((values[1:5][::-1], values))[: len(TIMES)]
@@ -59,9 +59,9 @@ def make_model(name, scene, free):
     instrument = ["delay"] if name == "q" else ["bias", "scale", "delay"]
     instrument += ["mounting"] if name == "q" or name in SEEN_FROM_BODY else []
     record = make_record(name, TIMES, values, 0.3, free=instrument)
-    parameters = Parameters(scene, parse_free(free), [record])
+    parameters = Parameters(scene, parse_free_names(free), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
-    natural = np.minimum(model.natural_sizes(parameters.start), 1.0)
+    natural = np.minimum(model.estimate_scales(parameters.start), 1.0)
     return model, model.move_within_bounds(
         parameters.start, 0.03 * natural * rng.normal(size=parameters.size)
     )
@@ -98,11 +98,11 @@ def test_derivatives_on_moving_supports_and_with_friction(name, words):
 
 
 def check_jacobian(model, point):
-    jacobian = model.evaluate(point).jacobian * model.natural_sizes(point)
+    jacobian = model.evaluate(point).jacobian * model.estimate_scales(point)
     assert np.isfinite(jacobian).all() and np.abs(jacobian).max() > 0.1
     for k in range(jacobian.shape[1]):
         step = np.zeros(jacobian.shape[1])
-        step[k] = 1e-4 * model.natural_sizes(point)[k]
+        step[k] = 1e-4 * model.estimate_scales(point)[k]
         there = {
             i: model.evaluate(
                 model.move_within_bounds(point, i * step), has_jacobian=False

@@ -1,4 +1,4 @@
-"""Tests of kreisel.Record: names, shapes, units, files, missing values and refusals."""
+"""Tests of kreisel.Record."""
 
 import kreisel as kr
 import numpy as np

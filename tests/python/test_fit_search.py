@@ -1,4 +1,4 @@
-"""Tests of the search in kreisel.fit: progress, interruption, threads, and the command line."""
+"""Tests of how kreisel.fit searches, reports progress and handles interruptions."""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -15,7 +15,7 @@ CHAOTIC = kr.scenes.asymmetric
 
 
 def attitudes(end, n, seed=0):
-    """Return a record of attitudes of a chaotic top."""
+    """Return noisy measurements of the attitude of a chaotic top."""
     t = np.linspace(0.0, end, n)
     turns = exponential(0.01 * np.random.default_rng(seed).normal(size=(n, 3)))
     q = multiply_quaternions(kr.solve(CHAOTIC, t, "taylor").q, turns)
@@ -138,9 +138,9 @@ def test_the_search_leaves_a_guess_at_rest():
 
 
 def turning(t, free=("start", "moments"), change=0.0):
-    """Return a fit to attitudes of the symmetric top, which turns 3.2 times per second.
+    """Fit the attitudes of a symmetric top that makes 3.2 turns per second.
 
-    The initial guess of the spin is the true spin plus `change`.
+    The initial guess of the spin is wrong by `change`.
     """
     rng = np.random.default_rng(0)
     turns = exponential(0.01 * rng.normal(size=(len(t), 3)))

@@ -1,11 +1,11 @@
-"""Fits of tops with friction and moving supports to records from SciPy and from formulas."""
+"""Tests of fits to tops with friction and moving supports."""
 
 import kreisel as kr
 import numpy as np
 import pytest
 from fits import HEAVY, SYMMETRIC, gyroscope
 from kreisel._fit.multiple_shooting import ShootingModel
-from kreisel._fit.parameters import Parameters, parse_free
+from kreisel._fit.parameters import Parameters, parse_free_names
 from kreisel._fit.residuals import ResidualModel
 from moving_tops import Motion
 
@@ -25,7 +25,7 @@ HEADING = "the heading: a rotation of the start about the vertical"
 
 
 def integrate(scene, t):
-    """Return the attitudes and the relative velocities of a top without friction, by SciPy."""
+    """Compute attitudes and angular velocities relative to a frictionless support by SciPy."""
     motion = Motion(scene)
     begin = np.array([*scene.attitude, *scene.momentum])
     found = scipy_integrate.solve_ivp(
@@ -49,7 +49,7 @@ def rotate_randomly(q, rng):
 
 
 def simulate(scene, seed, end=3.0, n=150):
-    """Return records of the attitude and of the relative velocity in the body frame."""
+    """Simulate measurements of the attitude and angular velocity relative to the support."""
     t, rng = np.linspace(0.0, end, n), np.random.default_rng(seed)
     q, velocity = integrate(scene, t)
     seen = velocity + SIGMA * rng.normal(size=velocity.shape)
@@ -166,7 +166,7 @@ def test_a_gyroscope_on_a_turntable_measures_inertial_velocity():
 
 
 def test_the_apex_seen_from_a_turntable_needs_no_initial_guess():
-    """Fit the apex of a symmetric top on a support at rest, as seen from a turntable."""
+    """Fit a top to measurements of its apex made on a turntable."""
     rate, t = 0.7, np.linspace(0.0, 4.0, 200)
     x, y, z = kr.solve(SYMMETRIC, t).apex.T
     sine, cosine = np.sin(rate * t), np.cos(rate * t)
@@ -222,11 +222,13 @@ def test_multiple_shooting_keeps_the_shaking_phase():
 def test_derivatives_of_shooting_gaps_are_right(words):
     scene = HEAVY.replace(body=ROTOR, **words)
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
-    parameters = Parameters(scene, parse_free(("start", "moments", "rotor", *words)), [record])
+    parameters = Parameters(
+        scene, parse_free_names(("start", "moments", "rotor", *words)), [record]
+    )
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
-    pieces = model.place_on_motion(parameters.start)
+    pieces = model.start_on_motion(parameters.start)
     assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
-    natural = np.minimum(model.natural_sizes(pieces), 1.0)
+    natural = np.minimum(model.estimate_scales(pieces), 1.0)
     jacobian = model.evaluate(pieces).jacobian * natural
     for k in range(model.width):
         step = 1e-5 * natural * (np.arange(model.width) == k)
@@ -244,10 +246,10 @@ def test_derivatives_are_right_after_stops():
     t = np.linspace(0.0, 6.0, 25)
     assert len(stops) > 1 and np.abs(t - stops[:, None]).min() > 0.01
     record = kr.Record(t, {"body_velocity": kr.solve(scene, t).body_velocity}, 0.3, free="delay")
-    names = parse_free(("start", "moments", "com", "damping", "friction"))
+    names = parse_free_names(("start", "moments", "com", "damping", "friction"))
     parameters = Parameters(scene, names, [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
-    natural = model.natural_sizes(parameters.start)
+    natural = model.estimate_scales(parameters.start)
     jacobian = model.evaluate(parameters.start).jacobian * natural
     for k in range(parameters.size):
         step = 1e-6 * natural * (np.arange(parameters.size) == k)
@@ -258,7 +260,6 @@ def test_derivatives_are_right_after_stops():
 
 
 def test_equivalent_motions_resolve_to_the_one_near_the_guess():
-    """Check a fit with equivalent motions: two shaking phases, and an unobservable heading."""
     scene = HEAVY.replace(turning=TURNING, shaking=SHAKING)
     t = np.linspace(0.0, 3.0, 200)
     values = kr.solve(scene, t).inertial_velocity + SIGMA * np.random.default_rng(1).normal(

@@ -1,11 +1,11 @@
-"""Frequencies of paths, compared with the closed form and with known spectra."""
+"""Tests of frequency analysis against closed forms and known spectra."""
 
 import math
 
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._analysis.frequencies import _strongest_lines
+from kreisel._analysis.frequencies import _find_strongest_lines
 from tops import FREE, GENERAL, LAGRANGE
 
 TOP = kr.scenes.asymmetric
@@ -18,7 +18,7 @@ def solve_periods(scene, periods=60, states=4096, method="taylor"):
 
 
 def largest_relative_error(found, exact):
-    """Return the largest relative difference between frequencies and those of a closed form."""
+    """Return the largest relative error of the frequencies."""
     pairs = [(found.precession, exact.precession), (found.spin, exact.spin)]
     pairs.append((found.nutation, math.tau / exact.period))
     return max(abs(one / other - 1.0) if other else abs(one) for one, other in pairs)
@@ -51,7 +51,7 @@ def test_frequencies_of_random_tops(gravity):
 
 
 def top_near_a_pole(rng, side):
-    """Return a random top whose apex passes a pole at a distance of 1e-7 to 0.15 rad."""
+    """Return a random top whose apex passes close to a pole."""
     i1 = rng.uniform(0.5, 2)
     height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
     body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, unphysical=True)
@@ -76,10 +76,7 @@ def test_frequencies_of_tops_that_pass_near_a_pole(side):
 
 @pytest.mark.parametrize("states", [3001, 6001, 12001])
 def test_mean_rates_do_not_depend_on_the_density_of_states(states):
-    """Check the mean rates of a top whose apex passes a pole between two states.
-
-    The mean rates must not depend on the distance of these states from the pole.
-    """
+    """Check the mean rates of a top whose apex passes a pole between two output times."""
     moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
     scene = kr.Scene(
         kr.Body(1, moments, (0, 0, 0.5), unphysical=True),
@@ -96,7 +93,6 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
 
 
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
-    """Check that mean rates are NaN if errors decide on which side the apex passes a pole."""
     exact = kr.exact(kr.scenes.thesis)
     t = np.linspace(0, 60 * exact.period, 4001)
     through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
@@ -142,7 +138,7 @@ def test_spectral_lines_sum_to_the_motion_of_the_apex():
 def test_known_lines_are_recovered():
     t = np.linspace(-3.0, 997.0, 5000)
     rates, parts = np.array([1.7, -0.31, 2.9]), np.array([0.5, 0.25j, -1e-9])
-    found, amplitudes, rest = _strongest_lines(
+    found, amplitudes, rest = _find_strongest_lines(
         t, np.exp(1j * np.multiply.outer(t, rates)) @ parts, 3
     )
     assert np.abs(found - rates).max() < 1e-9 and np.abs(found - rates)[:2].max() < 1e-15
@@ -163,7 +159,7 @@ def test_chaotic_paths_have_a_large_remainder():
 
 
 def test_undetermined_rates_are_nan():
-    """Check that a top has no mean rates if its apex passes the pole on either side irregularly."""
+    """Check that mean rates are NaN if the apex passes a pole on irregularly changing sides."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3

@@ -1,4 +1,4 @@
-"""Tops with dry friction, compared with SciPy and with closed-form solutions for the spin."""
+"""Tests of dry friction against SciPy and closed-form solutions."""
 
 import math
 

@@ -79,12 +79,11 @@ def test_a_stopped_search_leaves_a_valid_path(most, end):
 
 
 def turning_over():
-    """Return a free body that flips over. Its error is largest during a flip."""
+    """Return a free body whose errors are largest when it flips over."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
 
 
 def test_error_and_choice_are_those_of_the_path():
-    """Check `error` and `choice` of a path, an ensemble, a part of a path, and a loaded path."""
     scene, times = turning_over(), [10.0, 20.0, 39.0]
     steered = {"method": "geometric", "error": 1e-5}
     path = kr.solve(scene, times, **steered)
@@ -221,7 +220,7 @@ def energy_drift(scene, end, method, step):
 
 
 def load_published(name):
-    """Return a published top in its principal axes, and the published figures."""
+    """Return a top from the literature, and its published data."""
     pytest.importorskip("heyoka")
     from validation.parts.published import load_problems
 
@@ -240,7 +239,7 @@ def test_energy_errors_of_suzuki4_are_those_of_a_published_table():
 
 @pytest.mark.parametrize(("order", "bound"), [(2, 1e-9), (4, 1e-13), (6, 1e-13), (8, 1e-13)])
 def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
-    """Check the best method of each order at the published step of 26 degrees."""
+    """Check the smallest energy error among methods of each order at the published step size."""
     scene, _ = load_published("simo_wong_fast_top")
     errors = [
         energy_drift(scene, 10, name, np.radians(26) / 50.0)
@@ -251,7 +250,7 @@ def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
 
 
 def test_a_hanging_top_with_rounding_errors_is_solved():
-    """Check that a hanging top is solved although rounding puts its energy below the minimum."""
+    """Check that hanging tops are solved even if rounding puts their energy below the minimum."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)
@@ -268,7 +267,6 @@ def test_a_hanging_top_with_rounding_errors_is_solved():
 
 
 def test_the_search_continues_after_a_refused_step():
-    """Check that the search continues if takahashi_imada4 fails with the first trial step."""
     inertia = (
         (10.437340318241358, -0.4022846743539838, -0.55360749190751),
         (-0.4022846743539838, 18.44618605609903, -2.3071714201043183),
@@ -315,7 +313,7 @@ def test_an_error_is_at_most_a_tenth_of_a_radian():
 
 
 class Search:
-    """A step search with prescribed errors."""
+    """A step-size search whose runs return predetermined errors."""
 
     conditioning, first, budget = 1e-9, 10, 1000
     method, order, end, target = "strang", 2, 8.0, 1e-9
@@ -331,7 +329,7 @@ class Search:
     def refine_step_count(self, steps, error):
         return steps + 1
 
-    def error_not_met(self, why):
+    def make_unmet_error_exception(self, why):
         return ValueError(why)
 
 

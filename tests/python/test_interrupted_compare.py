@@ -1,4 +1,4 @@
-"""Interruptions of kreisel.compare: finished rows are kept, and progress is reported."""
+"""Tests of interrupted calls of kreisel.compare."""
 
 import pickle
 
@@ -54,7 +54,6 @@ soon = threading.Timer(0.5, send)
 
 @pytest.mark.parametrize("truth, when", [("exact", "progress=send"), ("rk4", "")])
 def test_ctrl_c_ends_a_comparison(truth, when):
-    """Check that Ctrl-C ends a comparison during a long run and during the reference solution."""
     done = python(
         SEND
         + f"""

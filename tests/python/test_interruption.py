@@ -1,4 +1,4 @@
-"""Runs that end early because of failures, exceptions in a progress callback, or Ctrl-C."""
+"""Tests of runs that end early because of failures or interruptions."""
 
 import gc
 import pickle
@@ -52,7 +52,7 @@ def test_an_unreachable_tolerance_ends_a_run():
 
 
 def make_third_call_raise(run):
-    """Return a progress callback that raises an exception at its third call."""
+    """Call `run` with a progress callback that raises an exception at its third call."""
     told = []
 
     def tell(t):
@@ -139,7 +139,6 @@ def test_progress_ends_with_the_final_time(run):
 
 
 def test_a_refused_call_does_not_change_the_time():
-    """Check that calls during a run raise an error, and that `t` changes only when the run ends."""
     run, seen = kr.start(TOP, "rk4", step=1e-3), []
 
     def tell(t):
@@ -159,7 +158,6 @@ def test_a_refused_call_does_not_change_the_time():
 
 @pytest.mark.parametrize("pieces", [1, 2, 4])
 def test_ctrl_c_between_two_chunks_keeps_the_path(monkeypatch, pieces):
-    """Check that the path is kept if Ctrl-C arrives between two calls of the core."""
     record, done = kr.start(TOP)._record_path.__func__, []
 
     def record_or_stop(self, times, progress):
@@ -215,7 +213,7 @@ except kr.Interrupted as stopped:
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_every_long_call(kind):
-    """Check that SIGINT ends each call that would otherwise run very long."""
+    """Check that SIGINT ends calls that would otherwise run very long."""
     done = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert done.returncode == 0 and done.stdout, done.stderr
     states, reached = map(float, done.stdout.split())

@@ -1,4 +1,4 @@
-"""Bodies near a special kind: rounding errors do not change the kind, larger differences do."""
+"""Tests that rounding errors do not affect which integrable case a body belongs to."""
 
 import kreisel as kr
 import numpy as np
@@ -14,7 +14,7 @@ NEARLY = {  # relative deviations of the moments from those of a Lagrange top
 
 
 def random_axes_body(moments, com, random):
-    """Return a body in randomly rotated axes, including the rounding errors of the rotation."""
+    """Return a body described in randomly rotated axes."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
     return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, unphysical=True)
@@ -22,7 +22,6 @@ def random_axes_body(moments, com, random):
 
 @pytest.mark.parametrize("size", [0.4, 1e-2, 1e-4, 1e-7, 1e-11])
 def test_a_rotated_lagrange_top_stays_a_lagrange_top(size):
-    """Check that Lagrange tops stay Lagrange tops in any frame of description."""
     random = np.random.default_rng(3)
     for sign in (1, -1) * 100:
         body = random_axes_body((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
@@ -105,7 +104,6 @@ def test_a_tiny_asymmetry_of_the_body_makes_the_top_fall():
 
 @pytest.mark.parametrize("words", [{}, {"method": "strang", "step": 0.001}])
 def test_without_gravity_the_centre_of_mass_does_not_matter(words):
-    """Check that without gravity a nearly spherical body keeps the given axes."""
     moments, ends = (1, 1 + 0.8e-12, 1 - 0.15e-12), []
     for com in ((0, 0, 0), (0.6, 0.5, 0.4)):
         body = kr.Body(1, moments, com, unphysical=True)
@@ -121,7 +119,7 @@ def test_without_gravity_the_centre_of_mass_does_not_matter(words):
 def test_a_top_with_a_tiny_tilt_falls(size, words):
     """Check that the time to fall is proportional to the logarithm of the tilt.
 
-    The square of the tilt would underflow.
+    The tilt is so small that its square underflows.
     """
     push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)

@@ -1,7 +1,6 @@
-"""The accuracy of the closed form of Kowalewski tops that need care in the set-up of the plan.
+"""Accuracy tests of the closed form for numerically difficult Kowalewski tops.
 
-These are the worst of 10,000 random tops of validation/studies/torus_accuracy.py, and tops whose
-curves have close branch points.
+The tops include the worst of 10,000 random tops examined by torus_accuracy.py.
 """
 
 import kreisel as kr
@@ -10,7 +9,10 @@ import pytest
 
 
 def make_top(odd, com, gravity, momentum, attitude):
-    """Return a top with the moments 2, 2 and 1, times 1/2 to 8; `odd` is the index of the last."""
+    """Return a Kowalewski top whose smallest moment of inertia belongs to a given axis.
+
+    `odd` contains the index and the value of the smallest moment.
+    """
     axis, unit = odd
     moments = [2.0 * unit] * 3
     moments[axis] = unit

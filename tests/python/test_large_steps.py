@@ -1,4 +1,4 @@
-"""Step sizes near and beyond the limit of each method."""
+"""Tests of step sizes near and beyond the limit of each method."""
 
 import re
 
@@ -10,7 +10,7 @@ STEPS = 10
 
 
 def random_bodies(number, kinds, seed):
-    """Yield `number` random bodies, each with a step."""
+    """Yield `number` random scenes, each with a step size."""
     rng = np.random.default_rng(seed)
     for _ in range(number):
         half = np.exp(rng.normal(0.0, 0.3, 3))
@@ -32,7 +32,7 @@ def lever(scene):
 
 
 def error(scene, method, step):
-    """Return the attitude error after ten steps [rad], or None if the step size is rejected."""
+    """Return the attitude error [rad] after ten steps, or None if the step size is rejected."""
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
@@ -48,9 +48,8 @@ def error(scene, method, step):
 def test_bobenko_suris4_refuses_steps_beyond_its_series():
     """Check that a step h is refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
-    The energy E and the torque are divided by I1, and E does not include the spin. E is the
-    modified energy that the map conserves. At such step sizes, the modified energy differs from the
-    energy by a few per cent.
+    The modified energy E excludes the spin energy and differs from the energy by a few per cent. E
+    and the torque are divided by I1.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -75,10 +74,10 @@ def test_bobenko_suris4_refuses_steps_beyond_its_series():
     ],
 )
 def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
-    """Check that a step size h is rejected if a kick or a rotation would be too large.
+    """Check that excessively large step sizes are rejected.
 
-    A kick is too large if h^2 |A| / (least moment) > 2. A rotation is too large if it exceeds
-    `most` [rad] per step at the highest rate that the energy allows.
+    A step h is rejected if h^2 times the largest torque exceeds twice the smallest moment. A step
+    is also rejected if the body could turn by more than `most` radians.
     """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):
@@ -93,7 +92,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
 
 
 def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
-    """Check the errors of large steps for a fast top, whose drift is solved exactly."""
+    """Check that a method with exact drifts allows large steps of a fast Lagrange top."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2
@@ -101,7 +100,7 @@ def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
 
 @pytest.mark.parametrize("method", ["strang", "suzuki4", "kahan_li8"])
 def test_steps_of_many_turns_stay_finite(method):
-    """Check that the attitudes have unit length although the result is inaccurate."""
+    """Check that attitudes remain normalized even if the results are inaccurate."""
     for scene, step in random_bodies(100, ["asymmetric"], 3):
         path = kr.solve(scene, 3000 * step, method=method, step=10 * step, every=1)
         assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14

@@ -1,4 +1,4 @@
-"""Memory does not grow with repeated calls.
+"""Tests that repeated calls do not leak memory.
 
 If the environment variable KREISEL_CALLS is 1000, each call is repeated 1000 times.
 """
@@ -24,7 +24,7 @@ TIMES = [0.0, 0.5, 1.0]
 
 
 def list_calls(folder):
-    """Return all calls by name: calls that succeed, are refused, or fail during the run."""
+    """Return calls that succeed, are rejected, or fail during the run."""
     return constructor_calls() | run_calls(folder) | attribute_calls() | error_calls()
 
 
@@ -80,7 +80,6 @@ def default_step(method):
 
 
 def solve_for(name):
-    """Solve a scene with the options that provide the path's attribute `name`."""
     if name.startswith(("tangents", "conditioning")):
         columns = ("start", "moments", "com", "gravity", "mass")
         return kr.solve(SYMMETRIC, TIMES, "taylor", tangents=columns)
@@ -105,7 +104,7 @@ def attribute_calls():
 
 
 def suppress_errors(call):
-    """Return a function that makes a failing call and discards the exception."""
+    """Return a function that calls `call` and suppresses any exception."""
 
     def call_quietly():
         with contextlib.suppress(Exception, KeyboardInterrupt):
@@ -141,7 +140,7 @@ def frozen():
 
 
 def measure_growth(call):
-    """Repeat a call, and return the growth of the number of Python's memory blocks."""
+    """Return the increase in Python's allocated memory blocks after repeated calls."""
     for _ in range(20):
         call()
     gc.collect()

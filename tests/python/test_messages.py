@@ -1,4 +1,4 @@
-"""Error messages, which name the argument, show at most a line of its value and suggest a fix."""
+"""Tests that error messages name the argument and suggest a fix."""
 
 from types import SimpleNamespace
 
@@ -6,7 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import events
-from kreisel._results.path import ROUNDING, stop_exception
+from kreisel._results.path import ROUNDING, make_stop_exception
 from tops import GENERAL, LAGRANGE
 
 TOP = kr.scenes.asymmetric
@@ -20,13 +20,13 @@ VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LON
 
 
 class Quantity(np.ndarray):
-    """An array with a unit, like an astropy Quantity; its dimension may be 0."""
+    """An array with a unit, like an astropy Quantity."""
 
     unit = "min"
 
 
 class QuantityWithUnit:
-    """A number with a unit that NumPy drops, like a pint Quantity."""
+    """A number whose unit NumPy drops, like a pint Quantity."""
 
     units = "minute"
 
@@ -197,5 +197,5 @@ def test_a_tolerance_below_rounding_is_reported():
 def test_a_tolerance_equal_to_rounding_is_not_below_rounding():
     for tol, said in ((ROUNDING, False), (0.5 * ROUNDING, True)):
         path = SimpleNamespace(tol=tol)
-        error = stop_exception("ERR_STEP", path, "it reached t = 1")
+        error = make_stop_exception("ERR_STEP", path, "it reached t = 1")
         assert ("below the rounding" in str(error)) == said and f"tol = {tol!r}" in str(error)

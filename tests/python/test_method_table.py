@@ -1,4 +1,4 @@
-"""The Markdown table of methods and their measured costs."""
+"""Tests of the Markdown table of methods."""
 
 import kreisel as kr
 from kreisel._analysis import method_table

@@ -1,4 +1,4 @@
-"""Bodies and scenes: construction, comparison and changes; the named scenes."""
+"""Tests of bodies and scenes."""
 
 import dataclasses
 import json
@@ -99,7 +99,6 @@ NEAR, FAR = unit((0.9, -0.2, 0.3, 0.1)), unit((0.3, -0.5, 0.7, 0.1))
     "name, turn, atol", [*((name, NEAR, 1e-12) for name in FIXED), ("extrap", FAR, 1e-10)]
 )
 def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
-    """Check that the motions agree within errors. The errors depend on the order of the axes."""
     bodies = (
         kr.scenes.asymmetric.body,
         kr.scenes.thesis.body,
@@ -222,7 +221,7 @@ def test_named_scenes_move_as_described():
 
 
 def test_a_least_moment_below_rounding_is_refused():
-    """Check that a body is rejected if rounding errors exceed its least moment."""
+    """Check that a body is rejected if rounding errors exceed its smallest moment of inertia."""
     half, mass = (0.6, 0.8, 1.0), 8 * 0.48
     for far in (1.0, 1e2, 3e3):
         pivot = far * np.array((0.3, -0.4, 0.5))

@@ -1,4 +1,4 @@
-"""Public names, the descriptions of methods, and conventions of attitudes."""
+"""Tests of public names and attitude conventions."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""The chart of the difference between two paths, in a picture that compares both paths."""
+"""Tests of the chart that shows the difference between two paths."""
 
 import kreisel as kr
 import numpy as np

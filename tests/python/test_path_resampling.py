@@ -1,4 +1,4 @@
-"""States of a path at times that the run did not request, and parts of a path."""
+"""Tests of path states at arbitrary times, and of slices of paths."""
 
 import copy
 import pickle
@@ -15,7 +15,7 @@ SOME = ("nutation", "frame")
 
 
 def solve_unordered(scene, times, *words, **more):
-    """Return the states that kr.solve computes at `times`, which may be in any order."""
+    """Return a path with states at `times`, which may be in any order."""
     order = np.argsort(np.abs(times), kind="stable")
     path = kr.solve(scene, np.asarray(times)[order], *words, **more)
     return path[np.argsort(order, kind="stable")]
@@ -202,7 +202,7 @@ def test_iteration_yields_single_states():
 
 
 def test_a_path_cannot_be_converted_to_an_array():
-    with pytest.raises(TypeError, match=r"use one of its arrays, as path\.q"):
+    with pytest.raises(TypeError, match=r"use an array such as path\.q"):
         np.asarray(PATHS["states"]())
 
 

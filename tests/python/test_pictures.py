@@ -1,4 +1,4 @@
-"""Plots and animations show the data of the path."""
+"""Tests that plots and animations show the data of the path."""
 
 import doctest
 import itertools
@@ -50,7 +50,7 @@ def test_lines_show_the_data_of_the_path(degrees, back):
 
 @pytest.mark.parametrize("back", [False, True])
 def test_the_precession_is_interrupted_where_it_jumps(back):
-    """Check that the curve has gaps where the apex passes the vertical, every 8.2 units of time."""
+    """Check that the curve is interrupted each time the apex passes the vertical."""
     path = kr.solve(kr.scenes.thesis, np.linspace(0, -60 if back else 60, 3001))
     line = kr.plot(path, degrees=False)[2].lines[0]
     t, around = line.get_xdata(), line.get_ydata()
@@ -115,7 +115,7 @@ def test_circles_on_the_globe_are_the_turning_points():
 
 
 def test_a_picture_leaves_no_empty_space():
-    """Check that the globe and the two charts with a common time axis fill the picture."""
+    """Check that the three plots together fill the figure."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)
@@ -191,7 +191,6 @@ def test_pyplot_is_not_imported():
 
 
 def steel_lines(figure):
-    """Return the points of the needle and of the lever in one frame of a film."""
     return [line.get_xydata() for line in figure.axes[0].lines if line.get_color() == STEEL]
 
 
@@ -352,7 +351,7 @@ BODIES["hanging"] = kr.Body.symmetric(1.0, 1.1, 0.5, -0.9)
 
 @pytest.mark.parametrize("name", BODIES)
 def test_solids_are_closed_and_seen_from_outside(name):
-    """Check that the area vectors of each solid add up to zero, and that its volume is positive."""
+    """Check that the faces of each solid form a closed surface with outward normals."""
     faces, _ = solid_of(BODIES[name])
     area = 0.5 * np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
     size = np.abs(faces).max()
@@ -416,7 +415,7 @@ BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 
 def corners_of_film(film):
-    """Return the projected corners of the faces of the body in the first frame of a film."""
+    """Return the projected vertices of the body in the first frame of an animation."""
     drawn = next(film._draw_frames()).axes[0].collections
     (solid,) = [part for part in drawn if isinstance(part, PolyCollection)]
     return np.concatenate([path.vertices for path in solid.get_paths()])
@@ -424,7 +423,6 @@ def corners_of_film(film):
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 3.0, -2.0])
 def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
-    """Check that a film draws the lever between the fixed point and the wheel."""
     scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]

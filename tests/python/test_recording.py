@@ -1,4 +1,4 @@
-"""Paths: requested times, errors, and quantities that are computed on first access."""
+"""Tests of the times, errors and quantities of paths."""
 
 import copy
 import os
@@ -232,7 +232,7 @@ def test_the_error_of_a_path_is_within_a_factor_of_3(case, method, step):
 
 
 def test_closed_forms_do_not_overestimate_their_error():
-    """Check the error of a free body that flips over three times, which amplifies series errors."""
+    """Check the error estimate for a free body whose flips amplify the errors of Taylor series."""
     body = kr.Body(1.0, (4.483167597121757, 3.657682742032973, 1.0048569934661162), (0, 0, 0))
     momentum = -1.8363240592035863e-08, 8.840258465238069, -1.3362217851799154e-08
     times = np.linspace(0, 28, 41)

@@ -1,4 +1,4 @@
-"""Invalid arguments, which raise an exception that names the value before anything runs."""
+"""Tests that invalid arguments are rejected before anything runs."""
 
 import dataclasses
 import re

@@ -1,4 +1,4 @@
-"""Pictures and HTML of sections, spectra, indicators, plans and tables, and their colours."""
+"""Tests of the pictures of sections, spectra, chaos indicators and tables."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Bodies with rotors, compared with independent integrators and with tops of shifted spin."""
+"""Tests of bodies with rotors against independent integrators."""
 
 import math
 from dataclasses import replace
@@ -270,7 +270,7 @@ def test_ensembles_refuse_closed_forms_that_a_rotor_excludes():
 
 
 def measure(scene, names, n=200, end=3.0, sigma=0.005):
-    """Return a record of quantities of `scene` with normally distributed noise."""
+    """Return noisy measurements of the given quantities."""
     t, rng = np.linspace(0.0, end, n), np.random.default_rng(4)
     path = kr.solve(scene, t)
     values = {name: np.array(getattr(path, name)) for name in names}

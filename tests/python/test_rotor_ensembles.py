@@ -1,4 +1,4 @@
-"""Ensembles of bodies with rotors, in lanes: decimal arithmetic, formulas, and independence."""
+"""Tests of ensembles of bodies with rotors."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ GENERAL = kr.Scene(BODIES["largest B"], **START)
 
 
 def random_gyrostats(n, seed=3):
-    """Return `n` tops of all kinds of bodies. Every third one has no rotor."""
+    """Return `n` random tops, two thirds of which have a rotor."""
     rng = np.random.default_rng(seed)
     kinds = [list(BODIES.values())[i % len(BODIES)] for i in range(n)]
     bodies = [replace(body, rotor=rng.normal(size=3) * (i % 3 > 0)) for i, body in enumerate(kinds)]

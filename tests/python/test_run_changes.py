@@ -1,4 +1,4 @@
-"""Runs that are pushed, reset or changed midway: their time continues."""
+"""Tests of impulses, resets and other changes in the middle of a run."""
 
 import copy
 import math
@@ -18,7 +18,7 @@ NAMES = [*kr.methods, "taylor 16", "taylor 20", "taylor 30"]
 
 
 def start(name, **more):
-    """Return a new run with the method and digits in `name`, such as "taylor 30"."""
+    """Return a new run for a specification such as "taylor 30"."""
     method, _, digits = name.partition(" ")
     words = words_for(method) | ({"digits": int(digits)} if digits else {}) | more
     return kr.start(scene_for(method), method, **words)
@@ -55,7 +55,7 @@ def test_a_push_by_zero_only_restarts_the_motion(name, most):
 
 @pytest.mark.parametrize("scene", [TOP, GENERAL, FREE, kr.scenes.thesis])
 def test_opposite_pushes_keep_30_digits(scene):
-    """Compare with an undisturbed run, whose states are never rounded to doubles."""
+    """Check that opposite pushes cancel in 30-digit arithmetic."""
     run, whole = kr.start(scene, digits=30), kr.solve(scene, [5.0], digits=30)
     for t in (0.7, 1.9, 3.1):
         run.to(t)
@@ -75,7 +75,7 @@ def test_opposite_pushes_keep_30_digits(scene):
 
 @pytest.mark.parametrize("name", ["exact", "taylor", "strang", "blanes_moan6", "taylor 30"])
 def test_a_struck_free_body_precesses_about_its_new_momentum(name):
-    """Compare with the closed form, in which the axis rotates about m at the rate |m| / I1."""
+    """Compare the motion after an impulse with the closed form for a free symmetric body."""
     method, _, digits = name.partition(" ")
     body = kr.Body(mass=1.0, inertia=(2.0, 2.0, 0.5), com=(0, 0, 0))
     spinning = kr.Scene(body, momentum=(0.0, 0.0, 1.5))
@@ -143,7 +143,7 @@ TURNED = kr.Body(
 
 
 def exact_matrix(q):
-    """Return the rotation matrix of a quaternion of any length, without rounding."""
+    """Return the exact rotation matrix of a quaternion, which need not be normalized."""
     w, x, y, z = q
     rows = [
         [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -158,7 +158,7 @@ def exact_sum(high, low):
 
 
 def exact_momentum(old, new, state):
-    """Return, without rounding, the momentum of `new` at the angular velocity of `old`."""
+    """Return the exact momentum after `old` is replaced by `new` at unchanged angular velocity."""
     q = exact_matrix(exact_sum(state.q[0], state.q_low[0]))
     p, r = (q @ exact_matrix([Fraction(x) for x in body.axes]) for body in (old, new))
     first, second = (np.diag([Fraction(x) for x in body.moments]) for body in (old, new))
@@ -206,7 +206,6 @@ def test_a_changed_run_uses_the_new_body_gravity_and_damping():
 
 
 def test_closed_forms_survive_a_change_of_kind():
-    """Check changes between kinds of tops for which the core allocates different memory."""
     kowalewski = kr.scenes.kowalewski.body
     run = kr.start(kr.scenes.cusps, "exact")
     run.to(1.0)
@@ -399,7 +398,7 @@ def test_events_after_a_push_are_found_once():
 
 
 def test_a_terminal_event_can_push_the_top_repeatedly():
-    """Let the top bounce at a given height, and check the bounces by their energy."""
+    """Check that a top keeps its energy when it bounces at a given height."""
     floor = kr.events.crossing("apex_z", 0.5, direction=-1, terminal=True)
     top = kr.Scene.spinning(LAGRANGE.body, spin=0.0, tilt=0.5)
     run, times = kr.start(top, events=[floor]), []

@@ -1,4 +1,4 @@
-"""Scenes made from plain numbers and from other types are equal bit by bit."""
+"""Tests that scenes do not depend on the number types of their arguments."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Sections of ensembles, compared with known sections."""
+"""Tests of Poincare sections of ensembles against known results."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
@@ -132,10 +132,7 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_a_single_component_can_be_the_event(name):
-    """Check an event on one component that depends on another quantity, as the spin on the apex.
-
-    The other quantity must be computed before the first check for events.
-    """
+    """Check events at extrema of the spin and of single vector components."""
     turning = kr.events.extremum(name)
     met = kr.solve(TOPS[0], 40, events=[turning]).events
     assert len(met) > 3 and np.abs(kr.section(TOPS[0], turning, 3).t - met.t[:3]).max() < 1e-9

@@ -1,4 +1,4 @@
-"""Saved paths and files: bitwise round trips, recognition by content, malicious files."""
+"""Tests of saved paths and malicious files."""
 
 import dataclasses
 import io
@@ -67,13 +67,13 @@ PATHS = {
 
 
 def data_without_quantities(value):
-    """Return the data of a path or of events, without computed quantities."""
+    """Return the dataclass fields of `value` as a dictionary."""
     names = [field.name for field in dataclasses.fields(value)]
     return {name: getattr(value, name, None) for name in names}
 
 
 def same(a, b):
-    """Return True if two values are equal; arrays must be bitwise equal and read-only."""
+    """Return True if two values are equal. Arrays must be bitwise equal and read-only."""
     if isinstance(a, np.ndarray):
         bits = (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
         return bits and not b.flags.writeable
@@ -157,7 +157,7 @@ def test_missing_files_and_invalid_names_are_refused(tmp_path):
 
 @pytest.fixture
 def parts(tmp_path):
-    """Return the arrays in the archive of a path with events and 20 digits."""
+    """Return the files in the archive of a saved path."""
     kr.solve(TOP, 20.0, digits=20, events=[LOWEST]).save(tmp_path / "good")
     with zipfile.ZipFile(tmp_path / "good") as archive:
         return {info.filename: archive.read(info) for info in archive.infolist()}

@@ -1,4 +1,4 @@
-"""Tops on shaken supports, compared with SciPy, decimal series and the averaged motion."""
+"""Tests of shaken supports against SciPy, decimal series and averaging theory."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Bodies of named shapes, compared with integrals; sums, shifts and rotations of bodies."""
+"""Tests of homogeneous bodies against numerical integrals."""
 
 import pickle
 
@@ -18,7 +18,7 @@ def gauss_nodes(a, b):
 
 
 def round_solid(inner, outer, bottom, top):
-    """Return quadrature points and weights of a solid of revolution with the given radii."""
+    """Return quadrature points and weights for a solid of revolution."""
     points, weights = [], []
     for z, dz in zip(*gauss_nodes(bottom, top), strict=True):
         for r, dr in zip(*gauss_nodes(inner(z), outer(z)), strict=True):
@@ -93,7 +93,7 @@ def make(name, **words):
 
 
 def integrate_inertia(points, weights, mass, pivot):
-    """Return the inertia and the centre of mass relative to the pivot, by quadrature."""
+    """Return the inertia tensor and the centre of mass relative to `pivot`."""
     seen, portions = points - pivot, mass * weights / weights.sum()
     products = np.einsum("n,ni,nj->ij", portions, seen, seen)
     return np.eye(3) * products.trace() - products, portions @ seen / mass

@@ -1,4 +1,4 @@
-"""Calls with plain numbers enter the core once; other arguments are validated in Python."""
+"""Tests that calls with plain numbers invoke the core only once."""
 
 import copy
 import pickle
@@ -18,7 +18,7 @@ MOMENTUM, ATTITUDE = (0.25, -0.5, 1.5), (0.6, 0.0, 0.8, 0.0)
 
 
 class NotPlain(float):
-    """A number that only the Python validation accepts as a time or a component."""
+    """A subclass of float that requires validation in Python."""
 
 
 def wrap_numbers(numbers):
@@ -30,7 +30,7 @@ class OwnScene(kr.Scene):
 
 
 def collect_attributes(path):
-    """Return all attributes of a path, with arrays as bytes."""
+    """Return all attributes of a path in a form that can be compared."""
     names = ("t", "q", "m") if path.want is None else ("t", *path.want)
     arrays = {name: getattr(path, name).tobytes() for name in names}
     about = path.stats, path.method, path.step, path.tol, path.digits, path.want, path.start_time

@@ -1,6 +1,6 @@
-"""Tops released at a tiny tilt from unstable upright equilibrium: the tilt is not rounded away.
+"""Tests of tops released at a tiny tilt from the unstable equilibrium.
 
-The result must not depend on the order in which the body's axes are given.
+The result must not depend on the order of the body axes.
 """
 
 import kreisel as kr
@@ -15,7 +15,7 @@ LEAN = (1.0, 2.0**-40, 3.0 * 2.0**-42, 0.0)
 
 
 def permute_axes(axis, moments, lever=1.0):
-    """Return the scene of a slightly tilted top whose symmetry axis has the index `axis`."""
+    """Return a slightly tilted top whose symmetry axis is the body axis with index `axis`."""
     shift = (axis + 1) % 3
     body = kr.Body(1, np.roll(moments, shift), com=np.roll((0, 0, lever), shift), unphysical=True)
     attitude = multiply(LEAN, conjugate(CYCLES[axis]))

@@ -1,7 +1,7 @@
-"""Results of the public API, compared with snapshot.txt to six significant digits.
+"""Tests of the public API against the results in snapshot.txt.
 
-Each line of snapshot.txt contains an expression and its value. After an intended change of results,
-`python tests/python/test_snapshot.py` rewrites the values.
+Each line of snapshot.txt contains an expression and its value. Run `python
+tests/python/test_snapshot.py` to update the file after an intended change.
 """
 
 from functools import cache
@@ -17,7 +17,7 @@ LINES = [line.rsplit(" = ", 1) for line in FILE.read_text().splitlines()]
 
 @cache
 def names():
-    """Return the names that expressions can use."""
+    """Return the variables that the expressions can use."""
     cone = kr.Body.cone(0.3, 1.2, (0, 0, -0.9), mass=0.5)
     thesis = kr.scenes.thesis
     tops = thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
@@ -40,7 +40,7 @@ def names():
 
 
 def value_of(expression):
-    """Return the value of an expression as text, with six significant digits per number."""
+    """Evaluate an expression, and format its value with six significant digits."""
     found = eval(expression, names())
     return found if isinstance(found, str) else f"{float(found):.6g}"
 

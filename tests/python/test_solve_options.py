@@ -1,4 +1,4 @@
-"""Options of kreisel.solve: the tolerance, the step, and the wanted quantities."""
+"""Tests of the options of kreisel.solve."""
 
 import math
 
@@ -25,8 +25,8 @@ def test_equal_options_share_one_request():
     assert one is other
     assert solve_options.parse_options(TOP, "strang", step=1).step == 1.0
     assert type(solve_options.parse_options(TOP, "strang", step=1).step) is float
-    assert one.step_with_sign(True) == -0.1 and one.step_with_sign(False) == 0.1
-    assert solve_options.parse_options(TOP, "taylor").step_with_sign(True) is None
+    assert one.get_signed_step(True) == -0.1 and one.get_signed_step(False) == 0.1
+    assert solve_options.parse_options(TOP, "taylor").get_signed_step(True) is None
     assert (
         one.step_count_horizon == 2.0**52 * 0.1
         and solve_options.parse_options(TOP, "taylor").step_count_horizon == math.inf

@@ -1,7 +1,6 @@
-"""Damping that is far stronger than all other torques.
+"""Tests of damping that dominates all other torques.
 
-The slow motion, not the damping, must determine the number of steps. Every public function must
-agree with independent solutions.
+The step size must be limited by the slow motion and not by the fast damping.
 """
 
 import math
@@ -55,7 +54,7 @@ def test_paths_agree_with_an_implicit_integrator(damping):
 
 
 def compute_creep_nutation(t, damping, height=1.0):
-    """Return the nutation of a top that creeps in a vertical plane, with error O(1 / damping^2)."""
+    """Return the nutation of an overdamped top in a vertical plane, up to O(1 / damping^2)."""
     return 2.0 * math.atan(math.tan(0.25) * math.exp((t - height / damping) / damping))
 
 

@@ -1,4 +1,4 @@
-"""Strongly damped bodies with rotors, and on moving supports, forward and backward in time."""
+"""Tests of strong damping of bodies with rotors or on moving supports."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Strongly damped tops with dry friction."""
+"""Tests of strongly damped tops with dry friction."""
 
 import kreisel as kr
 import numpy as np
@@ -33,10 +33,10 @@ def make_scene(name="general", **words):
 
 
 def follow_torque(scene, t):
-    """Return the attitude at `t` of a top without inertia.
+    """Return the attitude at time `t` of a top without inertia.
 
-    Its velocity is determined by the damping D, the torque T of the weight and the friction f:
-    D u = T - f a sign <u, a>, or <u, a> = 0 if a friction of at most f suffices.
+    Its velocity is determined by the damping D, the torque T of the weight and the friction f: D u
+    = T - f a sign <u, a>, or <u, a> = 0 if a friction of at most f suffices.
     """
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     damping, com = np.array(scene.damping), np.array(scene.body.com)

@@ -1,4 +1,4 @@
-"""Executors of sweeps: threads, processes, clusters and jobs compute the same parts."""
+"""Tests that all executors of sweeps compute the same results."""
 
 import logging
 import multiprocessing
@@ -22,7 +22,7 @@ SPAWN = multiprocessing.get_context("spawn")
 
 @pytest.fixture(scope="module")
 def hashes(tmp_path_factory):
-    """Return the hashes of the rows computed by a single thread."""
+    """Return a hash of the results of each sweep, computed by a single thread."""
     place = tmp_path_factory.mktemp("hashes")
     for name, words in WORDS.items():
         done = run_sweep(place / name, words, threads=1)
@@ -105,7 +105,7 @@ def test_a_cluster_recomputes_the_part_of_a_killed_worker(tmp_path, hashes, clus
 
 
 class LosingExecutor(Executor):
-    """An executor that cancels one part, or reports it as done, several times."""
+    """An executor that repeatedly loses the result of one task."""
 
     def __init__(self, times, result):
         self.left, self.result = times, result

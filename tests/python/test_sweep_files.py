@@ -1,4 +1,4 @@
-"""Files of a sweep read by kreisel and by other tools, and sources of its tops."""
+"""Tests of the files that a sweep writes."""
 
 import copy
 import math
@@ -31,7 +31,6 @@ def ensemble():
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """Return folders with reductions and with states and events."""
     place = tmp_path_factory.mktemp("runs")
     run_sweep(place / "reduced")
     run_sweep(place / "watched", WATCHED)
@@ -351,7 +350,6 @@ def test_a_damping_of_one_number_applies_to_all_axes():
     ],
 )
 def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, parts):
-    """Check that a plan with very many parts is read without a loop over all parts."""
     words = {"folder": tmp_path, "part_size": part, "reduce": {"nutation": "max"}}
     if part is None:
         words["parts"] = range(0)

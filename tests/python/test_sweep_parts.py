@@ -1,4 +1,4 @@
-"""Parts of a sweep: calls that request some parts, and the files and contents of each part."""
+"""Tests of the parts into which a sweep is divided."""
 
 import kreisel as kr
 import numpy as np

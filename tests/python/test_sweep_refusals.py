@@ -1,4 +1,4 @@
-"""Invalid sweeps raise an error before anything runs, and foreign files stay untouched."""
+"""Tests that invalid sweeps are rejected before anything runs."""
 
 import json
 import os
@@ -48,7 +48,6 @@ def test_a_changed_plan_is_refused(tmp_path):
 
 
 def test_a_plan_of_another_version_is_refused(tmp_path):
-    """Check that a plan with an unknown entry is rejected although its hash is correct."""
     run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())
@@ -249,11 +248,11 @@ def test_an_invalid_scene_is_named_with_its_index(tmp_path):
 
 
 def test_an_unsuitable_top_is_named_with_its_index(tmp_path):
-    """Check the error for an unsuitable top that is not among the tops validated with the plan."""
+    """Check the error message for an invalid top that is not validated in advance."""
     damping = np.zeros((4000, 3))
     damping[2501] = 1.0
     source = kr.Source.grid(TOP, damping=damping)
-    assert 2501 not in source._validation_indices()
+    assert 2501 not in source._choose_validation_tops()
     with pytest.raises(ValueError, match=r"^top\[2501\]: the method 'strang' does not apply to"):
         kr.sweep(source, 1, "strang", step=0.1, folder=tmp_path, part_size=1000)
     assert kr.read_sweep(tmp_path).present == [0, 1]
@@ -264,7 +263,7 @@ def test_starts_beside_a_plan_must_be_finite(tmp_path):
     kr.sweep(kr.Source.grid(TOP, gravity=values), 1, folder=tmp_path, parts=range(0))
     (file,) = tmp_path.glob("starts-*.npy")
     values[7] = np.nan
-    changed = tmp_path / sweep_plan.content_name(values)
+    changed = tmp_path / sweep_plan.make_array_file_name(values)
     np.save(changed, values)
     plan = json.loads((tmp_path / "plan.json").read_text().replace(file.name, changed.name))
     plan["hash"] = sweep_plan.hash_plan(plan["plan"])

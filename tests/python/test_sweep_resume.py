@@ -1,4 +1,4 @@
-"""Interrupted sweeps, damaged files and full disks: a second call completes the same rows."""
+"""Tests that interrupted and damaged sweeps can be completed by a second call."""
 
 import os
 import random
@@ -173,7 +173,7 @@ FOREIGN_BYTES += [b"\x93NUMPY of another", b"so says kreisel", b"", b"PAR1"]
 
 @pytest.mark.parametrize("content", FOREIGN_BYTES, ids=range(len(FOREIGN_BYTES)))
 def test_arbitrary_bytes_in_place_of_a_part_are_replaced(tmp_path, content):
-    """Check that wrong bytes, such as zeros after a power failure, count as a damaged part."""
+    """Check that a file with arbitrary contents is detected as damaged."""
     run_sweep(tmp_path)
     file = tmp_path / "part-000002.parquet"
     before = file.read_bytes()
@@ -226,7 +226,7 @@ def test_a_partial_sweep_omits_damaged_parts(tmp_path):
 
 
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
-    """Check that damage to the schema of a Parquet file, which has no checksum, is detected."""
+    """Check that damage to the schema of a Parquet file is detected without a checksum."""
     words = {"t": [1.0, 2.0], "method": "taylor", "part_size": 300}
     made = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")

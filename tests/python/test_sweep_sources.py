@@ -1,4 +1,4 @@
-"""Sources of sweeps: grids, random tops, columns of files, and plans in TOML files."""
+"""Tests of the sources of sweeps, such as grids and random tops."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Indicators of chaos and sections in sweeps equal the results of the public functions."""
+"""Tests that chaos indicators and sections in sweeps agree with the public functions."""
 
 import json
 import multiprocessing

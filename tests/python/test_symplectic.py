@@ -1,4 +1,4 @@
-"""Symplecticity of methods, by finite differences."""
+"""Tests of symplecticity by finite differences."""
 
 import kreisel as kr
 import numpy as np
@@ -33,13 +33,16 @@ def step_from(scene, name, step, turned, pushed):
 
 
 def form(m):
-    """Return the matrix of <dm, turn'> - <dm', turn> + <m, turn x turn'> in the space frame."""
+    """Return the matrix of the symplectic form in the space frame.
+
+    <dm, turn'> - <dm', turn> + <m, turn x turn'>
+    """
     eye, cross = np.eye(3), np.array([[0, m[2], -m[1]], [-m[2], 0, m[0]], [m[1], -m[0], 0]])
     return np.block([[cross, -eye], [eye, np.zeros((3, 3))]])
 
 
 def defect(scene, name, step):
-    """Return the change of the symplectic form in a step, relative to the moments and the step."""
+    """Return the normalized change of the symplectic form in one step."""
     q, m = step_from(scene, name, step, np.zeros(3), np.zeros(3))
     columns = []
     for nudge in NUDGE * np.eye(6):
@@ -67,7 +70,7 @@ def test_symplectic_methods_preserve_the_symplectic_form(name, body):
 
 
 def test_bobenko_suris4_preserves_the_form_only_along_orbits():
-    """Check that variations transverse to the orbit change the symplectic form at order 7."""
+    """Check that variations transverse to the orbit violate symplecticity at order 7."""
     changes = [defect(SCENE, "bobenko_suris4", step) for step in (0.2, 0.4)]
     assert not kr.methods["bobenko_suris4"].symplectic
     assert 5.5 < np.log2(changes[1] / changes[0]) < 8.5

@@ -1,4 +1,4 @@
-"""Tables of paths with units, Euler angles, SciPy rotations, and missing optional libraries."""
+"""Tests of the conversion of paths to tables."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""Tangents of paths, compared with differences of runs with 30 digits."""
+"""Tests of tangents against finite differences of 30-digit solutions."""
 
 import pickle
 
@@ -13,14 +13,14 @@ T = 10.0
 
 
 def change(one, other):
-    """Return the body-frame rotation vector and the momentum change between two path ends."""
+    """Return the rotation vector and the momentum difference between the states of two paths."""
     q, dq = other.q[0], (one.q[0] - other.q[0]) + (one.q_low[0] - other.q_low[0])
     turn = q[0] * dq[1:] - dq[0] * q[1:] - np.cross(q[1:], dq[1:])
     return np.append(2.0 * turn, (one.m[0] - other.m[0]) + (one.m_low[0] - other.m_low[0]))
 
 
 def neighbours(scene, word, value, axis):
-    """Return the derivative with respect to a component of `word`, from 30-digit runs.
+    """Differentiate the state with respect to a parameter by 30-digit finite differences.
 
     The differences are improved by Richardson extrapolation.
     """
@@ -62,7 +62,7 @@ def matrix(q):
 def form(path, i):
     """Return the matrix of the symplectic form at state `i` of a path.
 
-    The form acts on rotation vectors in the body frame and momenta in the space frame.
+    The symplectic form acts on body-frame rotation vectors and space-frame momenta.
     """
     turn = matrix(path.q[i])
     x, y, z = turn.T @ path.m[i]

@@ -1,4 +1,4 @@
-"""Tangents of tops with dry friction, compared with differences of 30-digit paths."""
+"""Tests of tangents of tops with dry friction against finite differences."""
 
 import kreisel as kr
 import numpy as np
@@ -12,7 +12,7 @@ BODY = kr.Body(1.2, (1.3, 1.7, 2.1), (0.1, -0.2, 0.4))
 
 
 def quotient(change, t):
-    """Return the central difference of (rotation vector, momentum) at time `t`."""
+    """Return central differences of the attitude and momentum at time `t`."""
     ahead, behind = (kr.solve(change(e), [t], "taylor", digits=30) for e in (STEP, -STEP))
     q = ((ahead.q - behind.q) + (ahead.q_low - behind.q_low))[-1] / (2 * STEP)
     m = ((ahead.m - behind.m) + (ahead.m_low - behind.m_low))[-1] / (2 * STEP)
@@ -21,7 +21,7 @@ def quotient(change, t):
 
 
 def changes_of(scene):
-    """Return {column: function}, where each function changes one number at fixed momentum."""
+    """Return functions that each change one parameter of the scene at fixed momentum."""
 
     def by_body(name, i):
         words = {"moments": scene.body.moments, "com": scene.body.com}

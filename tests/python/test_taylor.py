@@ -1,4 +1,4 @@
-"""The Taylor method: numbers of digits, low words, error estimate, dense output."""
+"""Tests of the Taylor method and its error estimates."""
 
 from fractions import Fraction
 
@@ -9,7 +9,7 @@ from tops import GENERAL
 
 
 def angle(a, b):
-    """Return the angle between the final attitudes of two paths, to full precision."""
+    """Return the angle between the final attitudes of two paths, avoiding rounding errors."""
     p, q = (
         [
             Fraction(float(x)) + Fraction(float(y))

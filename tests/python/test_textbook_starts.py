@@ -1,4 +1,4 @@
-"""Textbook starts: Euler angles and rates, attitudes, steady precession, spinning."""
+"""Tests of initial states given by Euler angles, rates or steady precession."""
 
 import math
 import re
@@ -37,7 +37,7 @@ def test_the_attitude_agrees_with_scipy():
 @pytest.mark.parametrize("body", [CONE, CORNER, CORNER.turn(TILT), CONE.turn((0, 1, 0, 0))])
 @pytest.mark.parametrize("angles", [ANGLES, (-3, 0.01, 3), (2, 3.1, -2), (0.3, 1.5, 0)])
 def test_paths_start_with_the_given_angles(body, angles):
-    """Check the initial Euler angles of bodies with the apex along the third axis and elsewhere."""
+    """Check the initial Euler angles of bodies whose apex lies along different body axes."""
     scene = kr.Scene.from_euler(body, angles, RATES)
     np.testing.assert_allclose(angles_of(scene), angles, atol=2e-13)
 
@@ -120,7 +120,7 @@ def test_a_steady_precession_stays_steady(spin, tilt, gravity, fast):
 
 
 def rate_of(scene):
-    """Return the precession rate: (angular velocity transverse to the axis) / sin(tilt)."""
+    """Return the initial precession rate."""
     path = kr.solve(scene, [0.0])
     velocity, apex = path.velocity[0], path.apex[0]
     across = velocity - (velocity @ apex) * apex

@@ -1,4 +1,4 @@
-"""Output times given as lists, grids or iterators: their order, number and memory use."""
+"""Tests of output times given as lists, grids or iterators."""
 
 import math
 
@@ -35,7 +35,7 @@ def test_the_number_of_steps_is_limited():
 
 
 def test_the_rotation_of_a_top_is_limited():
-    end = 2.0**53 / TOP._rate_estimate
+    end = 2.0**53 / TOP._rotation_rate
     times.check_horizon(TOP, 0.999999 * end, None)
     for far in (1.000001 * end, -1.000001 * end):
         with pytest.raises(ValueError, match=r"this top turns by 9e\+15 rad"):
@@ -116,7 +116,9 @@ def test_decreasing_times_of_one_top_are_named(monkeypatch):
 def test_chunks_have_the_requested_size():
     def sizes(t, size, **more):
         words = {"step": 0.1, "every": 1, "after": None, **more}
-        return [piece.round(12).tolist() for piece in times.time_chunks(t, size=size, **words)]
+        return [
+            piece.round(12).tolist() for piece in times.iterate_time_chunks(t, size=size, **words)
+        ]
 
     assert sizes(0.3, 2) == [[0.0, 0.1], [0.2, 0.3]] and sizes(-0.2, 2) == [[0.0, -0.1], [-0.2]]
     assert sizes(0.7, 2, every=3) == [[0.0, 0.3], [0.6]]
@@ -128,7 +130,7 @@ def test_chunks_have_the_requested_size():
         assert sizes(t, 2, every=None) == [[1.0, 2.0], [3.0]]
     run = kr.start(TOP)
     assert [len(path) for path in run.stream([1.0, 2.0], chunk=1)] == [1, 1]
-    endless = times.time_chunks(-math.inf, 0.5, 2, 3, None)
+    endless = times.iterate_time_chunks(-math.inf, 0.5, 2, 3, None)
     assert [next(endless).tolist() for _ in range(2)] == [[0.0, -1.0, -2.0], [-3.0, -4.0, -5.0]]
 
 

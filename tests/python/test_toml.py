@@ -1,4 +1,4 @@
-"""Scenes in TOML files: bitwise round trips, and arguments of the constructors."""
+"""Tests of scenes in TOML files."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""The actions of Kowalewski and Goryachev-Chaplygin tops: derivatives, limits, invariance."""
+"""Tests of the actions of Kowalewski and Goryachev-Chaplygin tops."""
 
 import math
 
@@ -31,7 +31,7 @@ def energy(scene):
 
 
 def slope(function, scene, change):
-    """Differentiate a function with respect to a parameter of a scene by central differences."""
+    """Differentiate a function of the initial state by fourth-order central differences."""
 
     def at(factor):
         h = STEP * factor
@@ -85,7 +85,7 @@ def test_actions_scale_with_the_unit_of_momentum(scene):
 
 
 def test_actions_of_a_small_oscillation_are_energies_divided_by_frequencies():
-    """Check a hanging Kowalewski top that swings about axis 3 at rate 1 and axis 2 at 1/sqrt(2)."""
+    """Check the actions of a hanging Kowalewski top that oscillates slightly."""
     size = 1e-3
     third, second = 0.3 * size, 0.7 * size  # momenta about both axes
     hanging = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)

@@ -1,4 +1,4 @@
-"""Tangents and indicators of chaos of integrable tops, compared with their closed forms."""
+"""Tests of chaos indicators of integrable tops against closed forms."""
 
 import math
 
@@ -24,7 +24,7 @@ def neighbour(scene, size):
 
 
 def tangent(scene, t):
-    """Return the states at `t`, and the derivatives of attitude and momentum along `CHANGE`."""
+    """Return a path and the derivatives of its states in the direction `CHANGE`."""
     path = kr.solve(scene, t, method="taylor", tangents="start")
     change = path.tangents @ np.concatenate([np.zeros(3), CHANGE])
     return path, change[:, :3], change[:, 3:]
@@ -41,17 +41,16 @@ def test_tangents_agree_with_differences_of_closed_forms(scene):
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
-    """Compare the mean square growth of the body-frame momentum with its exact value.
+    """Compare the growth of tangents with the exact derivatives of the frequencies.
 
-    Let chi be the angles on the torus and w their rates. The momentum M(chi) in the body frame
-    changes by t times the sum of dw dM/dchi, apart from a bounded part. The mean square is an
-    average over the torus.
+    The momentum M in the body frame is a function of the angle variables chi with rates w. If the
+    rates change by dw, then M changes by t sum(dw dM/dchi), up to a bounded term.
     """
     size, n = 1e-5, 64
     ahead, back = neighbour(scene, size), neighbour(scene, -size)
     shear = np.subtract(ahead.frequencies, back.frequencies)[:2] / (2.0 * size)
     turns = np.stack(np.meshgrid(*2 * [np.arange(n) / n], indexing="ij"), axis=-1)
-    states = kr.exact(scene)._states_at(turns.reshape(-1, 2))
+    states = kr.exact(scene)._compute_states_at_angles(turns.reshape(-1, 2))
     q, m = tuple(states[:, 1:5].T), tuple(states[:, 5:8].T)
     waves = np.fft.fft2(np.array(kr.quaternion.turn_back(q, m)).reshape(3, n, n)) / n**2
     order = np.fft.fftfreq(n, 1.0 / n)

@@ -1,4 +1,4 @@
-"""Mean rates and quasi-periods of Kowalewski and Goryachev-Chaplygin tops, from long paths."""
+"""Tests of the mean rates of Kowalewski and Goryachev-Chaplygin tops."""
 
 import math
 
@@ -54,9 +54,9 @@ def test_rates_agree_with_the_frequency_analysis(scene):
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
 def test_mean_precession_agrees_with_counted_turns(scene):
-    """Check tops for which the frequency analysis finds no mean rates.
+    """Compare the mean rates with the number of turns counted along a long path.
 
-    The error of the counted turns is at most a few turns, however long the path.
+    The count is wrong by at most a few turns, however long the path is.
     """
     t = np.linspace(0.0, 20000.0, 800001)
     path = kr.exact(scene)(t)

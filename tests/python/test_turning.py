@@ -1,4 +1,4 @@
-"""Tops on turning supports, compared with SciPy, decimal series and supports at rest."""
+"""Tests of turning supports against SciPy and decimal series."""
 
 import math
 import pickle
@@ -27,7 +27,7 @@ HEAVY = make_scene("general", turning=TURNING)
 
 
 def rotation(turning, t):
-    """Return the quaternion of the support's rotation up to the time `t`."""
+    """Return the rotation of the support up to time `t` as a quaternion."""
     rate = np.linalg.norm(turning)
     return math.cos(rate * t / 2), *(math.sin(rate * t / 2) / rate * np.array(turning))
 
@@ -51,9 +51,9 @@ def test_digits_agree_with_decimal_arithmetic(digits, tolerance):
 @pytest.mark.parametrize("t", [40.0, -40.0])
 @pytest.mark.parametrize("name", BODIES)
 def test_a_turning_support_equals_a_rotated_support_at_rest(name, t):
-    """Compare with a support at rest.
+    """Compare the motion on a turning support with the rotated motion on a support at rest.
 
-    The support turns about e3 under gravity, and about any axis without gravity.
+    The support turns about a vertical axis unless gravity is zero.
     """
     for turning, gravity in ((ABOUT_E3, 1.3), (TURNING, 0.0)):
         still = kr.Scene(BODIES[name], **{**START, "gravity": gravity})
@@ -67,7 +67,6 @@ def test_a_turning_support_equals_a_rotated_support_at_rest(name, t):
 
 
 def test_quantities_without_the_heading():
-    """Compare runs with `want`, which omits the heading on a support at rest."""
     for turning in (TURNING, ABOUT_E3):
         scene, t = make_scene("general", turning=turning), [0.0, 1.0, 3.0]
         whole = kr.solve(scene, t, "taylor")

@@ -1,4 +1,4 @@
-"""Static types: type checkers accept a correct script and reject misspelt names."""
+"""Tests that static type checkers accept correct code and reject misspelt names."""
 
 import json
 import os

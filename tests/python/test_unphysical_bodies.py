@@ -1,4 +1,4 @@
-"""Bodies that no mass distribution can have, and rounded moments from the literature."""
+"""Tests of bodies that no mass distribution can realize."""
 
 import copy
 import dataclasses
@@ -22,7 +22,7 @@ TOLD = "no body has this inertia about the fixed point"
 
 
 def call_and_warning(make):
-    """Return the result of a call and the only warning that it issues."""
+    """Call `make`, and return its result and its only warning."""
     with pytest.warns(UserWarning, match=TOLD) as caught:
         made = make()
     assert len(caught) == 1
@@ -156,7 +156,6 @@ def test_bodies_passed_as_unphysical_do_not_warn():
 
 
 def test_physical_bodies_keep_the_flag():
-    """Check that physical bodies keep unphysical=True without warnings."""
     one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), unphysical=True)
     assert one.unphysical and dataclasses.replace(one, com=(0, 0, 5)).unphysical
     assert pickle.loads(pickle.dumps(one)).unphysical
@@ -226,7 +225,7 @@ ROUNDED = [
 @pytest.mark.parametrize("name", kr.methods)
 @pytest.mark.parametrize("body", ROUNDED, ids=["water", "heavy", "lagrange"])
 def test_every_method_solves_or_refuses_rounded_bodies(name, body):
-    """Check that the energy is conserved, and that the attitude agrees with a 20-digit run."""
+    """Check that energy is conserved and that the attitude agrees with a 20-digit solution."""
     scene = kr.Scene(body, (0.1, 0.2, 1.0), attitude=(0.8, 0.6, 0, 0))
     if not kr.methods[name].suits(scene):
         with pytest.raises(ValueError, match="does not apply to this body"):
@@ -241,7 +240,7 @@ def test_every_method_solves_or_refuses_rounded_bodies(name, body):
 
 
 def test_a_rounded_body_follows_eulers_equations():
-    """Compare with an independent integration of Euler's equations for these moments."""
+    """Compare solutions with an independent integration of Euler's equations."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     i1, i2, i3 = WATER
 

@@ -20,7 +20,7 @@ TOP = kr.scenes.thesis
 
 
 def test_the_viewer_may_run_only_its_own_script():
-    """Check that the viewer may run only its own script and may make no network requests."""
+    """Check that the page's security policy forbids external scripts and network requests."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))
@@ -91,7 +91,7 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 
 @pytest.fixture
 def browser_addresses(monkeypatch):
-    """Replace the browser, and return the list of addresses that are opened."""
+    """Replace the browser by a stub, and return the list of addresses that it opens."""
     found = []
     monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
     return found
@@ -129,7 +129,7 @@ def test_a_notebook_embeds_the_viewer(browser_addresses, monkeypatch, shell, pag
 
 @pytest.fixture
 def empty_home(tmp_path, monkeypatch):
-    """Provide an empty home directory and a small viewer, without a browser."""
+    """Replace the home directory, the viewer and the browser by test doubles."""
     monkeypatch.setattr(view, "_PAGE", tmp_path / "viewer.html")
     (tmp_path / "viewer.html").write_text(
         2 * '<script type="application/json" id="scene">null</script>', encoding="utf-8"

@@ -1,4 +1,4 @@
-"""The argument `want` and the plans of kreisel.plan."""
+"""Tests of the argument `want` and of kreisel.plan."""
 
 import math
 import pickle

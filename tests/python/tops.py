@@ -1,4 +1,4 @@
-"""Tops that several test files share, and the arguments for each method."""
+"""Tops and solver arguments shared by several test files."""
 
 import kreisel as kr
 import numpy as np
@@ -12,7 +12,7 @@ def unit(q):
 
 
 def matrix(q):
-    """Return the rotation matrix of a quaternion, from body to space."""
+    """Return the rotation matrix of a quaternion."""
     return np.array([quaternion.turn(q, e) for e in np.eye(3).tolist()]).T
 
 
@@ -34,7 +34,7 @@ def words_for(method):
 
 
 def random_starts(n, seed):
-    """Return random attitudes (n, 4) and momenta (n, 3)."""
+    """Return `n` random attitudes and momenta."""
     rng = np.random.default_rng(seed)
     q = rng.standard_normal((n, 4))
     return q / np.linalg.norm(q, axis=1)[:, None], rng.standard_normal((n, 3))

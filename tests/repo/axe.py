@@ -1,4 +1,4 @@
-"""Accessibility checks of pages with axe-core, in windows of three sizes."""
+"""Accessibility checks of web pages with axe-core."""
 
 import shutil
 from contextlib import contextmanager
@@ -20,9 +20,9 @@ def open_browser():
 
 
 def list_violations(browser, address, open_folds=False, sizes=SIZES):
-    """Return the accessibility violations of a page, each with the window size.
+    """Return the accessibility violations of a page for several window sizes.
 
-    If `open_folds` is true, all folded sections of the page are opened before the check.
+    If `open_folds` is true, all folded sections are opened first.
     """
     found = []
     for width, height in sizes:
@@ -36,7 +36,7 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
 
 
 def check_page(page, case):
-    """Return the accessibility violations of the page as it is now, each with the label `case`."""
+    """Return the accessibility violations of a page, labelled with `case`."""
     violations = Axe().run(page).response["violations"]
     places = [[node["html"][:120] for node in each["nodes"][:3]] for each in violations]
     return [(case, each["id"], where) for each, where in zip(violations, places, strict=True)]

@@ -1,6 +1,6 @@
-"""Colours as seen with and without colour blindness, for tests of charts and of the viewer.
+"""Colour contrast and simulated colour blindness, for tests of charts and the viewer.
 
-Colour vision without one kind of cones is simulated in linear RGB. Source: Machado, Oliveira and
+Colour vision without one type of cone is simulated in linear RGB. Source: Machado, Oliveira and
 Fernandes, IEEE Transactions on Visualization and Computer Graphics 15 (2009), full dichromacy.
 """
 
@@ -30,24 +30,24 @@ WHITE = TO_XYZ.sum(axis=1)
 
 
 def to_linear(colour):
-    """Return the linear RGB values of a colour #rrggbb."""
+    """Convert a colour #rrggbb to linear RGB values."""
     part = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
     return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
 
 
 def compute_contrast(one, other):
-    """Return the contrast of two colours as defined in WCAG 2.2."""
+    """Return the contrast ratio of two colours, as defined in WCAG 2.2."""
     low, high = sorted(TO_XYZ[1] @ to_linear(colour) for colour in (one, other))
     return (high + 0.05) / (low + 0.05)
 
 
 def to_lab(colour, vision):
-    """Return the CIELAB coordinates of a colour for a kind of `VISION`."""
+    """Return the CIELAB coordinates of a colour, as seen with the given kind of vision."""
     part = TO_XYZ @ np.clip(np.array(VISION[vision]) @ to_linear(colour), 0, 1) / WHITE
     x, y, z = np.where(part > 216 / 24389, np.cbrt(part), (24389 / 27 * part + 16) / 116)
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
 def lab_distance(one, other, vision):
-    """Return the distance of two colours in CIELAB."""
+    """Return the distance between two colours in CIELAB."""
     return np.linalg.norm(to_lab(one, vision) - to_lab(other, vision))

@@ -1,4 +1,4 @@
-"""A copy of the tree in which tests follow the recipes of ARCHITECTURE.md."""
+"""A copy of the repository in which tests apply the recipes of ARCHITECTURE.md."""
 
 import os
 import platform
@@ -16,7 +16,7 @@ APART = [  # makes Python import the package of the copy, and not the one that r
 
 
 class House:
-    """A copy of the tree, and the files that each recipe has changed in the copy."""
+    """A copy of the repository, and the files changed by each recipe."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -33,7 +33,7 @@ class House:
         (self.folder / name).write_text(text)
 
     def insert(self, recipe, name, before, text):
-        """Insert `text` before the first line of file `name` that begins with `before`."""
+        """Insert `text` into a file, before the first line that begins with `before`."""
         old = (self.folder / name).read_text()
         at = old.index("\n" + before) + 1
         self.write(recipe, name, old[:at] + text + old[at:])
@@ -41,8 +41,8 @@ class House:
     def build(self):
         """Build the core and the extension in the least time: without optimization or inlining.
 
-        On x86_64, only the base instruction set is built. The sources of the extension are compiled
-        as one, so that the headers of pybind11 are read once.
+        On x86_64, only code for the base instruction set is compiled. The sources of the extension
+        are compiled as one, so that the headers of pybind11 are read once.
         """
         self.merge_extension()
         cmake = run(sys.executable, "-m", "pybind11", "--cmakedir").strip()
@@ -69,12 +69,12 @@ class House:
             file.write("set_property(TARGET _core PROPERTY SOURCES python/whole.cpp)\n")
 
     def compile(self, program, to):
-        """Compile a C program, which may use private headers, and link it with the core."""
+        """Compile a C program and link it with the core."""
         library = self.folder / "build/libkreisel.a"
         run("gcc", "-std=c99", f"-I{self.folder / 'csrc'}", program, library, "-lm", "-o", to)
 
     def python(self, *lines):
-        """Return the output of a Python program that imports the package of the copy."""
+        """Run a Python program with the copied package, and return its output."""
         program = "\n".join([*APART, *lines])
         return run(sys.executable, "-c", program, self.folder / "python", self.folder, cwd="/")
 
@@ -98,7 +98,7 @@ DERIVATIVE = """static void tangent_of_height(const quantity_point *at, const qu
 
 
 def add_quantity(house):
-    """Add the height of the apex as a quantity, but omit the test that the recipe requires."""
+    """Add the height of the apex as a new quantity."""
     house.insert("quantity", "csrc/quantities.def", "Q(kinetic,", QUANTITY)
     house.insert("quantity", "csrc/model/quantities.c", "double kr_state_nutation(", VALUE)
     before = "static void tangent_of_body_velocity("

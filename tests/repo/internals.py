@@ -1,4 +1,7 @@
-"""Private names of the package that tests use. No other test module imports private names."""
+"""The private names of the package that are used in tests.
+
+No other test module may import private names.
+"""
 
 import numpy as np
 from kreisel import _cli as cli
@@ -27,7 +30,7 @@ __all__ = [
 
 
 def solid_of(body):
-    """Return the solid that plots draw for a body.
+    """Return the solid that represents a body in plots.
 
     Requires matplotlib.
     """

@@ -1,7 +1,7 @@
-"""Measures of the language of the code: docstring openers, participle names, file names.
+"""Measures of the language of docstrings, identifiers and file names.
 
-python tests/repo/language.py                the measures of each tree, and what breaks a rule
-python tests/repo/language.py sample SEED    60 sentences and 40 private names for a reader to rate
+Run `python tests/repo/language.py` to print the measures and all violations of the rules. Run
+`python tests/repo/language.py sample SEED` to print 60 sentences and 40 private names to rate.
 """
 
 import ast
@@ -38,7 +38,7 @@ def python_files(*trees):
 
 
 def definitions(file):
-    """Yield (node, name) of each module, class and function in `file`."""
+    """Yield the node and the name of each module, class and function in `file`."""
     tree = ast.parse(file.read_text())
     yield tree, file.stem
     for node in ast.walk(tree):
@@ -47,7 +47,7 @@ def definitions(file):
 
 
 def docstrings(*trees):
-    """Return (place, docstring) of each definition below `trees` that has a docstring."""
+    """Return the place and text of each docstring below the folders `trees`."""
     return [
         (f"{file.relative_to(ROOT)}::{name}", text)
         for file in python_files(*trees)
@@ -57,12 +57,12 @@ def docstrings(*trees):
 
 
 def has_banned_opener(docstring):
-    """Return True if `docstring` opens with a word that hides its subject or its verb."""
+    """Return True if `docstring` begins with a banned word."""
     return OPENER.match(docstring) is not None
 
 
 def is_participle(name):
-    """Return True if the first word of the identifier `name` is a past participle."""
+    """Return True if `name` begins with a past participle."""
     words = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)
     first = words[0].lower() if words else ""
     ends_like_one = first.endswith("ed") and len(first) > 3
@@ -70,7 +70,7 @@ def is_participle(name):
 
 
 def names(*trees):
-    """Return (place, name) of each class and function below `trees`, except test functions."""
+    """Return the place and name of each class and function, except test functions."""
     return [
         (f"{file.relative_to(ROOT)}::{name}", name)
         for file in python_files(*trees)
@@ -80,7 +80,7 @@ def names(*trees):
 
 
 def find_repeated_basenames(tree):
-    """Return each module name that several files below `tree` share, with these files."""
+    """Return a dictionary from repeated module names to their files."""
     places = defaultdict(list)
     for file in python_files(tree):
         if file.name not in {"__init__.py", "__main__.py", "conftest.py"}:
@@ -89,7 +89,7 @@ def find_repeated_basenames(tree):
 
 
 def report():
-    """Print the measures of each tree, and the names and docstrings that break a rule."""
+    """Print the measures and all violations of the rules."""
     for tree in TREES:
         texts, found = docstrings(tree), names(tree)
         openers = [place for place, text in texts if has_banned_opener(text)]
@@ -105,7 +105,7 @@ def report():
 
 
 def split_sentences(text):
-    """Return the complete sentences of five or more words, without formulas, lists and examples."""
+    """Return the complete sentences of five or more words in `text`."""
     paragraphs = re.split(r"\n\s*\n|\n(?=\s{4,}|\s*>>>)", text)
     prose = [" ".join(part.split()) for part in paragraphs if not part.lstrip().startswith(">>>")]
     sentences = [s for part in prose for s in re.split(r"(?<=[.]) (?=[A-Z`])", part)]
@@ -114,7 +114,7 @@ def split_sentences(text):
 
 
 def comment_sentences(tree):
-    """Return (file, sentence) of the comments of C files below `tree`."""
+    """Return the sentences in the comments of C files, with the file names."""
     return [
         (file.relative_to(ROOT), sentence)
         for file in sorted((ROOT / tree).rglob("*.[ch]"))
@@ -128,7 +128,7 @@ def docstring_sentences(*trees):
 
 
 def sample(seed):
-    """Print sentences and names, drawn at random from csrc, the package, validation and tests."""
+    """Print sentences and names drawn at random."""
     draw = random.Random(seed)
     sources = (
         (20, comment_sentences("csrc")),

@@ -1,7 +1,7 @@
-"""The layers of ARCHITECTURE.md, and the files that each file uses.
+"""The layers defined in ARCHITECTURE.md, and the dependencies between files.
 
-A C file uses the files that it includes. A Python file or a script of the viewer uses the files
-that it imports, including imports inside functions.
+A C file depends on the files that it includes. A Python file or script depends on the files that it
+imports, even inside functions.
 """
 
 import ast
@@ -16,7 +16,7 @@ C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
 
 @cache
 def layers():
-    """Return the layers of each tree, lowest first, each layer as a list of names."""
+    """Return the layers of each tree, from lowest to highest."""
     found = {}
     for tree, text in re.findall(r"^```layers (\S+)\n(.*?)^```", PLAN.read_text(), re.M | re.S):
         rows = [re.split(r"\s{2,}", line.strip())[0].split() for line in text.splitlines()]
@@ -36,7 +36,7 @@ def is_ours(file):
 
 
 def layer(file, tree):
-    """Return the index of the layer that contains a file, or None if not exactly one layer does."""
+    """Return the index of the layer that contains a file, or None if there is no unique layer."""
     inside = file.relative_to(ROOT / tree).as_posix()
     here = [
         number
@@ -48,7 +48,7 @@ def layer(file, tree):
 
 
 def targets(file, tree):
-    """Return the files of the same tree that a file uses."""
+    """Return the files of the same tree on which a file depends."""
     uses = (
         c_includes
         if file.suffix in C
@@ -83,7 +83,7 @@ def python_imports(file):
 
 
 def package(file, node):
-    """Return the absolute module name after `from` in an import, as a list of words."""
+    """Return the absolute module name of an import statement as a list of words."""
     words = node.module.split(".") if node.module else []
     if not node.level:
         return words
@@ -96,7 +96,7 @@ TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT 
 
 
 def module(words):
-    """Return a list with the file of a module, or an empty list if the module is external."""
+    """Return the file of a module as a list, which is empty for external modules."""
     for top in TOPS:
         for path in (top.joinpath(*words).with_suffix(".py"), top.joinpath(*words, "__init__.py")):
             if words and path.is_file() and is_ours(path):
@@ -105,7 +105,7 @@ def module(words):
 
 
 def circle(arrows):
-    """Return a cycle of files, each of which uses the next one, or an empty list."""
+    """Return a cycle of dependencies, or an empty list if there is none."""
     state, way = {}, []
 
     def visit(file):

@@ -1,10 +1,10 @@
-"""Measure the size of programs that link the library, and print the table of docs/sizes.md.
+"""The sizes of programs that link the library, as listed in docs/sizes.md.
 
     python tests/repo/sizes.py > docs/sizes.md
 
-A program is linked with kreisel.c (cmake/amalgamate.py), compiled for one instruction set, with
---gc-sections. The size is the sum of the text and data sections that `size` reports, minus the sum
-for an empty program. The C library is linked dynamically and does not count.
+Each program is linked with kreisel.c, compiled for one instruction set. The linker option
+--gc-sections removes unused functions. The size is that of the text and data sections, minus the
+size of an empty program. The C library is linked dynamically and is not counted.
 """
 
 import platform
@@ -46,14 +46,14 @@ EMPTY = "int main(void) { return 0; }\n"
 
 
 def name_functions(omitted=None):
-    """Return the names of all functions of the header, except those that match `omitted`."""
+    """Return the names of all public functions, except those that match `omitted`."""
     header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
     names = sorted(set(re.findall(r"\b(kr_\w+)\(", header)))
     return [name for name in names if not (omitted and re.search(omitted, name))]
 
 
 def write_table(names):
-    """Return a program with a table of pointers to functions."""
+    """Return a C program that contains a table of pointers to functions."""
     table = ", ".join(f"(function)&{name}" for name in names)
     return (
         "#include <kreisel.h>\n"
@@ -69,7 +69,7 @@ def write_table(names):
 
 
 def write_everything(omitted=None):
-    """Return a program that refers to every function, and one whose table contains only main."""
+    """Return a program that uses all public functions, and a similar program that uses none."""
     names = name_functions(omitted)
     return write_table(names), write_table(["main"] * len(names))
 
@@ -113,7 +113,7 @@ ARM_TARGET = "aarch64-linux-gnu"
 
 
 def find_compiler(processor):
-    """Return the command of a compiler for a processor, or None if none is installed."""
+    """Return the compiler command for a processor, or None if no compiler is installed."""
     if platform.machine() == {"x86_64": "x86_64", "arm64": "aarch64"}[processor]:
         return ["gcc"] if shutil.which("gcc") else None
     if processor == "x86_64":
@@ -135,7 +135,7 @@ def compile_library(folder, compiler, level, options):
 
 
 def link_program(folder, compiler, level, text, library):
-    """Compile a program, link it with the library, and return the program."""
+    """Compile and link a program, and return its path."""
     source, program = Path(folder) / "program.c", Path(folder) / "program"
     source.write_text(text)
     linking = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", library, "-lm"]
@@ -144,13 +144,13 @@ def link_program(folder, compiler, level, text, library):
 
 
 def sum_sections(program):
-    """Return the total size of the text and data sections of a program [bytes]."""
+    """Return the total size in bytes of the text and data sections of a program."""
     text, data, *_ = run("size", program).splitlines()[1].split()
     return int(text) + int(data)
 
 
 def measure_column(folder, processor, level, rows=ROWS):
-    """Return the size of each row in kB (1000 bytes), or None if there is no compiler."""
+    """Return the sizes of the programs [kB], which are None if no compiler is installed."""
     compiler = find_compiler(processor)
     if compiler is None:
         return [None for _ in rows]
@@ -166,7 +166,7 @@ def measure_column(folder, processor, level, rows=ROWS):
 
 
 def measure():
-    """Return the sizes of the rows in all columns."""
+    """Return all columns of the table of sizes."""
     columns = []
     for column in COLUMNS:
         with tempfile.TemporaryDirectory() as folder:
@@ -175,7 +175,7 @@ def measure():
 
 
 def format_table(columns):
-    """Return the table in Markdown from a list of sizes for each column."""
+    """Return the sizes as a Markdown table."""
     heads = [f"`{processor} {level}`" for processor, level in COLUMNS]
     lines = [f"| linked | {' | '.join(heads)} |", f"| --- |{' ---: |' * len(heads)}"]
     for i, (label, *_) in enumerate(ROWS):
@@ -185,7 +185,7 @@ def format_table(columns):
 
 
 def read_table(text):
-    """Return the sizes in a Markdown table, as a list for each column."""
+    """Read the columns of sizes from a Markdown table."""
     rows = [line.strip("| \n").split(" | ")[1:] for line in text.splitlines()[2:]]
     return [
         [None if cell == NONE else float(cell) for cell in column]

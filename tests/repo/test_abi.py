@@ -1,8 +1,8 @@
-"""The binary interface: layouts of public structs, values of enumerators, and prototypes.
+"""Tests that the binary interface of the library remains compatible.
 
-`abi.txt` describes the interface of the version in kreisel.h. A program compiled with this header
-must work with every library of this version. After an intended change, raise the minor version of
-kreisel.h and write the file anew:
+The file abi.txt describes the interface of the current version. A program compiled with one header
+must work with every library of the same version. After an intended change, raise the minor version
+of kreisel.h and write the file anew:
 
     python tests/repo/test_abi.py
 """
@@ -20,7 +20,7 @@ MEMBER = re.compile(r"\(\*(\w+)\)\([^)]*\)|(\w+)(?:\[\w+\])?\s*(?=[,;])")
 
 
 def preprocess():
-    """Return the header without comments, macros and the declarations of the C library."""
+    """Return the preprocessed header without the declarations of the C library."""
     need("gcc")
     options = ["-E", "-P", "-std=c99", "-include", "stddef.h", "-include", "stdint.h"]
     text = run("gcc", *options, CSRC / "kreisel.h")
@@ -29,7 +29,7 @@ def preprocess():
 
 
 def list_structs(text):
-    """Return the public structs with the names of their members."""
+    """Return the member names of each public struct."""
     return {
         name: [pointer or member for pointer, member in MEMBER.findall(body)]
         for name, body in STRUCT.findall(text)
@@ -41,7 +41,7 @@ def list_enumerators(text):
 
 
 def list_prototypes(text):
-    """Return the declarations of functions and constants, each on one line."""
+    """Return the declarations of functions and constants, one per line."""
     types = r"typedef (?:enum|struct)[^;{]*(?:\{.*?\}[^;]*)?;|enum \{.*?\};"
     declarations = (
         " ".join(part.split()) for part in re.sub(types, "", text, flags=re.S).split(";")
@@ -64,7 +64,7 @@ def write_program(text):
 
 
 def describe_interface(folder):
-    """Return the text of `abi.txt` for the present header."""
+    """Return the contents of abi.txt for the current header."""
     text = preprocess()
     source, program = Path(folder) / "abi.c", Path(folder) / "abi"
     source.write_text(write_program(text))

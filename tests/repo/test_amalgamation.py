@@ -1,6 +1,6 @@
-"""The library as one file, written by cmake/amalgamate.py.
+"""Tests of the single-file library written by cmake/amalgamate.py.
 
-In .ci/test (KREISEL_AMALGAMATED), the C tests also run against this file.
+The script .ci/test also runs the C tests against this file.
 """
 
 import importlib.util
@@ -33,14 +33,14 @@ def folder(tmp_path_factory):
 
 
 def output(program, library, folder):
-    """Return the output of a program in tests/c that is linked with the object file `library`."""
+    """Link a program of tests/c with `library`, run it, and return its output."""
     flags = ["-std=c99", "-ffp-contract=off", f"-I{CSRC}"]
     run("gcc", *flags, TESTS / f"{program}.c", library, "-lm", "-o", folder / program)
     return run(folder / program)
 
 
 def kernels_of(text):
-    """Return the output lines of tests/c/kernels.c, grouped by instruction set."""
+    """Return the output lines for each instruction set."""
     found = defaultdict(list)
     for line in text.splitlines():
         isa, bits = line.split(maxsplit=1)
@@ -124,7 +124,7 @@ def test_make_works_without_an_environment():
 
 
 def test_no_two_files_define_the_same_name(script):
-    """Check that every name is defined in one file only, because kreisel.c contains all files."""
+    """Check that no two files define the same name, because kreisel.c contains all files."""
     plain, _ = script.read_units()
     files = {file for file, _ in plain.parts if file and file.suffix != ".def"}
     assert len(files) > 60
@@ -150,7 +150,7 @@ def test_every_section_enables_the_features_of_its_instruction_set(script, folde
 
 
 def test_options_of_single_files_agree_with_the_build(folder):
-    """Compare CMakeLists.txt with the pragmas of kreisel.c."""
+    """Check that compiler options in CMakeLists.txt agree with the pragmas in kreisel.c."""
     options = re.findall(r"COMPILE_OPTIONS -f([\w-]+)\)", (ROOT / "CMakeLists.txt").read_text())
     assert options == ["tree-vectorize"]
     text = (folder / "kreisel.c").read_text()

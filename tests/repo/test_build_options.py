@@ -1,4 +1,4 @@
-"""Build options of CMakeLists.txt, and what a static program links."""
+"""Tests of the build options in CMakeLists.txt."""
 
 import os
 import platform
@@ -14,7 +14,7 @@ SECTIONS = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"]
 
 
 def build_library(folder, **options):
-    """Build the static library with some options, and return its file."""
+    """Build the static library with the given options, and return its path."""
     need("cmake", "gcc")
     defined = [f"-D{name}={value}" for name, value in options.items()]
     run("cmake", "-S", ROOT, "-B", folder, "-DKREISEL_TESTS=OFF", *defined)
@@ -23,7 +23,7 @@ def build_library(folder, **options):
 
 
 def query_methods(library, *methods):
-    """Return each method's status codes in a build, and the names in the build's method table."""
+    """Return the status codes of `methods`, and the names of all methods in a build."""
     program = library.with_name("options")
     run("gcc", "-std=c99", f"-I{CSRC}", PROGRAM, library, "-lm", "-o", program)
     *lines, table = run(program, *methods).splitlines()
@@ -33,7 +33,7 @@ def query_methods(library, *methods):
 
 
 def symbols(program):
-    """Return the names of the functions and constants in a program."""
+    """Return the names of all functions and constants in a program."""
     return {line.split()[-1] for line in run("nm", program).splitlines() if line}
 
 
@@ -80,9 +80,9 @@ def test_wrong_options_are_refused(tmp_path):
 
 
 def link_program(folder, lines, *sources):
-    """Link the statements `lines` with the static library, run the program, and return its symbols.
+    """Compile a program with the given statements, run it, and return its symbols.
 
-    The statements set `status`, which must be KR_OK. `sources` are linked before the library.
+    The statements must set `status` to KR_OK. The files `sources` are linked before the library.
     """
     prefix = install_library()
     source, program = folder / "program.c", folder / "program"
@@ -124,7 +124,7 @@ def test_a_static_program_links_only_the_method_it_uses(tmp_path):
 
 
 def torus_names(names):
-    """Return the names that belong to the closed forms on a torus."""
+    """Return the names that belong to the Kowalewski and Goryachev-Chaplygin closed forms."""
     return [name for name in names if re.match("kr_(kowalewski|(goryachev_)?chaplygin)", name)]
 
 

@@ -1,4 +1,4 @@
-"""Tests of the site that do not need the built site; `make docs` builds the site."""
+"""Tests of the documentation that do not require the built site."""
 
 import re
 import sys
@@ -46,7 +46,7 @@ def test_the_site_loads_nothing_from_other_servers(file):
 
 
 def test_the_gallery_example_of_waves_shows_waves():
-    """Check that the axis nutates by several degrees, at least five times per revolution."""
+    """Check that the nutation is visible and that several nutations occur per revolution."""
     source = (DOCS / "examples/tops/loops_cusps_waves.py").read_text()
     names = {}
     exec(source.partition("\nt = ")[0], names)
@@ -190,7 +190,7 @@ def test_signatures_have_the_types_of_the_sources():
 
 
 def draw_thumbnail(figure):
-    """Return the thumbnail of a figure, and close the figure."""
+    """Draw a thumbnail of a figure, and close the figure."""
     picture = thumbnails.draw_thumbnail(figure)
     plt.close(figure)
     assert picture.size == thumbnails.SIZE

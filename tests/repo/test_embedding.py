@@ -1,4 +1,4 @@
-"""The files and commands on the page about embedding work without any other source files."""
+"""Tests that the instructions for embedding work without any other source files."""
 
 import re
 import shutil
@@ -31,7 +31,7 @@ LAST_LINES = {
 
 
 def write_files(folder):
-    """Write each file that the page shows under the name that the page gives."""
+    """Write the files that the page shows."""
     for source, name in INCLUDED.findall(PAGE):
         to = folder / name
         to.parent.mkdir(parents=True, exist_ok=True)

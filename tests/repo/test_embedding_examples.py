@@ -1,4 +1,4 @@
-"""The programs and projects in examples/: each is built and run, and its output is checked."""
+"""Tests that build and run the programs in examples/."""
 
 import os
 import re
@@ -19,10 +19,9 @@ MOMENTUM = SPIN * I3
 
 
 def solve_lagrange(t, tilt=TILT, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY * LEVER):
-    """Return the tilt, its rate, and the precession angle at time `t`, by Euler's equations.
+    """Return the tilt, its rate and the precession angle of a Lagrange top at time `t`.
 
-    At the start, the angular velocity of the Lagrange top is its spin alone. `pull` is mass *
-    gravity * lever.
+    The initial angular velocity is a pure spin about the axis. `pull` is mass * gravity * lever.
     """
     vertical = momentum * np.cos(tilt)
 
@@ -35,15 +34,15 @@ def solve_lagrange(t, tilt=TILT, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY *
 
 
 def largest_tilt(tilt, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY * LEVER):
-    """Return the largest tilt of a Lagrange top that starts with its spin alone."""
+    """Return the largest tilt of a Lagrange top that starts with a pure spin."""
     ratio = momentum**2 / (4 * i1 * pull)
     return np.arccos(ratio - np.sqrt(ratio * ratio - 2 * ratio * np.cos(tilt) + 1))
 
 
 def nutation_integral(of=lambda c: 1.0):
-    """Return the integral of `of(cos(tilt))` over a nutation period of the top in the examples.
+    """Integrate a function of the cosine of the tilt over one nutation period.
 
-    The substitution c = middle + half cos(x) between the turning points removes the singularities.
+    The substitution c = middle + half cos(x) removes the singularities at the turning points.
     """
     pull = MASS * GRAVITY * LEVER
     top, bottom = np.cos(TILT), np.cos(largest_tilt(TILT))
@@ -72,7 +71,7 @@ def prefix():
 
 
 def build_and_run(name, prefix, tmp_path, *words, linking=("-Wl,--gc-sections",)):
-    """Compile one C example with the installed static library, and return its output."""
+    """Compile a C example with the installed library, and return its output."""
     program = tmp_path / name
     warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
     library = [f"-I{prefix}/include", EXAMPLES / f"{name}.c", prefix / "lib/libkreisel.a"]
@@ -81,7 +80,7 @@ def build_and_run(name, prefix, tmp_path, *words, linking=("-Wl,--gc-sections",)
 
 
 def numbers(pattern, text):
-    """Return an array of the numbers in `text` that the groups of `pattern` match."""
+    """Return the numbers in `text` that the groups of `pattern` match."""
     found = re.findall(pattern.replace("#", r"([-+.\de]+)"), text, re.M)
     assert found, text
     return np.array(found, dtype=float).reshape(len(found), -1)
@@ -104,12 +103,12 @@ GAME = {"i1": 0.01, "pull": 0.981}  # the tops of game_loop.c, at their start
 
 
 def read_game(name, output):
-    """Return the numbers in the lines about a top: rows of time, tilt, energy, <m, e3>."""
+    """Return the times, tilts, energies and vertical momenta printed for a top."""
     return numbers(f"^{name}: t = #, tilt #, energy #, vertical momentum #$", output)
 
 
 def check_push(output):
-    """Compare energy and momentum after the push with the work and the torque of the impulse."""
+    """Check the changes of energy and momentum caused by an impulse."""
     impulse, lever, momentum = np.array([0.0, 0.2, 0.0]), 0.1, 100 * 0.002
     tilt, rate, angle = solve_lagrange(0.5, momentum=momentum, **GAME)
     c, s = np.cos(tilt), np.sin(tilt)
@@ -131,7 +130,7 @@ def check_push(output):
 
 
 def check_heavier(output):
-    """Check that the heavier body keeps the attitude and momentum of the lighter body."""
+    """Check that replacing the body preserves the attitude and momentum."""
     momentum = 101 * 0.002
     tilt, rate, _ = solve_lagrange(1.0, momentum=momentum, **GAME)
     across = (momentum * (0.5 - np.cos(tilt)) / np.sin(tilt)) ** 2 + (0.01 * rate) ** 2
@@ -195,14 +194,14 @@ def test_an_ensemble_does_not_depend_on_its_threads(prefix, tmp_path):
 def test_a_checkpoint_continues_with_the_same_bits(prefix, tmp_path):
     output = build_and_run("checkpoint", prefix, tmp_path, tmp_path / "top")
     assert output.splitlines()[-1] == "bitwise equal" and "loaded at t = 1.0\n" in output
-    assert re.search("^damaged: not a checkpoint of such a top", output, re.M)
+    assert re.search("^damaged: the checkpoint is damaged", output, re.M)
     ((t, *momentum),) = numbers("t = #: m = # # #", output)
     assert t == 5.0
     np.testing.assert_allclose(momentum, solve_asymmetric(5.0), rtol=0, atol=1e-8)
 
 
 def solve_asymmetric(t):
-    """Return the momentum of the top in checkpoint.c at time `t`, integrated in the space frame."""
+    """Return the angular momentum of an asymmetric top at time `t`."""
 
     def rate(_, y):
         q, m = y[:4] / np.linalg.norm(y[:4]), y[4:]
@@ -295,7 +294,7 @@ def test_a_cmake_project_builds_the_library_with_one_method(example, tmp_path):
 
 
 def test_fetch_content_clones_the_given_repository(tmp_path):
-    """Configure the project with a clone of a repository that stops the configuration."""
+    """Check that CMake fetches a repository, as an error in its CMakeLists.txt shows."""
     need("cmake", "git")
     repository = tmp_path / "repository"
     run("git", "init", "-q", "-b", "main", repository)
@@ -311,13 +310,13 @@ def test_fetch_content_clones_the_given_repository(tmp_path):
 
 
 def use_zig():
-    """Return the command that runs zig, or skip the test if the module ziglang is missing."""
+    """Return the command that runs zig, or skip the test if zig is missing."""
     pytest.importorskip("ziglang")
     return f'"{sys.executable}" -m ziglang'
 
 
 def needed_functions(page):
-    """Return the set of functions that an image needs according to the page."""
+    """Return the functions that the page lists as required on microcontrollers."""
     section = page.partition("## Microcontrollers")[2].partition("\n## ")[0]
     return {
         name

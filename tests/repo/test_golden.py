@@ -1,8 +1,8 @@
-"""Results of the C library, compared with files in tests/c.
+"""Tests of the C library against stored results in tests/c.
 
 golden.txt contains hashes of the algebraic methods' states. kernels.txt contains hashes of the
-results on each instruction set, and snapshot.txt contains numbers to six digits. `.ci/snapshots`
-rewrites golden.txt and snapshot.txt.
+results on each instruction set, and snapshot.txt contains numbers to six digits. The script
+.ci/snapshots updates golden.txt and snapshot.txt.
 """
 
 import pytest
@@ -32,7 +32,7 @@ def test_every_compiler_gives_the_golden_bits(golden, compiler, options, tmp_pat
 
 
 def run_with_library(program, to):
-    """Return the output of `program`, linked with the installed library."""
+    """Link a program with the installed library, run it, and return its output."""
     need("cmake", "gcc")
     run("gcc", *FLAGS, program, install_library() / "lib/libkreisel.a", "-lm", "-o", to)
     return run(to)
@@ -50,8 +50,8 @@ def test_the_library_agrees_with_the_snapshot(tmp_path):
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
     """Compare the output of tests/c/kernels.c with tests/c/kernels.txt.
 
-    The file contains the output, without the names of instruction sets, for a set with fused
-    multiply-add and for a set without it. Other processors are tested by .ci/processors.
+    Expected outputs with and without fused multiply-add are stored in kernels.txt. Other processors
+    are tested by .ci/processors.
     """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
     told = run_with_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")

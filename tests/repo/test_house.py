@@ -1,4 +1,4 @@
-"""Tests of the code base: names, sizes, absence of warnings and of global state."""
+"""Tests of names, file sizes, compiler warnings and global state in the code."""
 
 import ast
 import re
@@ -51,7 +51,7 @@ def test_the_binding_includes_only_the_public_header():
 
 
 def symbols(library, *options):
-    """Return (name, type, section) of each symbol of a library, as nm lists them."""
+    """Return the name, type and section of each symbol of a library, as listed by nm."""
     rows = [
         line.split("|")
         for line in run("nm", "-f", "sysv", *options, library).splitlines()
@@ -172,7 +172,7 @@ def test_files_are_short(file):
 
 
 def functions(file):
-    """Yield the name and the number of lines of each function, not counting its docstring."""
+    """Yield the name and the length of each function, excluding its docstring."""
     text = file.read_text()
     if file.suffix == ".py":
         for node in ast.walk(ast.parse(text)):

@@ -1,4 +1,4 @@
-"""The installed library: programs in examples/ find the library with CMake and with pkg-config."""
+"""Tests that programs find the installed library with CMake and pkg-config."""
 
 import shutil
 

@@ -1,4 +1,4 @@
-"""Limits on the language of the Python code."""
+"""Tests of the language rules for Python code."""
 
 import pytest
 from language import (

@@ -1,4 +1,4 @@
-"""The layers of ARCHITECTURE.md: a file uses only files of lower layers or of the same layer."""
+"""Tests that files depend only on the same or lower layers."""
 
 import pytest
 from layers import PLAN, circle, files, layer, layers, targets

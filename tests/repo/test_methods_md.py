@@ -1,4 +1,4 @@
-"""Tests that METHODS.md equals the output of `kreisel methods --markdown`, except for costs."""
+"""Tests that METHODS.md is up to date."""
 
 import kreisel as kr
 from internals import page_of_methods, table_of_costs
@@ -23,9 +23,9 @@ def test_costs_are_relative_to_those_of_rk4(monkeypatch):
 
 
 def test_methods_md_is_up_to_date():
-    """Compare METHODS.md with the output of the command, except for the measured costs.
+    """Compare METHODS.md with the current table, except for measured costs.
 
-    `kreisel methods --markdown > METHODS.md` updates the file.
+    Run `kreisel methods --markdown > METHODS.md` to update the file.
     """
 
     def cells(text):

@@ -1,8 +1,7 @@
-"""The recipes of ARCHITECTURE.md, each followed in a copy of the tree.
+"""Tests that follow the recipes of ARCHITECTURE.md in a copy of the repository.
 
-A recipe must list all necessary changes. The recipes of the viewer are tested in
-tests/viewer/test_page_recipes.py, and the recipe of a part of the report in
-tests/report/test_parts.py.
+Each recipe in ARCHITECTURE.md must list all necessary changes. Other recipes are tested in
+tests/viewer/test_page_recipes.py and tests/report/test_parts.py.
 """
 
 import json
@@ -136,7 +135,7 @@ def test_the_tests_of_the_recipes_pass(house):
 
 
 def test_references_are_counted_only_with_the_gil(house):
-    """Check a build without NDEBUG, in which pybind11 verifies that the GIL is held."""
+    """Run the tests of threads in a build in which pybind11 checks that the GIL is held."""
     (extension,) = (house.folder / "python/kreisel").glob("_core*.so")
     assert b"PyGILState_Check" in extension.read_bytes()
     tests = [f"tests/python/test_{name}.py" for name in OF_THREADS]

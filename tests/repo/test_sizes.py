@@ -1,6 +1,6 @@
-"""Sizes of programs that link the static library, compared with the table in docs/sizes.md.
+"""Tests of program sizes against the table in docs/sizes.md.
 
-`python tests/repo/sizes.py > docs/sizes.md` updates the table. It measures all rows and columns.
+Run `python tests/repo/sizes.py > docs/sizes.md` to update the table, which has more columns.
 The tests measure one column, and compile the library twice: complete, and with the options that
 leave out most.
 """

@@ -1,4 +1,4 @@
-"""Style: clang-format, ruff and mypy report nothing."""
+"""Tests that clang-format, ruff and mypy report no problems."""
 
 import subprocess
 import sys
@@ -22,7 +22,7 @@ PYTHON = [
 
 
 def sources(*endings):
-    """Return the source files that git tracks, or would track after `git add`."""
+    """Return the source files that git tracks or does not ignore."""
     command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *endings]
     names = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     return [ROOT / name for name in names.splitlines() if (ROOT / name).is_file()]

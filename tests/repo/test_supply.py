@@ -1,8 +1,6 @@
 """Tests of third-party software.
 
-The tests check the licences, versions and hashes of the packages that pip installs. They also check
-that a .venv from another checkout is rejected. Another test checks that the viewer makes no network
-requests.
+The licences, versions and hashes of installed packages are checked.
 """
 
 import importlib.metadata
@@ -25,7 +23,10 @@ def requirements(monkeypatch):
 
 
 def test_packages_of_pip_have_versions_and_hashes(requirements):
-    """Check each package that pip installs. If this test fails, run `.ci/lock`."""
+    """Check that each package has a fixed version and a hash.
+
+    If this test fails, run `.ci/lock`.
+    """
     text = (ROOT / ".ci/locked.txt").read_text()
     assert "//" not in text and "index" not in text
     versions = {}
@@ -78,7 +79,7 @@ def test_the_bill_of_materials_has_the_bundled_versions(requirements):
 
 @pytest.fixture
 def checkout(tmp_path):
-    """Return a copy of the scripts that check a .venv, with a .venv from another checkout."""
+    """Copy the scripts that check a .venv, together with a .venv from another checkout."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / ".venv/bin/activate").write_text("VIRTUAL_ENV=/somewhere/else/.venv\n")
@@ -87,7 +88,7 @@ def checkout(tmp_path):
 
 
 def need(checkout):
-    """Run .ci/need in an environment without tools, in which nothing can be installed."""
+    """Run .ci/need in an environment without tools."""
     tools = checkout / "tools"
     tools.mkdir()
     for name in ("sh", "dirname", "grep", "ls", "rm", "cat", "mkdir"):

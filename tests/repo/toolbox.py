@@ -1,4 +1,4 @@
-"""Helpers of all tests: running commands, finding tools, and installing the library."""
+"""Helper functions for all tests."""
 
 import atexit
 import fcntl
@@ -23,9 +23,9 @@ VERSION = re.search(r'KR_VERSION "(.+)"', (ROOT / "csrc/kreisel.h").read_text())
 
 
 def run(*command, cwd=ROOT, **environment):
-    """Return the standard output of a command.
+    """Run a command and return its standard output.
 
-    If the command fails, the test fails and shows the output of the command.
+    The test fails if the command fails.
     """
     done = subprocess.run(
         [str(word) for word in command],
@@ -50,7 +50,7 @@ def start_playwright():
 
 
 def compile_objects(compiler, flags, sources, folder):
-    """Compile all sources in parallel, and return the object files."""
+    """Compile the sources in parallel, and return the object files."""
     objects = [Path(folder) / f"{i}.o" for i in range(len(sources))]
 
     def one(source, to):
@@ -73,7 +73,7 @@ def python(code, *words, timeout=60, **how):
 
 
 def need(*tools):
-    """Skip the test if a tool is missing, or fail it if CI=true."""
+    """Skip the test if a tool is missing, or fail if CI=true."""
     missing = [tool for tool in tools if not shutil.which(tool)]
     if missing:
         (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(
@@ -82,7 +82,7 @@ def need(*tools):
 
 
 def need_cargo():
-    """Skip the test if cargo is missing: `make test` does not install it because of its size."""
+    """Skip the test if cargo is missing. Cargo is too large to be installed by `make test`."""
     if not shutil.which("cargo"):
         pytest.skip("needs cargo")
 
@@ -94,7 +94,7 @@ def need_gsl():
 
 
 def core_sources(csrc=CSRC):
-    """Return the sources of the library, except the adapters to GSL and wasm.c."""
+    """Return the C sources of the library, except the adapters to GSL and wasm.c."""
     return sorted(
         file for file in csrc.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
     )
@@ -134,7 +134,7 @@ def build_and_install(build, prefix, gsl):
 
 
 def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), to):
-    """Build a program with the flags of pkg-config, run it, and return its output."""
+    """Compile a program with the flags of pkg-config, run it, and return its output."""
     need(compiler, "pkg-config")
     static = ["-static"] if linking == "static" else []
     pc = {"PKG_CONFIG_PATH": f"{prefix / 'lib/pkgconfig'}:{os.environ.get('PKG_CONFIG_PATH', '')}"}

@@ -1,6 +1,6 @@
-"""Fixtures of the tests of the report.
+"""Fixtures for the tests of the report.
 
-The time limit of the report is removed, so that reports are complete even on slow machines.
+The report has no time limit here, so that it is complete even on slow machines.
 """
 
 from dataclasses import replace

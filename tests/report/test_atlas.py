@@ -1,4 +1,4 @@
-"""Tests of the stability atlas, and of the random and published tops.
+"""Tests of the methods' stability for many kinds of tops.
 
 No assertion depends on run times.
 """
@@ -82,7 +82,7 @@ def test_exact_drifts_keep_the_attitude_of_a_stiff_top():
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
-    """Check the verdict on a needle that the midpoint rule accelerates equally at both steps."""
+    """Check the verdict on a needle that turns by many radians per step of the midpoint rule."""
     cell = examine_case("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
     assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
 
@@ -111,7 +111,7 @@ def test_verdicts(error, shown, per_turn, expected):
 
 
 def test_attitudes_below_the_conditioning_are_lost_not_right():
-    """Check the verdict on an unstable body, whose attitude one rounding error can change by pi."""
+    """Check the verdict on an attitude that is determined entirely by rounding errors."""
     shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
     assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
@@ -122,10 +122,6 @@ def test_errors_within_the_tolerance_are_explained():
 
 
 def test_errors_within_the_requested_tolerance_are_as_asked():
-    """Check that the second run changes only the verdicts on errors above the tolerance.
-
-    Only the verdict "right" is better than "as asked".
-    """
     for error, tol, expected in (
         (1e-10, 1e-9, "as asked"),
         (1e-9, 1e-9, "as asked"),
@@ -148,7 +144,7 @@ def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
 
 
 def test_the_second_run_estimates_the_error():
-    """Check the error estimate if the runs with steps h and h / 2 have errors C h^p."""
+    """Check the error estimate for errors that are exactly of order h^p."""
     for order in (1, 2, 4, 8):
         assert verdicts.estimate_error(1e-3 * (1 - 2.0**-order), order) == pytest.approx(
             1e-3, rel=1e-12
@@ -165,10 +161,7 @@ FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc,
 
 
 def make_faulty_candidates(fault):
-    """Return a function that lists all methods of kreisel, with a fault added to each method.
-
-    The fault is a function that takes (who, problem, scene, times, setting).
-    """
+    """Return a function that lists all methods, each with an artificial fault."""
 
     def list_faulty_candidates(scene, radians):
         return [
@@ -205,7 +198,7 @@ def twist(who, problem, scene, times, setting):
 @pytest.mark.parametrize("name", FAULTY)
 @pytest.mark.parametrize("fault", [increase_gravity, shorten_times, mirror, twist])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
-    """Check that results are never called right if the fault exceeds the method's own error."""
+    """Check that large faults are never reported as correct results."""
     sound = {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
     for cell in atlas_cells.make_cells(CASES[name], make_faulty_candidates(fault)):
         method = cell["method"]
@@ -218,9 +211,9 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
 )
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
-    """Check that no method is called right if gravity is wrong by a factor of 1.001.
+    """Check that a relative error of 0.001 in gravity is never reported as a correct result.
 
-    The effect of the fault is at least a hundred times the error of each method checked.
+    Only methods that are accurate enough to resolve the error are tested.
     """
 
     def increase_gravity_slightly(who, problem, scene, times, setting):
@@ -236,7 +229,7 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
 
 
 def test_a_missing_kick_is_found():
-    """Check that the omission of gravity in one interval or one step is found."""
+    """Check that the omission of gravity during one step is detected."""
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def omit_gravity(seconds):
@@ -285,10 +278,9 @@ def test_wrong_orders_and_ignored_tolerances_are_detected():
 
 
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
-    """Compare the change per step with h (1 - cos theta) <v, a_> <torque at a_, v>.
+    """Compare the change of the axial momentum per step with the formula in stiff_needle.py.
 
-    The formula is derived in stiff_needle.py. If the formula holds, the energy drift is a property
-    of the method and not an implementation fault.
+    Agreement shows that the energy drift is a property of the method, not a bug.
     """
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps

@@ -1,4 +1,4 @@
-"""Tests of the programs of validation/benchmarks and mutation."""
+"""Tests of the benchmark and mutation programs."""
 
 import importlib
 import re
@@ -31,7 +31,7 @@ def test_a_program_describes_its_measurement(name, capsys):
 
 
 def test_the_core_is_compiled_like_the_library():
-    """Check that the files, instruction sets and options equal those in CMakeLists.txt."""
+    """Check that the benchmarks compile the same files with the same options as CMakeLists.txt."""
     said = (ROOT / "CMakeLists.txt").read_text()
     isas = (ROOT / "cmake/isa.cmake").read_text()
     assert compiling.core_files() == core_sources()

@@ -1,4 +1,4 @@
-"""Tests of the report's part on calls: calls at equal error, and when compiling pays off."""
+"""Tests of the report's comparison of computing times at equal error."""
 
 from math import inf
 
@@ -17,7 +17,7 @@ NAME = "goryachev_chaplygin"
 
 @pytest.fixture(scope="module")
 def findings():
-    """Return the measurements of one scene, with few rounds and orders."""
+    """Return quick measurements of one scene."""
     return [calls.measure_scene(NAME, 2, (1e-6, 0.0), quick=True)]
 
 
@@ -67,7 +67,7 @@ def test_each_order_of_heyoka_has_one_tolerance():
 
 
 def test_times_are_interpolated_between_adjacent_settings():
-    """Check a program whose time is proportional to the error to the power -1/4."""
+    """Check the interpolation of times that follow a power law of the error."""
     ladder = [(k, error) for k, error in enumerate((1e-2, 1e-5, 1e-5, 1e-8, 1e-8, 1e-11))]
 
     def time_at(target):
@@ -113,7 +113,7 @@ def test_a_run_stays_below_the_peak_of_a_core(findings):
 
 
 def test_the_operations_of_a_series_are_counted():
-    """Compare with an explicit count of the products of coefficients in one step."""
+    """Compare the operation count with an explicit count of the products in one Taylor step."""
     scene = kr.scenes.goryachev_chaplygin
     path = kr.solve(scene, [0.01], "taylor", tol=1e-3)
     assert path.stats.steps == 1

@@ -1,4 +1,4 @@
-"""Tests of limits on the Python calls of public functions, and on returns to earlier files."""
+"""Tests of limits on the number of Python calls in public functions."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Tests of the part on chaos: theory and sections must describe the same tops."""
+"""Tests that theoretical predictions and Poincare sections refer to the same tops."""
 
 import csv
 import io
@@ -16,7 +16,7 @@ SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
 
 
 def test_the_ten_regions_differ():
-    """Check that the order of the critical values differs between regions, except for one pair."""
+    """Check that all but two of the ten regions have different sequences of critical values."""
     kinds = [
         tuple(kind for _, kind in kowalewski.critical_values(g, h)) for g, h in kowalewski.REGIONS
     ]
@@ -74,9 +74,9 @@ def test_a_kowalewski_section_covers_all_values_of_k():
 
 
 def test_frequencies_identify_regular_motions():
-    """Check that most motions of a nearly symmetric top (moments 2 % apart) are regular.
+    """Check that most motions of a nearly symmetric top are regular.
 
-    Also check that all orbits in a chain of islands have the same rotation number.
+    The accuracy of kr.frequencies is checked for random Lagrange tops.
     """
     axial, turns, change = frequency_data.measure_rotation(16, "moments 2 % apart")
     assert (np.abs(turns) <= 0.5).all() and np.median(change) < 1e-6 and len(axial) == 16

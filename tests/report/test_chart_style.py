@@ -43,7 +43,7 @@ def test_no_two_methods_of_a_panel_share_a_colour():
 
 
 def test_a_program_looks_the_same_in_all_figures():
-    """Check that styles do not depend on the other lines of a figure."""
+    """Check that the style of a program does not depend on the other programs in a figure."""
     lead = choose_line_styles(["kreisel"], ["heyoka", "GSL rk8pd", "SciPy DOP853"])
     many = choose_line_styles(["exact", "taylor"], ["heyoka, batches", "gsl_rk8pd"])
     family = choose_line_styles(["extrap", "taylor"], ["gsl_bsimp", "gsl_rk8pd", "heyoka"])
@@ -63,7 +63,7 @@ class Run:
 
 
 def test_leading_methods_have_their_own_colour_in_small_figures(monkeypatch):
-    """Check that each label has the colour and the marker of its line."""
+    """Check that labels have the colours and markers of their lines."""
     drawn = []
     monkeypatch.setattr(
         cost_curves, "figure_to_svg", lambda figure: drawn.append(figure) or "<svg>"

@@ -50,12 +50,12 @@ def test_the_conclusion_on_the_atlas_counts_verdicts():
         ]
     )
     assert (
-        "One of 3 cells is wrong in silence: b on a case" in said
+        "One of 3 cells is silently wrong: b on a case" in said
         and "33 % are right: " in said
         and "0 % are as asked: " in said
         and "33 % are degraded: " in said
     )
-    assert "None of 1 cells is wrong in silence." in conclude([cell("a", "right", shown_by="")])
+    assert "None of 1 cells is silently wrong." in conclude([cell("a", "right", shown_by="")])
     assert conclude([]) == ""
 
 
@@ -65,7 +65,6 @@ def run(scene, method, seconds):
 
 
 def test_similar_times_are_a_tie():
-    """Check the conclusions for a win, two ties, a loss, and a scene that only kreisel solves."""
     rows = []
     for scene, own, peer in (
         ("won", 1.0, 1.34),
@@ -96,7 +95,7 @@ def test_similar_times_are_a_tie():
 
 
 def test_only_faster_runs_recover_the_compile_time():
-    """Check three cases: heyoka gains 0.25 s per run, heyoka is slower, or heyoka does not run."""
+    """Check the conclusion if heyoka is faster, if heyoka is slower, and if heyoka does not run."""
     rows = [run("lost", "taylor", 1.25), run("won", "taylor", 0.5)]
     peers = [run("lost", "heyoka", 1.0), run("won", "heyoka", 1.0)]
     for peer in peers:

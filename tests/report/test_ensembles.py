@@ -1,4 +1,4 @@
-"""Tests of the comparison of ensembles: all programs must compute the same motions."""
+"""Tests that all programs compute the same motions of an ensemble."""
 
 import csv
 import re
@@ -52,7 +52,7 @@ def test_other_integrators_start_from_the_same_states(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_conditioning_agrees_with_the_references(kind):
-    """Compare with the conditioning of the references, which also varies the body."""
+    """Compare the conditioning of ensemble members with that computed for reference solutions."""
     tops = tops_of.draw_tops(kind, 2, end=10.0)
     for k, own in enumerate(tops_of.compute_conditioning(tops)):
         (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")
@@ -61,7 +61,7 @@ def test_conditioning_agrees_with_the_references(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_program_returns_the_tops_in_order(kind):
-    """Check that results keep the order of the tops if eleven tops leave some lanes unused."""
+    """Check that programs return the results in the order of the tops."""
     tops = tops_of.draw_tops(kind, 11, end=10.0)
     true = tops_of.compute_truths(tops)
     for who in ensemble_runs.select_movers(tops):
@@ -106,7 +106,7 @@ def test_ratios_are_medians_of_rounds():
 
 
 def test_the_tightest_common_error_is_reached_by_both_programs():
-    """Check the common error of programs whose smallest error is not at their tightest setting."""
+    """Check the common error of two programs if the tightest tolerance is not the most accurate."""
     scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
     target = equal_error.tightest_common_error(straight, scattered)
@@ -126,7 +126,7 @@ def test_the_map_shows_sleeping_tops():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_members_are_as_accurate_as_their_single_runs(kind):
-    """Compare errors relative to the effect of one rounding error at the start."""
+    """Compare errors in units of the error caused by one initial rounding error."""
     tops = tops_of.draw_tops(kind, 200)
     true, unit = tops_of.compute_truths(tops), tops_of.compute_conditioning(tops)
     closed = [("exact", Setting())] if kind == "Lagrange" else []

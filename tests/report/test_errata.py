@@ -1,4 +1,4 @@
-"""Tests of each erratum: the thesis is wrong by the stated error, and the correction is right."""
+"""Tests of the errors found in the thesis and of their corrections."""
 
 import kreisel as kr
 import numpy as np
@@ -52,7 +52,7 @@ def test_the_error_of_c_does_not_vanish_with_the_step():
 
 
 def test_the_error_of_c_has_no_effect_in_the_scene_of_the_thesis():
-    """Check that the erratum on c has no effect on the scene of the thesis.
+    """Check that the erratum on the constant c has no effect on the example of the thesis.
 
     In this scene a0 = e3, hence <m, p> / g equals <m, a>, and g = p = 1 before scaling.
     """
@@ -106,10 +106,7 @@ def test_inverse_and_derivative_do_not_commute():
     ids=["rk4", "extrap"],
 )
 def test_restarts_do_not_reduce_the_accuracy_of_one_step_methods(words):
-    """Check that restarts do not reduce the accuracy.
-
-    Restarts would reduce the accuracy of a multi-step method.
-    """
+    """Check that restarting a one-step method does not reduce its accuracy."""
     whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
     again, true = kr.solve(half.end, 2.0, **words), su2.exact_attitude(SCENE, 4.0)
     assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)
@@ -121,7 +118,7 @@ def test_runge_kutta_has_four_stages():
 
 
 def test_g_is_constant_only_for_horizontal_momenta():
-    """Check that G is constant for horizontal momenta, and varies for other momenta.
+    """Check that the Goryachev-Chaplygin integral G is constant only for horizontal momenta.
 
     The derivative is dG/dt = 2 M2 <M, P>, in the units of equation (5.2) of the thesis.
     """

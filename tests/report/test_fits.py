@@ -1,4 +1,4 @@
-"""Tests of the part of the report that compares fits."""
+"""Tests of the report's comparison of fits."""
 
 import numpy as np
 

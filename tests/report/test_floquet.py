@@ -1,4 +1,4 @@
-"""Tangents of closed forms by Floquet's theorem, compared with a Taylor series of 20 digits."""
+"""Tests of tangents computed by Floquet's theorem."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""The report's table of times in which closed forms on a torus compute one late state."""
+"""Tests of the report's table of run times for computing states at large times."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Tests of the part on many starts, and of the advice at the top of the report."""
+"""Tests of the part of the report that compares many random initial states."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -13,7 +13,7 @@ from validation.references.problems import load_problem
 
 @pytest.fixture(scope="module")
 def findings():
-    """Return the measurements of one scene with few members."""
+    """Return quick measurements of one scene."""
     return [many_starts.measure_scene(load_problem("thesis"), replace(BUDGETS["quick"], members=2))]
 
 
@@ -38,9 +38,9 @@ def test_a_start_keeps_the_character_of_the_motion():
 
 
 def make_findings(times, scene="thesis"):
-    """Return findings of one scene from {program: times of its starts}.
+    """Return results for one scene with the given computing times.
 
-    A time is infinite if the program fails.
+    An infinite time means that the program fails.
     """
     runs = [
         {"scene": scene, "start": i, "program": program, "seconds": t, "attitude_error": 1e-13}
@@ -53,9 +53,9 @@ def make_findings(times, scene="thesis"):
 
 
 def test_the_conclusion_states_the_ratios_of_the_figure():
-    """Check ratios of medians if three quarters of the starts reach the error.
+    """Check the ratios of medians when some programs fail.
 
-    GSL and SciPy fail on half of the starts, and the conclusion must mention the failures.
+    GSL and SciPy fail on half of the initial states, which the conclusion must mention.
     """
     programs = list(many_starts.list_programs())
     titles = list(many_starts.list_programs().values())
@@ -105,7 +105,7 @@ def make_row(scene, method, seconds, step=None):
 
 
 def test_the_advice_names_the_winner_of_each_group_with_its_ratios():
-    """Check the advice for two scenes, each of which a different method of kreisel wins."""
+    """Check the advice for two scenes with different fastest methods."""
     scenes = {"thesis": ("exact", 1e-6), "asymmetric": ("taylor", 1e-5)}
     rows = []
     for scene, (method, seconds) in scenes.items():

@@ -1,4 +1,4 @@
-"""Tests of stored measurements and of the fastest run."""
+"""Tests of stored measurements and of the search for the fastest run."""
 
 import os
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Tests of the mutants that validation/mutation makes, and of trials on a small tree."""
+"""Tests of the mutants that validation/mutation generates."""
 
 import pytest
 from toolbox import need

@@ -1,4 +1,4 @@
-"""Tests that the report includes a new method without a change to any file of the report."""
+"""Tests that the report includes a new method automatically."""
 
 import ast
 from dataclasses import fields

@@ -64,7 +64,7 @@ def diff_trees(one, other):
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """Return a copy of the tree with an additional part."""
+    """Return a copy of the repository with an additional part of the report."""
     copy = tmp_path_factory.mktemp("tree")
     shutil.copytree(
         ROOT / "validation", copy / "validation", ignore=shutil.ignore_patterns("__pycache__")
@@ -81,7 +81,7 @@ def tree(tmp_path_factory):
 
 
 def report(tree, *words):
-    """Return the output of the report that is run in the copy."""
+    """Run the report in the copy, and return its output."""
     command = [sys.executable, "-m", "validation", *words]
     wide = os.environ | {"COLUMNS": "200"}
     done = subprocess.run(command, cwd=tree, env=wide, capture_output=True, text=True)
@@ -149,7 +149,7 @@ def test_every_part_has_a_template_beside_its_file(part):
 
 @pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])
 def test_general_files_name_no_part(file):
-    """Check that files that loop over all parts contain no name and no title of a part."""
+    """Check that the report's general files do not name individual parts."""
     text = (ROOT / "validation/report" / file).read_text()
     words = {word for part in PARTS for word in (part.name, part.title, part.heading)}
     named = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}

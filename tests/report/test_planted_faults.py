@@ -1,7 +1,7 @@
-"""Tests that the atlas detects faults that are added to every method.
+"""Tests that the report detects artificial faults in every method.
 
-A result with such a fault must get the verdict "wrong in silence". A user cannot observe an error
-that both runs share.
+A faulty result must be classified as silently wrong. A user cannot detect an error that is the same
+in both runs.
 """
 
 import re
@@ -42,7 +42,7 @@ LATE = Case(
 
 
 def offset(angle):
-    """Return a fault that rotates all states but the first by an angle about e3."""
+    """Return a fault that rotates all states but the first about e3."""
     turn = np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)
 
     def plant(q, true):
@@ -56,7 +56,7 @@ def reverse_heading(q, true):
 
 
 def multiply_error(q, true):
-    """Multiply a small error by ten."""
+    """Multiply the error of the attitudes `q` by ten."""
     sign = np.sign(np.sum(q * true, axis=1))[:, None]
     far = sign * true + 10.0 * (q - sign * true)
     return far / np.linalg.norm(far, axis=1)[:, None]
@@ -74,7 +74,7 @@ SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 
 
 def make_faulty_candidates(led_on):
-    """Return a function that lists every method of kreisel with each fault."""
+    """Return a function that lists all methods with all artificial faults."""
 
     def run_of(who):
         def run(problem, scene, times, setting):
@@ -109,7 +109,7 @@ def make_faulty_candidates(led_on):
 
 @cache
 def find_cells(family):
-    """Return the cells of a family whose runs reached the end, as {fault: {method: cell}}."""
+    """Return the results of completed runs, grouped by fault and method."""
     led_on = family not in FAMILIES
     case = (
         Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
@@ -135,9 +135,9 @@ def test_runs_without_faults_are_not_silent(family):
 @pytest.mark.parametrize("fault", SIZES)
 @pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
 def test_faults_in_both_runs_are_silent(family, fault):
-    """Check that a fault in both runs is "wrong in silence" if it far exceeds the method's error.
+    """Check that large faults in both runs are classified as silently wrong.
 
-    Faults within the requested tolerance are exceptions.
+    Errors within the requested tolerance are not counted as faults.
     """
     sound, faulty = find_cells(family)["sound"], find_cells(family)[fault]
     clean = [name for name, cell in sound.items() if cell["shown"] < SIZES[fault] / 100]
@@ -161,7 +161,7 @@ def test_faults_proportional_to_the_error_are_never_silent(family):
 
 
 def test_steps_of_half_a_turn_are_mentioned_in_the_verdict():
-    """Check that the verdict mentions the large step if there are only two steps per turn."""
+    """Check that the verdict mentions a large step size if there are only two steps per turn."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
@@ -175,10 +175,7 @@ def compute_earlier_attitudes(scene, times, share):
 
 
 def make_faulty_closed_form(name, fault):
-    """Return a closed form with an added fault.
-
-    The fault is a function that takes (scene, times, attitudes).
-    """
+    """Return a closed form with an artificial fault."""
 
     def run(problem, scene, times, setting):
         q = fault(scene, times, kr.exact(scene)(times).q)
@@ -189,9 +186,9 @@ def make_faulty_closed_form(name, fault):
 
 @cache
 def find_late_cells():
-    """Return the cells of closed forms at a late time, as {fault: cell}.
+    """Return the results of closed forms with artificial faults at a late time.
 
-    One additional fault is a relative error of the time.
+    One of the faults is a relative error in the time.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)
@@ -204,15 +201,15 @@ def find_late_cells():
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_faults_of_closed_forms_are_silent_at_late_times(fault):
-    """Check that late faults are "wrong in silence" unless initial rounding errors explain them."""
+    """Check that faults are classified as silently wrong unless rounding errors explain them."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
     assert is_silent(find_late_cells()[fault]) != told_by_data
 
 
 def test_all_methods_refuse_unresolvable_times():
-    """Check that every method refuses a time at which doubles cannot resolve the attitude.
+    """Check that every method rejects a time at which doubles cannot resolve the attitude.
 
-    A run that ends at a fraction of the time must be called lost.
+    A run that ends too early must be classified as lost.
     """
     goes_on = atlas_cells.Candidate(
         "goes on",

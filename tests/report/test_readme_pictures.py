@@ -1,4 +1,4 @@
-"""Tests of the programs that draw the pictures of README.md and of the theory pages."""
+"""Tests of the programs that draw the pictures of README.md and the theory pages."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Tests of the reference solutions, which are recomputed in several ways, heyoka and kreisel."""
+"""Tests of the reference solutions by independent recomputation."""
 
 import math
 

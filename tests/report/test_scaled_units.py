@@ -1,4 +1,4 @@
-"""The scaled units of the thesis: lengths, masses, and invariants of the Bobenko-Suris map."""
+"""Tests of the scaled units of the thesis."""
 
 import kreisel as kr
 import numpy as np
@@ -12,7 +12,7 @@ TIMES = np.linspace(0, 10, 11)
 
 
 def test_scaled_units_of_the_cuboid_differ_from_the_thesis():
-    """Check errata 4 and 5: I1, alpha and the lever differ from the values printed in 4.2.1."""
+    """Check the corrected values of section 4.2.1 of the thesis (errata 4 and 5)."""
     n, t = 0.8, 1.0
     units = scaled_units(CUBOID)
     scaled = units.into(THESIS)
@@ -28,7 +28,6 @@ def test_scaled_units_of_the_cuboid_differ_from_the_thesis():
 
 
 def test_scaled_units_do_not_change_times_and_attitudes():
-    """Check that scaling changes neither the times nor the attitudes."""
     body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
     scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
     scaled = scaled_units(body).into(scene)

@@ -1,4 +1,4 @@
-"""Tests of the chapter on the thesis: figures, verdicts and numbers."""
+"""Tests of the chapter on the thesis."""
 
 import re
 

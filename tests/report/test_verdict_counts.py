@@ -1,4 +1,4 @@
-"""Tests of the study that counts wrong verdicts on chaos."""
+"""Tests of the study that counts misclassified motions."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Helpers of the viewer's tests: opening the viewer offline, presets, drags, and queries."""
+"""Helper functions for the tests of the viewer."""
 
 import json
 
@@ -27,7 +27,10 @@ ROD_SIDES = 12  # number of sides of the cross section of a rod, which is a poly
 
 
 def wait_for(page, condition, arg=None):
-    """Wait until `condition` holds in the viewer; a function is called with the argument `arg`."""
+    """Wait until `condition` holds in the viewer.
+
+    If `condition` is a function, it is called with `arg`.
+    """
     page.evaluate(
         f"""(arg) => new Promise((done, fail) => {{
             const end = performance.now() + 30000;
@@ -48,14 +51,14 @@ def make_viewport(size):
 
 
 def is_trouble(message):
-    """Return True if a message is an error or warning, except notes on slow software rendering."""
+    """Return True if a console message is a relevant error or warning."""
     return message.type in {"error", "warning"} and "GPU stall" not in message.text
 
 
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
     """Open the viewer in a new window with `scale` screen pixels per CSS pixel.
 
-    The attribute `troubles` of the viewer collects console messages and network requests.
+    Errors, warnings and network requests are appended to the page's attribute `troubles`.
     """
     how = {"viewport": make_viewport(size), "device_scale_factor": scale, **how}
     context = browser.new_context(offline=True, **how)
@@ -79,7 +82,6 @@ def wait_until_ready(page):
 
 
 def reload(page):
-    """Load the viewer again in the same window."""
     page.reload()
     wait_until_ready(page)
 
@@ -88,7 +90,7 @@ def reload(page):
 
 
 def load(page, preset=UPRIGHT, **changes):
-    """Load a preset, change some of its values, and pause at the initial state."""
+    """Load a preset with some changed values, and pause at the initial state."""
     loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
@@ -104,7 +106,7 @@ def advance(page, t):
 
 
 def wait_until_time(page, t):
-    """Wait until the viewer shows the time `t` after a jump in time."""
+    """Wait until the viewer has reached the time `t`."""
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 
@@ -132,7 +134,7 @@ def read_scene(page):
 
 
 def list_changes(before, after):
-    """Return the keys, except name and text, whose values differ between two scenes."""
+    """Return the keys whose values differ between two scenes, except the name and description."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 
@@ -141,17 +143,17 @@ def read_clock(page):
 
 
 def read_states(page):
-    """Return (t, q, m) for each top of the viewer."""
+    """Return the time, attitude and momentum of each top in the viewer."""
     return page.evaluate("kreisel.readStates()")
 
 
 def measure_top(page, top, name):
-    """Return the current value of a measure of a top."""
+    """Return the current value of the quantity `name` of a top."""
     return page.evaluate(f"kreisel.simulation.measureTop({top}).{name}")
 
 
 def read_record(page, top, name):
-    """Return the recorded values of a measure of a top."""
+    """Return the recorded values of the quantity `name` of a top."""
     values = page.evaluate(f"kreisel.simulation.getRecord({top}, '{name}')")
     return np.array(values, float)
 
@@ -162,7 +164,7 @@ def read_message(page):
 
 
 def count_colours(page):
-    """Return the number of different colours in a downscaled copy of the picture."""
+    """Return the number of different colours in the viewer's picture."""
     return page.evaluate("""(() => {
         const c = document.createElement('canvas'), x = c.getContext('2d');
         [c.width, c.height] = [160, 100];
@@ -172,7 +174,7 @@ def count_colours(page):
 
 
 def scene_in_python(given, second=False):
-    """Return a scene of the viewer as a kreisel.Scene."""
+    """Convert a scene of the viewer to a kreisel.Scene."""
     body = given["body"]
     if "half" in body:
         made = kr.Body.cuboid(**body)

@@ -1,4 +1,4 @@
-"""Fixtures: the browser, and one page that tests share."""
+"""Fixtures for the tests of the viewer."""
 
 import shutil
 
@@ -35,7 +35,7 @@ def shared_page(browser):
 
 @pytest.fixture
 def page(shared_page):
-    """Return the shared page with Lagrange's top paused at its initial state, all sections open."""
+    """Return the shared page in its initial state, with all sections open."""
     shared_page.evaluate("""{
         const {page, view} = kreisel;
         page.setRunning(false);

@@ -1,4 +1,4 @@
-"""Tests that the viewer computes the same states as Python, works offline and saves files."""
+"""Tests that the viewer computes the same states as Python."""
 
 import csv
 import gzip
@@ -180,7 +180,7 @@ def test_presets_conserve_their_integrals(page, preset):
 
 
 def heights_until(page, end):
-    """Return the cosine of the nutation of all tops at each whole unit of time."""
+    """Return the apex heights of all tops at each whole unit of time."""
     told = page.evaluate(
         """(end) => Array.from({length: end + 1}, (_, t) => {
             kreisel.advance(t);

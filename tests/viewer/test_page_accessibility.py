@@ -1,4 +1,4 @@
-"""Accessibility tests of the viewer with axe-core, in windows of three sizes."""
+"""Accessibility tests of the viewer with axe-core."""
 
 import pytest
 from axe import SIZES, check_page

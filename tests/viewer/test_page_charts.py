@@ -1,4 +1,4 @@
-"""Tests that the charts, the table of integrals and the displayed momentum agree with Python."""
+"""Tests that charts and tables of the viewer agree with Python."""
 
 import kreisel as kr
 import numpy as np
@@ -19,14 +19,14 @@ AXES = ("first", "second", "vertical")
 
 
 def read_lines(page, chart=0):
-    """Return the lines of a chart: the times, and the values for each top."""
+    """Return the times and values of the lines in a chart."""
     return np.array(
         page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float
     )
 
 
 def run_to(page, t):
-    """Advance to the time `t`, and wait until the charts show it."""
+    """Advance to the time `t`, and wait until the charts are updated."""
     advance(page, t)
     wait_for(
         page, "kreisel.charts.plots[0].data[0].at(-1) === kreisel.simulation.getTimes().at(-1)"
@@ -121,11 +121,7 @@ def test_thinned_records_keep_their_extremes(page):
 
 
 def test_charts_offer_all_quantities_of_the_table(page):
-    """Check that the menu lists all quantities that a chart can show.
-
-    These are the attitude error, the integral K or G if conserved, and all quantities that do not
-    depend on the heading.
-    """
+    """Check that the menu lists all quantities that a chart can show."""
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
     options = "list => [...list.options].map((option) => [option.value, option.title])"
@@ -159,9 +155,10 @@ def test_charts_of_integrals_show_changes_and_others_show_values(page, each):
 
 
 def read_table(page):
-    """Return the current values and changes of the integrals, an array (tops, 3 or 4, 2).
+    """Return the displayed values and changes of the integrals of motion.
 
-    The integrals are E, <m, e3> and <m, apex>, and also K or G if conserved.
+    The integrals are the energy, the vertical and axial momentum, and a fourth integral if one is
+    conserved.
     """
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
@@ -176,7 +173,7 @@ def read_table(page):
 
 
 def compute_table(path):
-    """Return the values that the table should show for a path computed in Python."""
+    """Return the values that the viewer's table should show for a path."""
     lines = [path.energy, path.vertical_momentum, path.axial_momentum]
     if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
         lines.append(getattr(path, path.scene.body.kind))
@@ -258,7 +255,7 @@ PUSH = """kreisel.page.pushTop(kreisel.page.tops[0], (s) => (s.momentum[0] += 2)
 
 
 def read_earlier(page, chart=0):
-    """Return the pale curves of a chart: the times, and the values for each top."""
+    """Return the times and values of the curves of earlier motions in a chart."""
     return np.array(
         page.evaluate(f"""(({{times, curves}}) => [times, ...curves.map(({{values}}) => values)])(
             kreisel.charts.plots[{chart}].earlier)"""),
@@ -306,7 +303,7 @@ def test_error_charts_have_room_for_curves_before_a_change(page, log):
 
 
 def count_pixels(page):
-    """Return the numbers of coloured pixels in the first chart, with and without pale curves."""
+    """Count the coloured pixels of the first chart, with and without earlier curves."""
     return page.evaluate("""async () => {
         const [{ctx, earlier, redraw}] = kreisel.charts.plots, draw = earlier.draw;
         const count = async () => {

@@ -1,7 +1,7 @@
-"""Tests of colours: contrast, and distances as seen without red or green cones.
+"""Tests of colour contrast and of colours for colour-blind users.
 
-WCAG 2.2 requires a contrast of 3 for lines and of 4.5 for text. Distances are measured in CIELAB,
-in which a distance of 10 is noticed immediately.
+WCAG 2.2 requires a contrast of 3 for lines and of 4.5 for text. A distance of 10 in CIELAB is
+noticed immediately.
 """
 
 import itertools
@@ -16,7 +16,7 @@ VIEWER = ROOT / "python/viewer"
 
 
 def find_colours(file, pattern):
-    """Return the colours #rrggbb that match the pattern."""
+    """Return the hexadecimal colours in the text that matches `pattern`."""
     found = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
     return re.findall(r"#[0-9a-f]{6}", found[0])
 
@@ -76,7 +76,7 @@ TEXTS = [
 
 @pytest.mark.parametrize("name, text", TEXTS)
 def test_texts_identify_tops_not_only_by_colour(name, text):
-    """Check that texts identify a top by its side or dashed line, and not only by its colour."""
+    """Check that texts do not identify a top by its colour alone."""
     for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
         first = text.lower().index(colour)
         around = text.lower()[max(0, first - 40) : first + 50]

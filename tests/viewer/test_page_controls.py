@@ -1,4 +1,4 @@
-"""Tests of controls and keys, found by their accessible names.
+"""Tests of the controls and keyboard commands of the viewer.
 
 A control must change only the value that it shows.
 """

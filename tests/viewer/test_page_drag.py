@@ -1,4 +1,4 @@
-"""Tests of drags. Tests of dragging: each drag must change only the dragged part of the scene."""
+"""Tests of drags. Tests that each drag changes only the dragged part of the scene."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Tests that the viewer fits its frame: a window, a phone, a notebook, or a page of the site."""
+"""Tests that the viewer adapts to window sizes, phones, notebooks and embedded frames."""
 
 import pytest
 from browser import PAGE, PHONE, WIDE, advance, load, make_viewport, visit, wait_for

@@ -1,4 +1,4 @@
-"""Tests of friction, falls to the floor, the balancing game, rotors, and turntables."""
+"""Tests of friction, falls, rotors, turntables and the balancing game."""
 
 import json
 
@@ -22,7 +22,7 @@ GAME, GYROSCOPE, TURNTABLE = "How long can it stand?", "Gyroscope", "On a turnta
 
 
 def differentiate(_, state, moments, lever, damping, friction):
-    """Return the time derivatives of attitude and momentum of a top that keeps spinning."""
+    """Return the time derivatives of attitude and momentum of a spinning top with friction."""
     w, x, y, z, *m = state
     turn = np.array(
         [
@@ -39,7 +39,7 @@ def differentiate(_, state, moments, lever, damping, friction):
 
 
 def solve_fall(given, contact):
-    """Return the time at which a top of the viewer reaches the tilt `contact`, by SciPy."""
+    """Integrate by SciPy until a top reaches the tilt `contact`, and return the time."""
     scene = scene_in_python(given)
     body = scene.body
 

@@ -1,4 +1,4 @@
-"""Tests of scenes from links, films, failed methods, and missing graphics or scripts."""
+"""Tests of shared links and of failures in the viewer."""
 
 import base64
 import json
@@ -74,7 +74,7 @@ EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
 
 
 def follow_link(page, given):
-    """Follow another link in the open page, and return the message that the page shows."""
+    """Follow a link in the open page, and return the displayed message."""
     page.evaluate(
         """(hash) => new Promise((done) => {
         kreisel.page.showMessage('');
@@ -267,7 +267,7 @@ def test_without_javascript_a_message_is_shown(browser):
 
 
 def share(page):
-    """Share the scene, and return the part of the link after the address of the page."""
+    """Share the scene, and return the fragment of the link."""
     page.get_by_role("button", name="Share").click()
     return page.evaluate(
         """() => {

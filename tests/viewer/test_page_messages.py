@@ -1,4 +1,4 @@
-"""Tests of messages and undo: invalid values, keys, unsuitable methods, stop times."""
+"""Tests of messages and of undo in the viewer."""
 
 import kreisel as kr
 import numpy as np
@@ -29,7 +29,7 @@ REFUSED = [
 
 
 def read_everything(page):
-    """Return the scene, time, states and undo history, which invalid input must not change."""
+    """Return the scene, the time, the states and the undo history."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )

@@ -1,6 +1,6 @@
-"""Tests that the numbers in texts and in the picture agree with Python.
+"""Tests that numbers displayed in the viewer agree with Python.
 
-A drawn solid of revolution must have the mass and the moments of the body in the scene.
+A drawn solid of revolution must have the mass and moments of the body.
 """
 
 import json
@@ -39,14 +39,14 @@ def read_text(page):
 
 
 def open_exercise(page, ask):
-    """Open an exercise, and return the closed form of the exercise's scene in Python."""
+    """Open an exercise, and return the closed-form solution of its scene."""
     page.get_by_role("button", name=ask, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
     return kr.exact(scene_in_python(read_scene(page)))
 
 
 def read_numbers(page):
-    """Return pairs of a number shown over the picture and the note below this number."""
+    """Return the numbers shown over the picture and the notes below the numbers."""
     return dict(
         page.evaluate("""(kreisel.view.isDirty = true,
             [...document.querySelectorAll('#numbers div')].map((box) => [
@@ -305,7 +305,7 @@ def test_the_solid_of_revolution_has_the_mass_and_moments_of_the_scene(page, pre
 
 
 def draw_solid(page, body):
-    """Show a body given in Python as a solid of revolution, and return the drawn profile."""
+    """Show a body as a solid of revolution, and return the drawn profile."""
     given = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
     page.evaluate("given => kreisel.page.load(given)", {**given, "show": {"solid": "top"}})
     return np.array(page.evaluate("kreisel.view.revolution.profile"))
@@ -439,7 +439,7 @@ def test_numbers_have_units(page):
 
 
 def list_round_times(page, *asks):
-    """Return the period of one precession in each of several exercises."""
+    """Return the precession periods of several exercises."""
     found = []
     for ask in asks:
         load(page, "Fast precession")

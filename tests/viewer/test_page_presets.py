@@ -1,4 +1,4 @@
-"""Tests that texts of presets are true of tops without a closed form and of methods."""
+"""Tests that the descriptions of presets are true."""
 
 import kreisel as kr
 import numpy as np
@@ -26,14 +26,14 @@ def open_exercise(page, preset, ask=None):
 
 
 def largest_change(page, top, name, until=None):
-    """Return the largest change of an integral from the initial state to the time `until`."""
+    """Return the largest change of an integral up to the time `until`."""
     values = read_record(page, top, name)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
     return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
 
 
 def largest_errors(page, *times):
-    """Return the running maximum of the attitude error of each top, at each recorded time."""
+    """Return the largest attitude error of each top up to each of the given times."""
     found = []
     for t in times:
         advance(page, t)

@@ -1,4 +1,4 @@
-"""Tests of kr.view in Python, in a notebook, on the command line, and for a computed path."""
+"""Tests of kr.view in Python, in notebooks and on the command line."""
 
 import base64
 

@@ -1,4 +1,4 @@
-"""Tests of the recipes: a new entry of presets.json adds a preset, a new quantity adds a chart."""
+"""Tests of the recipes for new presets and quantities."""
 
 import sys
 
@@ -18,7 +18,7 @@ PRESET = """  {
 
 @pytest.fixture(scope="module")
 def extended_page(browser, tmp_path_factory):
-    """Build the viewer of a copy of the tree with an additional preset and quantity."""
+    """Build a viewer with an additional preset and quantity."""
     need("npm")
     house = House(tmp_path_factory.mktemp("house"))
     add_quantity(house)

@@ -1,4 +1,4 @@
-"""Regression tests: misleading displays, jumps, freezes, clipped parts, missing messages."""
+"""Regression tests of the viewer."""
 
 import json
 from urllib.parse import quote

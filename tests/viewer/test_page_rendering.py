@@ -1,4 +1,4 @@
-"""Tests of the camera, and of drawn traces, rods and bodies against Python."""
+"""Tests of the camera and of the drawn traces, rods and bodies."""
 
 import kreisel as kr
 import numpy as np
@@ -21,7 +21,7 @@ TOP = "kreisel.view.tops[0]"
 
 
 def read_camera(page):
-    """Return the camera position relative to its target, the target, and the zoom in 2D."""
+    """Return the camera position relative to its target, the target, and the zoom factor."""
     offset, target, zoom = page.evaluate("""(({camera, orbit: {target}}) => [
         camera.position.clone().sub(target).toArray(), target.toArray(), camera.zoom,
     ])(kreisel.view)""")
@@ -56,7 +56,7 @@ def is_in_sight(page):
 
 
 def measure_sides(page):
-    """Return the size of the top as seen from each of three sides."""
+    """Return the size of the top in three side views."""
     sizes = []
     for _ in range(3):
         page.get_by_role("button", name="View next side").click()
@@ -71,7 +71,7 @@ def set_flat(page, on):
 
 
 def is_green(page, x, y):
-    """Return True if the picture is green, the colour of the momentum, at (x, y)."""
+    """Return True if the pixel at (x, y) is green."""
     red, green, blue, _ = page.evaluate(
         """([x, y]) => { const c = document.createElement('canvas'), v = kreisel.view;
         v.dirty = true; v.render(); [c.width, c.height] = [1, 1];
@@ -194,7 +194,7 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
 
 
 def read_rings(page):
-    """Return the points of the rod as an array (rings, sides, 3), newest first."""
+    """Return the points on the surface of the rod, newest first."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
     return np.reshape(places, (-1, ROD_SIDES, 3))[: count // (6 * ROD_SIDES) + 1]
@@ -271,7 +271,7 @@ def test_the_trace_is_the_curve_of_the_apex(page, t, stride):
 
 
 def read_body(page):
-    """Return the kind, the mass, the moments and the centre of mass of the body."""
+    """Return the displayed kind, mass, moments and centre of mass of the body."""
     kind, _, numbers = page.get_by_text("top: mass").inner_text().partition(" top: mass ")
     words = (
         numbers.replace("moments", "").replace("centre of mass", "").partition("(")[0].split(",")

@@ -1,4 +1,4 @@
-"""Tests that meshes are reused, always show the current scene, and are freed."""
+"""Tests that meshes are reused, updated and freed."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Tests of the scene thumbnails, of the Share dialog, and of the trace before a change."""
+"""Tests of the scene thumbnails and of the Share dialog."""
 
 import kreisel as kr
 import numpy as np

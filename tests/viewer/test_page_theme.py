@@ -1,4 +1,4 @@
-"""Tests of colour schemes, printing, drop lines, rod sections and shapes, and idle pages."""
+"""Tests of colour schemes, printing and idle pages."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def themed_page(page):
 
 
 def wait_until_drawn(page):
-    """Wait until everything is drawn, and return the number of frames drawn so far."""
+    """Wait until everything is drawn, and return the number of drawn frames."""
     wait_for(page, "!kreisel.view.isDirty && kreisel.charts.clock === kreisel.page.clock")
     return page.evaluate("kreisel.view.renderer.info.render.frame")
 
@@ -165,7 +165,7 @@ def test_highlighting_a_handle_draws_no_frames_when_idle(page):
 
 
 def read_drops(page):
-    """Return the lower ends and heights of the drop lines from the tip of m and from the centre."""
+    """Return the lower ends and the heights of the vertical drop lines."""
     return np.array(
         page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
             [...position.toArray(), children[0].scale.z])""")

@@ -1,4 +1,4 @@
-"""Tests of the drawn weight and torque, of the path of m, and of the rule for fast tops."""
+"""Tests of the arrows for weight and torque, and of the path of the momentum."""
 
 import kreisel as kr
 import numpy as np
@@ -19,7 +19,7 @@ TOP = "kreisel.view.tops[0]"
 
 
 def read_arrow(page, name):
-    """Return the start point and the vector of an arrow of the first top, in picture units."""
+    """Return the start point and the vector of an arrow of the first top."""
     script = f"""(({{position, quaternion, tip}}) =>
         [position, tip.position.clone().applyQuaternion(quaternion)].map((v) => v.toArray())
     )({TOP}.{name})"""
@@ -27,7 +27,7 @@ def read_arrow(page, name):
 
 
 def compute_torque(page):
-    """Return the lever arm and the torque of the first top's weight, computed in Python."""
+    """Return the lever arm and the torque of the weight of the first top."""
     scene = scene_in_python(read_scene(page))
     lever = np.array(kr.quaternion.turn(read_states(page)[0][1:5], scene.body.com))
     return lever, np.cross(lever, [0, 0, -scene.body.mass * scene.gravity])

@@ -1,4 +1,4 @@
-"""Tests of the toolbar, pushes, touch, and input by keyboard."""
+"""Tests of the toolbar, of touch and of keyboard input."""
 
 import kreisel as kr
 import numpy as np

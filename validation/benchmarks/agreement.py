@@ -1,14 +1,14 @@
-"""Comparison of every public function with 20-digit solutions, for tops of twelve random families.
+"""Accuracy tests of all public functions on random tops, against 20-digit solutions.
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-The motion of each top is computed by kr.solve, in an ensemble, by kr.stream, and by a run that is
-saved and resumed. Events, sections, tangents and Lyapunov exponents are computed as well. All of
-them use the default precision. The reference solution is the Taylor series with 20 digits. An
-attitude may deviate from the reference by `FLOOR` plus `SLACK` times the conditioning. The
-conditioning is the angle by which the attitude changes if each initial value and parameter changes
-by one rounding error. The program prints a line for each family and each disagreement. The program
-exits with status 1 if any results disagree.
+The tests cover kr.solve, ensembles, kr.stream, and runs that are saved and resumed. Events,
+sections, tangents and Lyapunov exponents are also tested. All tested functions use the default
+precision. The reference solutions are computed by the Taylor method in 20-digit arithmetic. The
+attitude error must not exceed a small multiple of the conditioning plus a constant. The
+conditioning is the change in attitude caused by one rounding error in each initial value and
+parameter. The program prints one line for each type of top and for each error that is too large.
+The program exits with status 1 if any results disagree.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def random_moments(rng):
 
 
 def permute(rng, *vectors):
-    """Return the vectors after one random permutation of the axes."""
+    """Permute the axes of all vectors in the same random way."""
     order = rng.permutation(3)
     return [np.asarray(v)[order] for v in vectors]
 
@@ -146,7 +146,7 @@ REGULAR = {"sleeping", "steady_precession", "lagrange_in_rotated_axes", "kowalew
 
 
 class Reference:
-    """The 20-digit path of a scene with its tangents, and the deviation allowed for each state."""
+    """The 20-digit reference path of a scene, and the attitude error allowed at each time."""
 
     def __init__(self, scene, times):
         self.scene, self.t = scene, times
@@ -154,7 +154,6 @@ class Reference:
         self.allowed = FLOOR + SLACK * self.path.conditioning
 
     def deviation(self, q):
-        """Return the largest ratio of attitude error to allowed error."""
         return float((kr.attitude_error(q, self.path.q) / self.allowed).max())
 
 
@@ -203,13 +202,13 @@ def check_events(reference):
 
 
 def apex_range(scene):
-    """Return the range of the apex height along a path, but at least its rounding error."""
+    """Return the range of the apex heights along a path, or 1e-16 if it is smaller."""
     path = kr.solve(scene, np.linspace(0, 3, 50), digits=20)
     return max(float(np.ptp(path.apex[:, 2])), 1e-16)
 
 
 def is_generic(scene):
-    """Return False if the apex is almost at rest, so that rounding errors cause its extrema."""
+    """Return False if the apex hardly moves, so that its height is dominated by rounding errors."""
     return apex_range(scene) > 1e-8
 
 
@@ -251,7 +250,7 @@ def check_growth(reference, family):
 
 
 def check_top(family, scene, times, folder):
-    """Return the largest ratio of deviation to allowed deviation, for each public function."""
+    """Return the largest ratio of the error to the allowed error, for each public function."""
     reference = Reference(scene, times)
     if reference.allowed.max() > UNRESOLVED:
         return {}

@@ -1,12 +1,11 @@
-"""The overhead of kr.solve over the core, and the time to create a scene.
+"""The overhead of kr.solve over the C library, and the time needed to create a scene.
 
     python -m validation.benchmarks.call_overhead [--beside OTHER_PYTHON] [--rounds 15]
 
-The overhead is the time of a call minus the time of the core's own work: making a top, recording
-its states and freeing it. The core's own work is measured in C by call_overhead.c. Every case is
-timed in a separate process. With --beside, a second version of kreisel, installed for OTHER_PYTHON,
-is timed in alternation. In each round, only the fastest of 25 repeats counts. The result is the
-median over the rounds, in microseconds.
+The overhead is defined as the run time of kr.solve minus the run time of the same computation in C.
+Each function call is timed in a separate process. With --beside, a second version of kreisel is
+timed as well. Each call is repeated 25 times per round, and the shortest time is used. The program
+prints the median over all rounds in microseconds.
 """
 
 import argparse
@@ -63,7 +62,7 @@ print(1e6 * min(timer.repeat(25, number)) / number)
 
 
 def time_core(folder):
-    """Return the time [us] that the core itself needs for each call in `SOLVES`."""
+    """Return the run time [us] of the C library for each benchmark."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
     source = HERE / "call_overhead.c"
@@ -88,7 +87,7 @@ def gsl_flags():
 
 
 def time_call(interpreter, call, folder):
-    """Return the time of a call [us], measured in a process that runs outside the source tree."""
+    """Return the run time [us] of a function call, measured in a separate process."""
     code = TIMED.format(call=call, row=ROW)
     done = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
     if done.returncode:
@@ -117,7 +116,7 @@ def main(argv=None):
 
 
 def format_row(name, own, calls):
-    """Return a table row: the times of the core and of the call, the overhead, and a verdict."""
+    """Format one row of the table of run times."""
     shares = [None if own is None else call - own for call in calls]
     cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)

@@ -1,10 +1,10 @@
-"""The number of Python calls inside the package during one call of a public function.
+"""Counts of the Python function calls that a public function of the package makes.
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-A few calls precede the counted call as a warm-up. The table also counts the source files that are
-entered, and how often execution re-enters a file after leaving it. Calls into NumPy, the standard
-library and the core are not counted, nor are calls on other threads.
+The program also counts the source files in which these functions are defined. Each public function
+is called a few times as a warm-up. Calls into NumPy, the standard library and the core are not
+counted, nor are calls on other threads.
 """
 
 import argparse
@@ -27,29 +27,29 @@ REDUCTIONS = {"nutation": ("min", "max")}
 
 
 def solve_scene() -> object:
-    """Solve one scene at one time."""
+    """Solve the equations of motion of one top for a single time."""
     return kr.solve(kr.scenes.thesis, [1.0])
 
 
 def plan_scene() -> object:
-    """Return the plan of an asymmetric top."""
+    """Plan the integration of an asymmetric top."""
     return kr.plan(kr.scenes.asymmetric)
 
 
 def reduce_ensemble() -> Callable[[], object]:
-    """Return the reduction of 100 tops that differ in gravity."""
+    """Compute summary statistics of 100 tops that differ in gravity."""
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
     return lambda: kr.reduce(tops, TIMES, REDUCTIONS)
 
 
 def solve_ensemble() -> Callable[[], object]:
-    """Return the solution of 100 tops that differ in gravity."""
+    """Solve the equations of motion of 100 tops that differ in gravity."""
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
     return lambda: kr.solve(tops, TIMES)
 
 
 def sweep_part() -> object:
-    """Run a sweep that consists of one part, and read one column of its result."""
+    """Run a small sweep and read one column of its result."""
     spin, tilt = np.linspace(0, 20, 10), np.linspace(0.1, 1, 10)
     source = kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt)
     with tempfile.TemporaryDirectory() as folder:
@@ -68,7 +68,7 @@ CASES: dict[str, Callable[[], Callable[[], object]]] = {
 
 @contextmanager
 def record_calls() -> Iterator[list[str]]:
-    """Yield a list that receives the source file of each function called in the package."""
+    """Record the source file of each Python function called within the package."""
     files: list[str] = []
 
     def note(frame: FrameType, event: str, _: Any) -> None:
@@ -83,7 +83,7 @@ def record_calls() -> Iterator[list[str]]:
 
 
 def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
-    """Return the numbers of calls, files and re-entries into files, after a warm-up."""
+    """Count function calls, distinct source files, and returns to a file visited earlier."""
     for _ in range(WARM_RUNS):
         run()
     with record_calls() as files:
@@ -93,7 +93,7 @@ def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
 
 
 def main(words: list[str] | None = None) -> None:
-    """Print a line for each case."""
+    """Print the number of function calls of each benchmark."""
     parser = argparse.ArgumentParser(
         prog="python -m validation.benchmarks.calls_profile",
         description=__doc__.splitlines()[0],

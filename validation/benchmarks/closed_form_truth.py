@@ -1,8 +1,8 @@
-"""Reference states for tests/c/test_exact.c, by quadrature in 50 digits or more.
+"""Reference states for tests/c/test_exact.c, computed by quadrature with at least 50 digits.
 
     python -m validation.benchmarks.closed_form_truth > tests/c/exact_truth.h
 
-The quadrature shares no formula with kreisel.exact.
+The quadrature is independent of the formulas under test.
 """
 
 import argparse
@@ -16,7 +16,7 @@ TIMES = (7.0, 1e6)
 
 
 def reference_solution(case):
-    """Return the reference solution of a case."""
+    """Return the reference solution of a Lagrange top or a free rigid body."""
     if cases.is_lagrange(case):
         i1, i3, lever, q, m = case
         return Lagrange(i1, i3, lever, cases.normalize(q), m)

@@ -1,7 +1,6 @@
-"""Compilation of the core, as in CMakeLists.txt, together with code for benchmarks and studies.
+"""Compilation of the C library together with additional code for benchmarks.
 
-Benchmarks and studies can add a source file, choose the instruction sets, or change the numbers of
-terms of the Taylor series.
+Callers can add source files, and choose the instruction sets and the number of Taylor coefficients.
 """
 
 import ctypes
@@ -26,7 +25,7 @@ ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")
 
 
 def core_files():
-    """Return the source files of the core, without the GSL adapters and the viewer's file."""
+    """Return the C source files of the library, without those for GSL and for the viewer."""
     files = sorted(CSRC.rglob("*.c"))
     return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
 
@@ -38,9 +37,10 @@ def isa_files():
 
 
 def size_options(file, options):
-    """Return the extra compiler options for `file` when it is compiled for the baseline.
+    """Return additional compiler options for `file` in a build for the baseline instruction set.
 
-    The baseline kernels are optimized for size if other instruction sets exist.
+    The baseline code is optimized for size if the library also contains code for newer instruction
+    sets.
     """
     return SMALL.get(file.name, ()) if "-DKR_WITH_AVX2" in options else ()
 

@@ -1,4 +1,4 @@
-"""Reference states for tests/c/test_goryachev_chaplygin.c, from heyoka in 128-bit arithmetic.
+"""Reference states by heyoka in 128-bit arithmetic for tests/c/test_goryachev_chaplygin.c.
 
     python -m validation.benchmarks.goryachev_chaplygin_truth > tests/c/goryachev_chaplygin_truth.h
 
@@ -17,10 +17,10 @@ LATE = {24: 300.0, 25: -300.0, 26: 600.0}
 
 
 def draw(number, rng):
-    """Draw a top whose moments are exactly 4 : 4 : 1 and whose momentum is horizontal.
+    """Draw a random Goryachev-Chaplygin top.
 
     The order of the axes, the sign of gravity and the direction of time vary. The centre of mass
-    lies on one of the two equal axes or between them.
+    lies in the plane of the two axes with equal moments.
     """
     inertia, unit, com, gravity, attitude = draw_body(4, number, rng)
     rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / (4 * unit))

@@ -1,8 +1,8 @@
 """Random Kowalewski and Goryachev-Chaplygin tops for studies of their closed-form solutions.
 
-The moments are exactly 2 : 2 : 1 or 4 : 4 : 1, with the axes in any order. Angular velocities are
-0.1 to 10 in the top's internal units. The centre of mass lies in the plane of the two axes with
-equal moments, and gravity has either sign.
+The moments are exactly 2 : 2 : 1 or 4 : 4 : 1, with the axes in any order. The initial angular
+velocities range from 0.1 to 10 in dimensionless units. The centre of mass lies in the plane of the
+two axes with equal moments; gravity may be positive or negative.
 """
 
 from itertools import permutations
@@ -14,7 +14,7 @@ ORDERS = tuple(permutations(range(3)))
 
 
 def draw_top(rng, ratio):
-    """Return a random scene with principal moments ratio : ratio : 1, and its unit of time."""
+    """Return a random scene with two equal principal moments, and its natural unit of time."""
     unit, order = 2.0 ** rng.integers(-3, 4), list(ORDERS[rng.integers(6)])
     inertia, com = np.empty(3), np.zeros(3)
     inertia[order] = ratio * unit, ratio * unit, unit

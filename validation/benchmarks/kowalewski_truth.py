@@ -1,4 +1,4 @@
-"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, from 128-bit heyoka.
+"""Reference states for tests/c/test_kowalewski.c, computed by heyoka in 128-bit arithmetic.
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 
@@ -43,11 +43,7 @@ class Top(NamedTuple):
 
 
 def draw_body(ratio, number, rng):
-    """Draw principal moments ratio : ratio : 1, their unit, a centre of mass, gravity and attitude.
-
-    The order of the axes and the sign of gravity vary. The centre of mass lies on one of the two
-    equal axes or between them.
-    """
+    """Return a random body with two equal principal moments, and a gravity and attitude for it."""
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLE[number % 3]
     across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
     com = np.zeros(3)
@@ -61,10 +57,10 @@ def draw_body(ratio, number, rng):
 
 
 def draw(number, rng):
-    """Draw a top whose moments are exactly 2 : 2 : 1.
+    """Draw a random Kowalewski top.
 
     The order of the axes, the sign of gravity and the direction of time vary. The centre of mass
-    lies on one of the two equal axes or between them.
+    lies in the plane of the two axes with equal moments.
     """
     inertia, unit, com, gravity, attitude = draw_body(2, number, rng)
     rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / unit)
@@ -77,7 +73,7 @@ def draw(number, rng):
 
 
 def make_top(inertia, com, gravity, attitude, momentum, time):
-    """Return a top with plain floats, and with the time rounded to a multiple of 2^-20."""
+    """Return a top whose final time is rounded to a short binary fraction."""
     return Top(
         *(tuple(map(float, x)) for x in (inertia, com)),
         gravity,
@@ -92,7 +88,7 @@ def format_row(numbers):
 
 
 def format_top(top, attitude, momentum):
-    """Return the C source lines for a top and its final state."""
+    """Format a top and its final state as lines of C source code."""
     rows = [format_row(x) for x in (top.inertia, top.com, top.attitude, top.momentum)]
     line = (
         f"{{{rows[0]}, {rows[1]}, {top.gravity:.17g}, {rows[2]}, {rows[3]}, {top.time:.17g}, "
@@ -102,7 +98,7 @@ def format_top(top, attitude, momentum):
 
 
 def integrator():
-    """Compile one heyoka integrator for all tops, and return the integrator."""
+    """Compile a heyoka integrator that can be used for all tops."""
     fp = hy.real128
     return hy.taylor_adaptive(
         build_general_system(fp),
@@ -114,7 +110,7 @@ def integrator():
 
 
 def follow(move, top):
-    """Integrate to `top.time`, and return the attitude and the momentum as mpmath numbers."""
+    """Integrate the equations of motion of a top, and return the final attitude and momentum."""
     fp = hy.real128
     move.pars[:] = round_to(compute_coefficients(top), fp)
     move.state[:] = round_to(start_state(top), fp)
@@ -137,7 +133,7 @@ def main(words=None):
 
 
 def compute_rows(draw, count, seed):
-    """Return the C source lines for `count` tops drawn by `draw`, with their final states."""
+    """Draw random tops, integrate them, and format the results as lines of C source code."""
     rng, move, rows = np.random.default_rng(seed), integrator(), []
     for number in range(count):
         top = draw(number, rng)

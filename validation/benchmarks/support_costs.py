@@ -1,12 +1,11 @@
-"""The cost of a step with a rotor, a moving support, friction or damping, over that of a plain top.
+"""The cost of rotors, moving supports, friction and damping per integration step.
 
     python -m validation.benchmarks.support_costs [kind ...] [--rounds 41] [--digits 16 30]
 
-The ratio compares the processor times of one step of the method taylor in Python, for the same body
-with and without the rotor, motion of the support, friction or damping. Plain tops and others run in
-turn, and the median of the ratios is printed. An ensemble has `MEMBERS` tops on one thread. Plain
-members and those with rotors run in lanes, the others one by one. Therefore the ratio to plain tops
-that run one by one is printed, too.
+Each effect is switched on and off alternately, and the median ratio of run times is printed. The
+program also times ensembles of tops on one thread. Ensembles of tops without support motion,
+friction or damping use SIMD instructions. For ensembles that cannot use SIMD instructions, the cost
+relative to single tops is also printed.
 """
 
 import argparse
@@ -35,7 +34,7 @@ WORDS = {
 
 
 def make_scenes(kind):
-    """Return the plain scene of a kind of body, and scenes with one additional parameter."""
+    """Return a simple scene, and variants of it with one additional effect each."""
     body = BODIES[kind]
     plain = kr.Scene(body, **START)
     rotor = plain.replace(body=replace(body, rotor=(0.1, 0.05, -0.08)))
@@ -43,27 +42,27 @@ def make_scenes(kind):
 
 
 def make_ensemble(scene):
-    """Return an ensemble of tops whose starts differ slightly."""
+    """Return an ensemble of tops with slightly different initial momenta."""
     momentum = np.array(scene.momentum) + np.linspace(0.0, 1e-3, MEMBERS)[:, None]
     return scene.vary(momentum=momentum)
 
 
 def time_single(scene, digits, share):
-    """Return the processor time of a step of one top [s]."""
+    """Return the processor time per step [s] for a single top."""
     begin = time.process_time()
     path = kr.solve(scene, share * SPAN[digits], "taylor", digits=digits)
     return (time.process_time() - begin) / path.stats.steps
 
 
 def time_members(tops, digits, share):
-    """Return the processor time of a step of a member [s]."""
+    """Return the processor time per step [s] of one top in an ensemble."""
     begin = time.process_time()
     paths = kr.solve(tops, share * SPAN[digits], "taylor", digits=digits, threads=1)
     return (time.process_time() - begin) / paths.steps.sum()
 
 
 def find_ratios(measure, plain, others, rounds):
-    """Return the median ratio of each of `others` to `plain`, and the median time of `plain`."""
+    """Return each scene's median time relative to `plain`, and the median time of `plain`."""
     bases, ratios = [], {name: [] for name in others}
     for _ in range(rounds):
         for name, other in others.items():
@@ -74,7 +73,7 @@ def find_ratios(measure, plain, others, rounds):
 
 
 def print_kind(kind, digits, rounds, share=1.0):
-    """Print the costs for one kind of body."""
+    """Print the costs of all effects for one kind of body."""
     plain, others = make_scenes(kind)
     single, base = find_ratios(
         lambda scene: time_single(scene, digits, share), plain, others, rounds

@@ -1,4 +1,4 @@
-"""Timing of functions, called alternately in one process, for studies of the Taylor method."""
+"""Interleaved timing of functions for studies of the Taylor method."""
 
 from statistics import median
 
@@ -6,10 +6,9 @@ from ..competitors import timing
 
 
 def median_times(calls, rounds=41):
-    """Return the median time of the first call, and estimates of the times of the other calls.
+    """Return estimates of the run times of several functions, which are called alternately.
 
-    All calls are interleaved. The estimate for a call is the median time of the first call,
-    multiplied by the median ratio of the two times in a round.
+    Each estimate is the first function's median time multiplied by a median ratio of times.
     """
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = timing.time_in_turn(calls, about, rounds)

@@ -2,10 +2,10 @@
 
     python -m validation.benchmarks.viewer_speed
 
-Each frame advances the motion by 1/60 of a unit of time. The program prints the median and the
-maximum of several repetitions of each measurement. For drags, the program also prints the 99th
-percentile, and the longest processor time of the viewer's thread for one event. On a busy machine,
-durations include time spent waiting for the processor.
+Each frame advances the simulation by 1/60 of a unit of time. Each measurement is repeated several
+times, and the program prints the median and the maximum. For mouse drags, the program also prints
+the 99th percentile and the longest processor time of an event. On a busy machine, the measured
+durations include the time spent waiting for the processor.
 """
 
 import argparse
@@ -92,7 +92,7 @@ def open_page(browser):
 
 
 def time_first_picture(browser):
-    """Return the time until the first picture, and the processor time of the viewer's thread."""
+    """Measure how long the viewer takes to draw its first frame."""
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
@@ -118,7 +118,7 @@ def print_spread(what, took, worked):
 
 
 def time_drag_events(browser, page, *held):
-    """Return the duration and the processor time of each event of a drag [ms]."""
+    """Return the duration [ms] and the processor time [ms] of each mouse event."""
     browser.start_tracing(page=page, categories=["devtools.timeline"])
     page.evaluate(HELD, [*held, EVENTS])
     events = [
@@ -131,7 +131,7 @@ def time_drag_events(browser, page, *held):
 
 
 def time_drag(page):
-    """Return the delays until each of 100 mouse moves is drawn, in frames and milliseconds."""
+    """Return the delay of the picture after 100 mouse movements, in frames and milliseconds."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)

@@ -1,1 +1,1 @@
-"""Programs that kreisel is compared with, timing, and a description of the machine."""
+"""Other integrators, tools for timing them, and a description of the computer."""

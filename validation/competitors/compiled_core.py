@@ -1,6 +1,6 @@
-"""The compiled core of the installed package: its file, and the bytes of scenes for calls from C.
+"""Access to the C functions in the shared library of the installed package.
 
-This is the only file of validation that uses private names of a scene.
+No other module of `validation` uses private attributes of a scene.
 """
 
 from pathlib import Path

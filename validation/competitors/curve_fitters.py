@@ -1,8 +1,8 @@
-"""Fits of a heavy top to a gyroscope record with SciPy's curve_fit, with lmfit and with kreisel.
+"""Fits of a heavy top to gyroscope measurements with SciPy, lmfit and kreisel.
 
-curve_fit and lmfit need a model of the motion: Euler's and Poisson's equations, integrated by
-SciPy's DOP853. SciPy and lmfit use the Levenberg-Marquardt method with finite differences. The ten
-parameters are the initial attitude and angular velocity, the principal moments, and the lever arm.
+For SciPy and lmfit, the equations of Euler and Poisson are integrated numerically. SciPy and lmfit
+use the Levenberg-Marquardt method with finite differences. The ten unknowns are the initial
+attitude and angular velocity, the principal moments, and the lever arm.
 """
 
 import warnings
@@ -19,14 +19,14 @@ TOLERANCE = 1e-9
 
 
 def read_parameters(scene):
-    """Return the ten parameters of a scene with the centre of mass on the third axis."""
+    """Return the ten unknowns of the fit for a given top."""
     turn = Rotation.from_quat(scene.attitude_xyzw).as_rotvec()
     velocity = kr.solve(scene, [0.0]).body_velocity[0]
     return np.concatenate((turn, velocity, scene.body.moments, scene.body.com[2:]))
 
 
 def compute_velocities(t, weight, parameters):
-    """Return the angular velocities (n, 3) in the body frame."""
+    """Return the angular velocities in the body frame, with shape (n, 3)."""
     turn, velocity, moments, lever = np.split(np.asarray(parameters), (3, 6, 9))
     vertical = Rotation.from_rotvec(turn).as_matrix()[2]
 
@@ -50,7 +50,7 @@ def compute_velocities(t, weight, parameters):
 
 
 def fit_by_scipy(scene, t, values, sigma):
-    """Return the parameters, their standard errors, and the warning messages."""
+    """Return the fitted parameters, their standard errors, and all warning messages."""
     weight = scene.body.mass * scene.gravity
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
@@ -66,7 +66,7 @@ def fit_by_scipy(scene, t, values, sigma):
 
 
 def fit_by_lmfit(scene, t, values, sigma):
-    """Return the parameters, their standard errors or None, and the message of the fit."""
+    """Return the fitted parameters, their standard errors or None, and a message about the fit."""
     weight = scene.body.mass * scene.gravity
     start = lmfit.Parameters()
     for name, value in zip(NAMES, read_parameters(scene), strict=True):
@@ -82,7 +82,7 @@ def fit_by_lmfit(scene, t, values, sigma):
 
 
 def fit_by_kreisel(scene, t, values, sigma):
-    """Return the parameters, their standard errors, and the names of undetermined parameters."""
+    """Return the fitted parameters, their standard errors, and undetermined parameters."""
     fit = kr.fit(scene, kr.Record(t, {"body_velocity": values}, sigma), FREE)
     names = list(fit.names)
     columns = [[own[name] for name in names] for own in (fit.values, fit.error)]

@@ -1,10 +1,9 @@
 """Integration of many tops of one body, by kreisel and by other integrators.
 
-Each program prepares a call for given tops, a setting and a number of threads. The call can be
-repeated and returns the final attitudes, an array (n, 4). With heyoka, seven equations that contain
-the body's constants are integrated, not in compact mode. The SIMD lanes of an integrator hold a
-batch of eight tops. Either each thread has its own integrator, or heyoka's ensemble function is
-used.
+Each integrator is wrapped in a function that takes no arguments and returns the final attitudes.
+The heyoka integrators are compiled with the constants of the body. A heyoka integrator advances
+eight tops at a time with SIMD instructions. Either each thread has its own integrator, or heyoka's
+ensemble function is used.
 """
 
 from collections.abc import Callable
@@ -41,7 +40,7 @@ def make_integrator(tops, setting):
 
 
 def pad_to_batches(tops):
-    """Return the initial states as columns, with the last top repeated to fill the last batch."""
+    """Return the initial states as columns of an array, padded to a whole number of batches."""
     missing = -len(tops) % BATCH
     return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
 
@@ -52,7 +51,7 @@ def check_end_time(results):
 
 
 def make_batch_call(tops, setting, threads):
-    """Return a call in which heyoka integrates batches of eight tops on free threads."""
+    """Return a function that integrates batches of eight tops with heyoka on several threads."""
     starts, end = pad_to_batches(tops), tops.end
     own = [make_integrator(tops, setting) for _ in range(threads)]
     pool = ThreadPoolExecutor(threads)
@@ -94,10 +93,10 @@ def make_ensemble_call(tops, setting, threads):
 
 
 def make_scipy_call(tops, setting, threads):
-    """Return a call in which SciPy integrates one top after another.
+    """Return a function that integrates all tops with SciPy, one after another.
 
-    SciPy runs on one thread. Its time may be divided by the number of threads, because several
-    processes could share the tops.
+    The run time may be divided by the number of threads, because several processes could share the
+    tops.
     """
     runs = [
         ScipyRun(replace(tops.problem, momentum=momentum), tops.end, setting)
@@ -108,9 +107,9 @@ def make_scipy_call(tops, setting, threads):
 
 @dataclass(frozen=True)
 class Mover:
-    """A program that integrates many tops, with its settings from loose to tight.
+    """An integrator for many tops, with tolerances or step sizes in order of increasing accuracy.
 
-    Slow programs integrate only a fraction of the tops, because their time is reported per top.
+    Slow integrators are applied to only some of the tops, because times are reported per top.
     """
 
     name: str
@@ -159,10 +158,9 @@ PEERS = (
 
 
 def select_movers(tops, each=1):
-    """Return the programs that can integrate these tops, kreisel first.
+    """Return the integrators that support a given body, with kreisel first.
 
-    If `each` > 1, only every `each`-th setting of each program is used, counted from the tightest
-    setting.
+    If `each` is n > 1, only every n-th tolerance or step size is used.
     """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [

@@ -1,7 +1,7 @@
-"""The cost per top of ensembles, compared at equal error.
+"""Comparison of the run times of several integrators at equal error, for many tops.
 
-In each round, all programs (`Mover`) run in turn. The time at a given median error is interpolated
-between a program's settings, linearly in the logarithms.
+In each round, all integrators run one after the other. The run time for a given error is
+interpolated linearly in the logarithms of time and error.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ NEAR = 1.2  # safety factor on the larger of the two smallest errors, because th
 
 @dataclass(frozen=True)
 class Run:
-    """The results of one program at one setting."""
+    """Errors and run times of one integrator at one tolerance or step size."""
 
     mover: str
     setting: str
@@ -34,10 +34,10 @@ class Run:
 
 
 def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
-    """Run all programs at all settings, and return the runs with their errors and times.
+    """Measure the errors and the run times of all integrators.
 
-    All calls are timed in turn, from loose to tight settings, so that compared calls run at almost
-    the same time. Errors are measured for the tops that have reference solutions.
+    The integrators run alternately, so that changes in the load of the machine affect them equally.
+    Errors are measured only for tops with a reference solution.
     """
     asked = [
         (place / len(who.settings), who, setting, who.tops(tops))
@@ -61,14 +61,17 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
 
 
 def sample_errors(q, truths):
-    """Return the median, 90 % quantile and maximum of the errors of tops with references."""
+    """Return the median, the 90 % quantile and the maximum of the attitude errors."""
     known = min(len(q), len(truths))
     sizes = attitude_errors(q[:known], truths[:known])
     return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]
 
 
 def time_per_top(call, who, tops, threads):
-    """Return the seconds per top, divided by the number of threads for a serial program."""
+    """Return the run time per top [s].
+
+    The run time of a serial integrator is divided by the number of threads.
+    """
     with timing.pause_gc():
         return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
 
@@ -81,15 +84,14 @@ def group_by_mover(found):
 
 
 def tightest_common_error(own, other):
-    """Return the smallest error that both programs reach, with a safety factor."""
+    """Return the smallest error that both integrators reach, multiplied by a safety factor."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
 
 def seconds_at(target, own):
-    """Return the seconds per top at a median error, for each round, or nan for unreached errors.
+    """Return the run time per top at which the median error equals `target`, for each round.
 
-    The error of a setting is the largest error of this setting and all tighter settings. If the
-    loosest setting already meets the error, the time of this setting is returned.
+    The result is nan if the error cannot be reached.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
@@ -101,9 +103,9 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median over the rounds of the time ratio of `other` to `own`, and both times [s].
+    """Return the median ratio of run times at equal error, and both median run times per top [s].
 
-    All results are nan if one of the two programs does not reach the error.
+    All results are nan if one of the integrators does not reach the error.
     """
     theirs, ours = seconds_at(target, other), seconds_at(target, own)
     rounds = [b / a for a, b in zip(ours, theirs, strict=True)]

@@ -52,10 +52,9 @@ def commit_name():
 
 
 def fingerprint(*more):
-    """Return a list of all conditions that influence measurements.
+    """Return a list of everything that influences measurements.
 
-    The list contains a hash of the code and data, the machine, the commit, the versions, and
-    `more`.
+    The list contains a hash of the code, the versions, the machine, and the strings `more`.
     """
     here = Path(__file__).parents[1]
     files = [
@@ -84,7 +83,7 @@ def describe_machine():
 
 
 def describe_peers(gsl, today):
-    """Return the versions of the other integrators and the date, for the caption of a figure."""
+    """Return the versions of the other integrators and the date, as a caption for a figure."""
     peers = [f"heyoka {version('heyoka')}", f"SciPy {version('scipy')}"]
     if "version" in gsl:
         peers.append(f"GSL {gsl.split()[-1]}")
@@ -92,7 +91,7 @@ def describe_peers(gsl, today):
 
 
 def describe_gsl():
-    """Return whether GSL is included, and the version of GSL if pkg-config finds one."""
+    """Describe whether GSL is included, and name its version if known."""
     if not has_gsl():
         return GSL_MISSING
     ask = ["pkg-config", "--modversion", "gsl"]
@@ -104,7 +103,7 @@ def describe_gsl():
 
 
 def is_of_gsl(name):
-    """Return True for a method of GSL, which kreisel contains for comparison only."""
+    """Return True if the method is an integrator of GSL."""
     return name.startswith("gsl_")
 
 

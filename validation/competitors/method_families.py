@@ -1,6 +1,6 @@
-"""Families of methods for the figures, defined by properties of the methods.
+"""Groups of methods that are shown in the same figure.
 
-A new method joins a family automatically, without a change to this file.
+The groups are defined by properties of the methods, so that new methods are included automatically.
 """
 
 import kreisel as kr
@@ -17,7 +17,7 @@ TITLES = {
 
 
 def group_methods():
-    """Return {title: (methods of the family, other integrators in the same figure)}."""
+    """Return a dictionary from the titles of figures to the methods shown."""
     others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
     yardstick = [PEERS[0].name]
     return {

@@ -1,4 +1,4 @@
-"""The peak performance of one core, for comparison with the performance of programs."""
+"""Measurement of the peak floating-point performance of one processor core."""
 
 import os
 import shutil
@@ -14,9 +14,9 @@ PRODUCTS = 21  # products of series in each term: 12 for the attitude, 6 for P, 
 
 @cache
 def measure_peak():
-    """Return the highest rate of fused multiply-adds on one core [1/s], counting two per operation.
+    """Return the peak rate [1/s] of floating-point operations on one core.
 
-    Returns None without a C compiler.
+    A fused multiply-add counts as two operations. Returns None if no C compiler is available.
     """
     compiler = shutil.which(os.environ.get("CC", "gcc")) or shutil.which("cc")
     if compiler is None:
@@ -32,10 +32,9 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return the number of floating-point operations in the series products of a path.
+    """Return the number of floating-point operations for all Taylor-series products along a path.
 
-    For each product of two series, a term of order n takes n products of coefficients. Each product
-    takes a fused multiply-add, which counts as two operations. All other operations are ignored.
+    Each fused multiply-add counts as two operations.
     """
     order = path.plan.order
     return 2 * PRODUCTS * path.stats.steps * order * (order + 1) // 2

@@ -1,11 +1,10 @@
-"""Runs of one top at one setting, by all methods of kreisel and two other integrators.
+"""Integrations of one top with all methods of kreisel and with other integrators.
 
-A contender is a method or another integrator, and creates runs. A run has the following interface.
-The timed method `solve()` returns the final attitude. `attitude()` converts the final attitude to
-the principal axes. `record(times)` returns the attitudes and momenta at `times`. `steps` is the
-number of steps. `evaluations` counts evaluations of the right-hand side or of the torque. Either
-number is None if the method has no such number. `setup` is the preparation time [s], or None
-without preparation.
+All integrators have the same interface. The method `solve()` integrates the equations of motion and
+returns the final attitude. `attitude()` returns the final attitude with respect to the principal
+axes. `record(times)` returns the attitudes and momenta at `times`. `steps` is the number of steps.
+`evaluations` counts evaluations of the right-hand side or of the torque. `setup` is the preparation
+time in seconds, or None. A number that does not apply to a method is None.
 """
 
 import math
@@ -29,14 +28,14 @@ DOP853_STAGES = 12
 
 @dataclass(frozen=True)
 class Setting:
-    """The control parameter of a run: a step size, a tolerance, or neither for a closed form."""
+    """The accuracy setting of a run: a step size, a tolerance, or neither for a closed form."""
 
     step: float = None
     tol: float = None
 
     @property
     def keywords(self):
-        """The setting as keyword arguments of kr.solve."""
+        """The step size or tolerance as keyword arguments of kr.solve."""
         return {word: value for word, value in vars(self).items() if value is not None}
 
     def __str__(self):
@@ -66,7 +65,7 @@ class KreiselRun:
 
 
 class HeyokaRun:
-    """A run of heyoka in its fastest form: seven equations with constants, not in compact mode."""
+    """An integration by heyoka with equations that contain the constants of the body."""
 
     evaluations = None
 
@@ -100,7 +99,7 @@ class HeyokaRun:
 
 
 class ScipyRun:
-    """A run of DOP853 on the seven equations of HeyokaRun, written in plain Python."""
+    """An integration by SciPy's DOP853, with the equations of motion written in Python."""
 
     setup = None
 
@@ -151,9 +150,9 @@ class ScipyRun:
 
 @cache
 def compile_general_heyoka(tol, coefficients):
-    """Compile one integrator for all tops.
+    """Compile a heyoka integrator that can be used for all tops.
 
-    The integrator is as accurate as one for a single top, but slower.
+    The general integrator is slower than one that is compiled for a single top.
     """
     system = equations.build_general_system(float, coefficients)
     return hy.taylor_adaptive(
@@ -162,7 +161,7 @@ def compile_general_heyoka(tol, coefficients):
 
 
 def series_order(tol):
-    """Return the order of heyoka's Taylor series, which is the number of evaluations per step."""
+    """Return the order of heyoka's Taylor series for a given tolerance."""
     return math.ceil(1 - math.log(tol) / 2)
 
 
@@ -210,12 +209,12 @@ def control_of(method):
 
 
 def choose_setting(method, step, tol):
-    """Return the setting with `step` or with `tol`, whichever the method needs."""
+    """Return a setting that contains either `step` or `tol`, as the method requires."""
     return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 
 def list_contenders(problem):
-    """Yield every method of kreisel that suits this top."""
+    """Yield all methods of kreisel that support a given top."""
     scene = problem.to_scene()
     for name, method in kr.methods.items():
         if method.suits(scene):

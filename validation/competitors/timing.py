@@ -1,6 +1,6 @@
-"""Timing on a noisy machine: in each round, every call runs once.
+"""Interleaved timing of several functions on a noisy machine.
 
-Other load on the machine then slows all calls equally.
+All functions are called in each round, so that machine load slows all of them equally.
 """
 
 import gc
@@ -28,7 +28,7 @@ def time_once(call):
 
 
 def time_sample(call, seconds):
-    """Return the run time [s] of a call that takes about `seconds`."""
+    """Return the mean run time [s] of a function that takes about `seconds`."""
     number = max(1, math.ceil(SAMPLE / seconds))
     with pause_gc():
         begin = perf_counter()
@@ -38,7 +38,7 @@ def time_sample(call, seconds):
 
 
 def time_in_turn(calls, seconds, rounds, tick=lambda: None):
-    """Return the times of each call in all rounds, and True if Ctrl-C ended the rounds early.
+    """Return the run times of each function, and True if Ctrl-C ended the measurement early.
 
     `seconds` is the approximate duration of each call.
     """
@@ -54,9 +54,9 @@ def time_in_turn(calls, seconds, rounds, tick=lambda: None):
 
 
 def best_times(calls, rounds, trials=1):
-    """Return the shortest time of each call.
+    """Return the shortest run time of each function.
 
-    The shortest time is the best estimate, because other load can only add time.
+    The shortest time is the best estimate, because other processes can only slow a function down.
     """
     about = [min(time_once(call) for _ in range(trials)) for call in calls]
     samples, interrupted = time_in_turn(calls, about, rounds)

@@ -1,1 +1,1 @@
-"""Figures in SVG: lines, distributions, heat maps and spheres, independent of the report."""
+"""Figures in SVG: line charts, distributions, heat maps and spheres."""

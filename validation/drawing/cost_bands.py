@@ -1,4 +1,4 @@
-"""Figures of run time against error: the median over many starts, with a band of quantiles."""
+"""Plots of run time against error, with medians and quantiles over many initial states."""
 
 import numpy as np
 
@@ -15,10 +15,10 @@ WIDTH, LEFT, RIGHT, TOP, BELOW, PANEL, GAP = 6.0, 0.72, 1.5, 0.25, 0.5, 2.0, 0.3
 
 
 def draw_cost_bands(panels, own, label):
-    """Draw a panel for each group of starts, with a line and a band for each program.
+    """Draw one panel per group of initial states, with a line and a band for each integrator.
 
-    `panels` is {title: {program: (errors, median, lower and upper quantiles)}}. A line ends where
-    the upper quantile is infinite. `own` is the program that is drawn in colour.
+    `panels` maps the title of each panel to the data of its curves. A line ends at the smallest
+    error that most runs reach. The integrator `own` is drawn in colour.
     """
     height = TOP + len(panels) * (PANEL + GAP) - GAP + BELOW
     with plt.rc_context(STYLE):
@@ -57,7 +57,7 @@ def draw_bands(axes, bands, own):
 
 
 def find_ends(bands, own):
-    """Return (program, end of the line, style) for each program that has a line."""
+    """Return the names, end points and styles of all lines."""
     styles = choose_line_styles([own], [name for name in bands if name != own])
     ends = []
     for title, (errors, middle, _, high) in bands.items():

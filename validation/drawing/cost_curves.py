@@ -1,4 +1,4 @@
-"""Errors against costs, in one panel per family of methods or in one panel for all methods."""
+"""Plots of error against computational cost, for all methods or for groups of methods."""
 
 from .style import (
     FAINT,
@@ -16,9 +16,9 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def collect_lines(groups, quantity, cost):
-    """Return each method's costs and errors, from loose to tight settings, and the axis limits.
+    """Return the costs and the errors of each method, and the limits of the axes.
 
-    Both are empty if there are no measurements.
+    Both results are empty if there are no measurements.
     """
 
     def cost_and_error(row):
@@ -40,7 +40,7 @@ def collect_lines(groups, quantity, cost):
 
 
 def lowest_point(points):
-    """Return the point of a line with the smallest error."""
+    """Return the point with the smallest error on a curve."""
     return min(zip(*points, strict=True), key=lambda point: point[1])
 
 
@@ -64,7 +64,7 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draw one family in colours with labels, `peers` in the text colour, other methods in grey."""
+    """Draw a group of methods in colour, and all other methods in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -82,7 +82,7 @@ def draw_family(lines, family, peers, label, floor, limits, cost):
 
 
 def draw_families(groups, families, quantity, label, cost, floor=None):
-    """Yield a panel per family. `families` is {title: (methods, other integrators)}."""
+    """Draw one panel for each group of methods."""
     lines, limits = collect_lines(groups, quantity, cost)
     for title, (family, peers) in families.items():
         if any(name in lines for name in family):
@@ -90,7 +90,7 @@ def draw_families(groups, families, quantity, label, cost, floor=None):
 
 
 def find_leaders(lines):
-    """Return the set of methods that are the fastest at some error."""
+    """Return the methods that are fastest for at least one value of the error."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
         min(
@@ -104,7 +104,7 @@ def find_leaders(lines):
 
 
 def select_leaders(groups, methods, quantities_and_costs):
-    """Return the fastest methods among `methods`, except closed forms."""
+    """Return the fastest methods that are not closed forms."""
     found = set()
     for quantity, cost in quantities_and_costs:
         lines, _ = collect_lines(groups, quantity, cost)
@@ -115,9 +115,9 @@ def select_leaders(groups, methods, quantities_and_costs):
 
 
 def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
-    """Draw all methods in one panel: `named` in colours, `peers` in the text colour, others grey.
+    """Draw the curves of all methods in one panel, highlighting the methods in `named`.
 
-    Panels with the same list `named` use the same colour and marker for each method.
+    The list `named` determines the colour and the marker of each method.
     """
     lines, limits = collect_lines(groups, quantity, cost)
     if not lines:

@@ -1,4 +1,4 @@
-"""Figures of cumulative error distributions for many tops, with a line for each method."""
+"""Plots of cumulative error distributions, with one curve for each method."""
 
 import numpy as np
 
@@ -17,9 +17,9 @@ LEAST, NAMED_AT = 1e-17, 0.97  # value drawn for an error of zero; height of the
 
 
 def draw_distributions(errors, family, peers):
-    """Draw one family in colours and all other methods in grey.
+    """Draw the error distributions of one group of methods in colour, and the others in grey.
 
-    `errors` is {method: sorted errors}.
+    `errors` maps each method to a sorted list of errors.
     """
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
@@ -47,7 +47,7 @@ def draw_distributions(errors, family, peers):
 
 
 def label_positions(errors, styles):
-    """Return label positions, ordered by error, so that no two labels overlap."""
+    """Return the positions of the labels, ordered by error."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)
         for name in styles

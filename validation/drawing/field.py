@@ -1,4 +1,4 @@
-"""Figures of a quantity in a plane, as an image with one pixel per value."""
+"""False-colour images of a function of two variables."""
 
 from .style import INK, STYLE, figure_to_svg, plt
 
@@ -6,7 +6,8 @@ from .style import INK, STYLE, figure_to_svg, plt
 def draw_field(values, extent, labels):
     """Draw a matrix of values, with the first row at the bottom.
 
-    `extent` is (left, right, bottom, top). `labels` are the labels of both axes and of the values.
+    `extent` is (left, right, bottom, top). `labels` contains the labels of the two axes and of the
+    colour bar.
     """
     across, up, of_values = labels
     with plt.rc_context(STYLE | {"axes.spines.top": True, "axes.spines.right": True}):

@@ -1,4 +1,7 @@
-"""Heat maps of errors by case and method. Each square shows a colour, a power of ten and a mark."""
+"""Heat maps that show the error of each method on each test case.
+
+Each square shows the order of magnitude of the error, and a symbol for the verdict.
+"""
 
 from dataclasses import dataclass
 
@@ -14,7 +17,7 @@ ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide a
 
 @dataclass(frozen=True)
 class Square:
-    """The content of one square: an optional power of ten of the error, and a mark."""
+    """A square of the heat map, showing the error of one run if it is known."""
 
     row: str
     column: str
@@ -32,7 +35,7 @@ class Square:
 
     @property
     def text(self):
-        """The magnitude of the error's power of ten, such as 9 for 1e-9 rad, and the mark."""
+        """The text in the square, such as 9 for an error of 1e-9 rad."""
         return ("" if self.error is None else f"{abs(round(self.decade))}") + self.mark
 
     @property
@@ -74,7 +77,7 @@ def set_labels(axes, columns, rows):
 
 
 def draw_heatmap(squares, columns):
-    """Draw the squares, with the given column titles. Places without a square stay empty."""
+    """Draw a heat map with the given column titles."""
     rows = list(dict.fromkeys(square.row for square in squares))
     height = TOP + ROW * len(rows) + 0.05
     with plt.rc_context(STYLE):

@@ -1,6 +1,6 @@
-"""Figures of sections, with a dot for each crossing, and of curves with measured points.
+"""Plots of Poincare sections, and of curves together with measured points.
 
-The dots are embedded as an image, because there are many of them.
+The points are embedded as an image because of their large number.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ TURN = (
 
 
 def make_panels(rows, columns, height, **more):
-    """Return a figure of page width, and its axes."""
+    """Create a figure that is as wide as the page."""
     figure, axes = plt.subplots(
         rows, columns, figsize=(10.2, height * rows), layout="constrained", squeeze=False, **more
     )
@@ -33,7 +33,10 @@ def draw_dots(axes, across, up, colour, title, size=0.45):
 
 
 def draw_sections(panels, columns, height):
-    """Draw panels. `panels` is {title: (spin angle, axial momentum, colour) of the dots}."""
+    """Draw several Poincare sections, one per panel.
+
+    `panels` maps a title to the coordinates and the colours of the points.
+    """
     with plt.rc_context(FRAMED):
         rows = -(-len(panels) // columns)
         figure, all_axes = make_panels(rows, columns, height)
@@ -45,7 +48,7 @@ def draw_sections(panels, columns, height):
 
 
 def draw_section_and_rotation(panel, title, rotation):
-    """Draw a section and, with the same vertical axis, the rotation between crossings."""
+    """Draw a Poincare section beside a plot of the rotation number of each orbit."""
     axial, turns, change = rotation
     with plt.rc_context(FRAMED):
         figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)
@@ -63,9 +66,9 @@ def draw_section_and_rotation(panel, title, rotation):
 
 
 def draw_regions(borders, points, greatest, highest, close):
-    """Draw the position of each numbered section in the plane of vertical momentum and energy.
+    """Draw numbered points in the plane of vertical momentum and energy.
 
-    An inset enlarges the rectangle `close`, given as two corners (g, h).
+    An inset enlarges the rectangle whose opposite corners are given by `close`.
     """
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
@@ -86,9 +89,9 @@ def draw_regions(borders, points, greatest, highest, close):
 
 
 def draw_kicks(angles, changes, amplitude):
-    """Draw the change of axial momentum per swing, measured and predicted.
+    """Plot measured and predicted changes of the axial momentum during one swing.
 
-    `changes` is {name: changes}, each divided by the perturbation.
+    `changes` maps labels to arrays of changes divided by the perturbation.
     """
     turn = np.linspace(-np.pi, np.pi, 400)
     with plt.rc_context(FRAMED):

@@ -1,4 +1,4 @@
-"""The path of an axis on the unit sphere, seen from slightly above."""
+"""A drawing of a curve on the unit sphere, seen from slightly above."""
 
 import numpy as np
 
@@ -8,10 +8,9 @@ ELEVATION = 20.0  # elevation of the eye above the horizontal plane [degrees]
 
 
 def project(points, elevation=ELEVATION, azimuth=0.0):
-    """Return the coordinates of points (..., 3) to the right, upward and towards the eye.
+    """Return the coordinates of points in the drawing: right, upward, and towards the viewer.
 
-    The viewing direction is given by an elevation above the horizontal plane and an azimuth about
-    the vertical [degrees].
+    The direction of view is given by an elevation and an azimuth in degrees.
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
@@ -25,7 +24,7 @@ def draw_outline(axes):
 
 
 def draw_globe(axes):
-    """Draw the sphere, its equator and an upward arrow, and return the tip of the arrow."""
+    """Draw the sphere with its equator and an upward arrow."""
     draw_outline(axes)
     angle = np.linspace(0, 2 * np.pi, 200)
     x, y, depth = project(np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
@@ -37,7 +36,10 @@ def draw_globe(axes):
 
 
 def draw_trace(axes, apex, colour=COLOURS[0]):
-    """Draw the path of an axis (n, 3), faint on the far side. A dot marks the initial position."""
+    """Draw a curve on the sphere, with the hidden part in a faint colour.
+
+    A dot marks the starting point.
+    """
     x, y, depth = project(apex)
     axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0, y, np.nan), color=colour, linewidth=1)

@@ -1,4 +1,4 @@
-"""The style of all figures: SVG in the text colour of the page, light or dark."""
+"""A common style for all figures, with SVG text in the page's text colour."""
 
 import io
 
@@ -58,7 +58,10 @@ def figure_to_svg(figure, **options):
 
 
 def make_panel(height=3.1, width=4.9):
-    """Return a figure and its axes, with room for labels on the right. Sizes are in inches."""
+    """Create a figure with room for labels on the right.
+
+    Sizes are in inches.
+    """
     left, right, top, below = 0.72, 1.5, 0.1, 0.5
     figure = plt.figure(figsize=(width, height))
     return figure, figure.add_axes(
@@ -67,26 +70,26 @@ def make_panel(height=3.1, width=4.9):
 
 
 def format_tick(x, _=None):
-    """Return a tick label such as 1e-9 or 1e0; all labels of an axis have this form."""
+    """Return a tick label such as 1e-9 or 1e0."""
     return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
 
 
 def set_power_ticks(axis, ticks=12):
-    """Set fixed ticks at powers of ten. Fixed ticks are fast to draw."""
+    """Set fixed ticks at powers of ten."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
     axis.set_major_formatter(format_tick)
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
 def axes_height(axes, y):
-    """Return the relative height of a value within the axes, from 0 to 1."""
+    """Return the vertical position of a value as a fraction of the height of the axes."""
     low, high = axes.get_ylim()
     is_log = axes.get_yscale() == "log"
     return np.clip(np.log10(y / low) / np.log10(high / low) if is_log else y, 0, 1)
 
 
 def spread_labels(heights, gap):
-    """Return ascending label heights, moved so that labels do not overlap or leave the axes."""
+    """Return the vertical positions of labels, moved so that no two labels overlap."""
     heights = list(heights)
     for i in range(1, len(heights)):
         heights[i] = max(heights[i], heights[i - 1] + gap)
@@ -99,9 +102,10 @@ def spread_labels(heights, gap):
 
 
 def label_ends(axes, ends):
-    """Write labels to the right of the axes, each connected to the end of its line.
+    """Write labels to the right of the axes, and connect each label to the end of its curve.
 
-    `ends` lists (name, end of the line, style). A label repeats the marker of the style, if any.
+    `ends` contains the label, the end point and the style of each curve. The marker of the curve is
+    repeated beside the label.
     """
     gap = 11.0 / (72 * axes.get_position().height * axes.figure.get_figheight())
     placed = sorted(
@@ -136,9 +140,9 @@ def label_ends(axes, ends):
 
 
 def choose_line_styles(family, peers):
-    """Return the colour and the marker of each line of a panel.
+    """Return the colours, markers and line styles of all curves in a panel.
 
-    Lines of `peers`, the other integrators, are dashed, with hollow markers and in the text colour.
+    The other integrators, listed in `peers`, have dashed lines and hollow markers.
     """
     own = [name for name in LEADERS if name in family]
     own += [name for name in family if name not in (*peers, *own)]

@@ -1,4 +1,4 @@
-"""Figures of tops per second against error, with one line per program from loose to tight."""
+"""Plots of throughput in tops per second against error, with one curve for each integrator."""
 
 from statistics import median
 
@@ -16,9 +16,9 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def draw_throughput(groups, own):
-    """Draw the runs of each program: kreisel in colours, other integrators in the text colour.
+    """Draw the curves of kreisel in colour, and those of other integrators in the text colour.
 
-    `groups` is {name: runs}. Each run has a median error and a time per top [s].
+    `groups` maps the name of each integrator to a list of runs.
     """
     lines = {
         name: tuple(

@@ -1,4 +1,4 @@
-"""Figures of the error against time, with a colour for each kind of method."""
+"""Plots of error against time, with a colour for each kind of method."""
 
 import numpy as np
 
@@ -17,15 +17,12 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def choose_colours(kinds):
-    """Return a colour for each kind, in order of appearance."""
+    """Assign a colour to each kind of method."""
     return dict(zip(dict.fromkeys(kinds), COLOURS, strict=False))
 
 
 def draw_time_series(lines, quantity, label, colours):
-    """Draw a quantity of each line against time.
-
-    A line is a mapping with `method`, `kind`, and lists of `t` and of the quantity.
-    """
+    """Plot a quantity against time, with one line for each run."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel(4.2)
         styles = {

@@ -1,4 +1,4 @@
-"""Stacked bars that show how often each method gets each verdict in the atlas."""
+"""Stacked bar charts of the verdicts on each method."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ ROW, WIDTH, NAMES, TOP, BELOW = 0.175, 8.6, 1.45, 0.35, 0.45  # [inch]
 
 
 def draw_verdict_bars(counts, verdicts):
-    """Draw a bar for each method, with the counts in the order of `verdicts`.
+    """Draw a stacked bar for each method, showing how often each verdict occurs.
 
-    `counts` is {method: counts}, from top to bottom.
+    `counts` maps each method to the number of occurrences of each verdict.
     """
     height = TOP + ROW * len(counts) + BELOW
     with plt.rc_context(STYLE):

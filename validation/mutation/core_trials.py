@@ -1,7 +1,7 @@
-"""Trials of mutants of the core, built for the baseline instruction set.
+"""Mutation tests of the C core, compiled for the baseline instruction set.
 
-The C tests run first, the fastest one first, then the C tests under sanitizers, and then the Python
-tests. Only files that include the changed file are recompiled.
+The C tests run first, then the C tests under sanitizers, and finally the Python tests. Only files
+that depend on the mutated file are recompiled.
 """
 
 import os
@@ -37,9 +37,9 @@ def list_sources(root):
 
 
 def list_mutants(root, only=""):
-    """Return the mutants of all files of the core except the public header.
+    """Return the mutants of all C files except the public header.
 
-    The header contains only declarations.
+    The public header contains only declarations.
     """
     folder = root / "csrc"
     files = [file for file in sorted(folder.rglob("*.[ch]")) if file != folder / "kreisel.h"]
@@ -51,7 +51,7 @@ def list_mutants(root, only=""):
 
 
 class Trial:
-    """A copy of the tree, with the compiled core and its tests."""
+    """A copy of the source tree in which the C tests can be compiled."""
 
     def __init__(self, root, to):
         self.root = copy_tree(root, to)
@@ -68,7 +68,7 @@ class Trial:
             raise TrialError(f"{test} fails with nothing changed")
 
     def time_baseline(self, how):
-        """Return the time of each test on the unchanged core [s], fastest first."""
+        """Return the run time of each test without mutations [s], in increasing order."""
         seconds = {}
         for name in self.programs:
             done = self.run_program(name, {}, 600, how)
@@ -82,7 +82,7 @@ class Trial:
         return self.root / "objects" / kind / folder / (file.replace("/", "_") + ".o")
 
     def compile_file(self, file, folder, how=()):
-        """Compile a source file, and return the files that it depends on, or None on failure."""
+        """Compile a source file, and return the files on which it depends, or None on failure."""
         to = self.object_path(file, folder, how)
         to.parent.mkdir(parents=True, exist_ok=True)
         command = ["gcc", *FLAGS, *how, "-MMD", "-MF", to.with_suffix(".d"), "-c", file, "-o", to]
@@ -98,7 +98,7 @@ class Trial:
             raise TrialError(done.said)
 
     def run_program(self, name, changed, seconds, how=()):
-        """Link a test program with the core, and run the program."""
+        """Link a test program with the C library, and run the program."""
         program = self.root / "objects" / name
         command = ("gcc", *LINKED.get(name, ()))
         self.link([*self.core, *self.programs[name]], changed, program, *command, how=how)
@@ -118,7 +118,7 @@ class Trial:
         return said.splitlines() == golden
 
     def try_mutant(self, mutant):
-        """Return the verdict of the tests on a mutant."""
+        """Run the tests on a mutant, and return the verdict."""
         begin = monotonic()
         mutant.write(self.root)
         try:
@@ -147,7 +147,7 @@ class Trial:
         return self.run_python_tests(changed) if self.binding else ("survived", "")
 
     def find_failing_c_test(self, changed, how):
-        """Return the name of a C test that fails, or an empty string."""
+        """Return the name of a failing C test, or an empty string."""
         for name, seconds in self.limits[how].items():
             feels = changed & {*self.core, *self.programs[name]}
             if feels and self.run_program(name, changed, int(SLACK * seconds) + 5, how).status:
@@ -168,7 +168,7 @@ class Trial:
 
 
 def list_programs(root):
-    """Return the sources of each C test program."""
+    """Return the names of the C test programs and their source files."""
     tests = {file.stem: [file] for file in sorted((root / "tests/c").glob("test_*.c"))}
     for name in GOLDEN:
         if (root / f"tests/c/{name}.txt").exists():
@@ -181,10 +181,10 @@ def list_programs(root):
 
 
 def compile_binding(root):
-    """Compile the binding once and return its objects.
+    """Compile the Python binding, and return the object files.
 
-    The objects stay valid because the binding includes only the public header. The result is empty
-    if there is no binding.
+    The object files need not be recompiled for mutants, because they depend only on the public
+    header.
     """
     files = sorted((root / "python").glob("*.cpp"))
     if not files:

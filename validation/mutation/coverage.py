@@ -1,4 +1,6 @@
-"""Branches that no test takes. Usage: `python -m validation.mutation.coverage core|package`.
+"""A report on branches of the code that no test executes.
+
+Usage: `python -m validation.mutation.coverage core|package`.
 
 core     csrc, by the tests in C and those in Python that need no browser; code compiled for several
          orders and instruction sets counts once, and lines with a comment "untaken: reason" do not
@@ -59,10 +61,10 @@ def measure_core(tests):
 
 
 def build_with_counters(tree, objects):
-    """Compile the core with branch counters, and without optimization, which would merge branches.
+    """Compile the C library with branch counters.
 
-    Code that is generated for each order, or inlined in several places, is counted as one function.
-    The counters are atomic because some tests use threads.
+    The library is compiled without optimization, because optimization merges branches. The counters
+    are atomic, because some tests use several threads.
     """
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()

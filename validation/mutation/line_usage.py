@@ -1,9 +1,8 @@
-"""The lines of the package that each test runs, and the duration of each test module.
+"""The lines of the Python package that each test executes.
 
-Each test module is measured separately, with the current test as the coverage context. All
-parameter sets of a test share one context, and fixtures have no context. The results are stored
-beside the copies of the tree. They stay valid until the test module changes, or a file that the
-module may use.
+Each test module is run separately, and the coverage is recorded for each test. The results are
+stored next to the copies of the source tree. A test module is run again if its source or a helper
+file has changed.
 """
 
 import hashlib
@@ -26,7 +25,7 @@ SET_UP = ""  # the context of code that runs outside tests: imports, fixtures, o
 
 @dataclass(frozen=True)
 class ModuleUsage:
-    """The lines of the package that a test module runs."""
+    """The lines of the package that one test module executes."""
 
     module: str
     text: str  # a digest
@@ -35,17 +34,16 @@ class ModuleUsage:
 
     @cached_property
     def line_counts(self):
-        """The number of lines that each test runs."""
+        """The number of lines that each test executes."""
         counts = Counter()
         for tests in self.lines.values():
             counts.update({test: len(lines) for test, lines in tests.items()})
         return counts
 
     def rank_tests(self, file, lines):
-        """Return (line count, module, test) for each test that runs at least one of `lines`.
+        """Return (line count, module, test) for each test that executes one of the given lines.
 
-        The line count is the number of lines that the test runs. A test that runs few lines usually
-        checks them more closely.
+        A test that executes few lines usually checks each of them more closely.
         """
         tests = self.lines.get(file, {}).items()
         used = [test for test, own in tests if test != SET_UP and not lines.isdisjoint(own)]
@@ -56,7 +54,7 @@ class ModuleUsage:
 
 
 def measure_usage(root, modules, folder):
-    """Return the usage of each test module, measured in parallel on all processors."""
+    """Return the lines executed by each test module, measured in parallel."""
     folder.mkdir(parents=True, exist_ok=True)
     (root / "site/coverage.ini").write_text(SETTINGS)
     texts = compute_digests(root, modules)
@@ -74,7 +72,7 @@ def measure_usage(root, modules, folder):
 
 
 def compute_digests(root, modules):
-    """Return a digest of each test module, computed from its text and all files that it may use."""
+    """Return a hash of each test module and the helper files."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
     shared = [file for file in files if not file.name.startswith("test_")]
     common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()
@@ -102,7 +100,7 @@ def measure_module(root, module):
 
 
 def read_lines(file, root, module):
-    """Return the lines of each source file that each test of a module runs."""
+    """Return the lines of each source file that the tests of a module execute."""
     data = CoverageData(str(file))
     data.read()
     found = {}

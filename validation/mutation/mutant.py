@@ -1,4 +1,4 @@
-"""The class `Mutant`: one small change of one file."""
+"""A small change to a source file, used to check the quality of the tests."""
 
 import random
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class Mutant:
-    """A change that replaces the characters [begin, end) of a file by the string `new`."""
+    """A mutant, obtained by replacing the characters from `begin` to `end` in a source file."""
 
     file: str  # path relative to the root of the tree, with slashes
     text: str
@@ -21,7 +21,7 @@ class Mutant:
 
     @cached_property
     def line_text(self):
-        """The line in which the change begins, without leading and trailing space."""
+        """The first changed line of the source, without surrounding space."""
         return self.text.splitlines()[self.line - 1].strip()
 
     @cached_property
@@ -31,7 +31,7 @@ class Mutant:
 
     @property
     def name(self):
-        """A unique name, which contains the line's text and so changes when the line is edited."""
+        """A unique name, which contains the text of the changed line."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
         return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 
@@ -43,7 +43,10 @@ class Mutant:
 
 
 def draw_sample(mutants, seed, points):
-    """Return a random sample without replacement. A smaller sample is a prefix of a larger one."""
+    """Return a random sample without replacement.
+
+    Smaller samples are prefixes of larger ones.
+    """
     drawn = list(mutants)
     random.Random(seed).shuffle(drawn)
     return drawn[:points]

@@ -1,9 +1,9 @@
-"""Mutation testing: the source is changed at random, and the tests should detect each change.
+"""Mutation testing: a program is changed at random, and at least one test should then fail.
 
     python -m validation.mutation.mutate core|package
 
-Repeat the command to continue an interrupted run. With --again, mutants that survived earlier are
-tried once more.
+An interrupted run is continued by repeating the command. With --again, mutants that survived an
+earlier run are tested again.
 """
 
 import argparse
@@ -54,7 +54,7 @@ def main(argv=None):
 
 
 def try_mutants(mutants, trial, asked, ledger):
-    """Try the mutants, with a separate copy of the tree for each job, and print each verdict."""
+    """Run the tests on all mutants in parallel, and print each verdict."""
     copies = SimpleQueue()
     folder = asked.root.resolve() / "build/mutate"
     for number in range(min(asked.jobs, len(mutants))):

@@ -1,8 +1,7 @@
-"""Mutants of a C source that is formatted by clang-format.
+"""Generation of mutants of C source files.
 
-Binary operators have spaces on both sides, unary operators have no space after them, and each
-statement begins on a new line. The mutations change operators, comparisons and constants, swap
-arguments, negate conditions and drop statements.
+The source files must be formatted by clang-format. Mutations change operators and constants, swap
+arguments, negate conditions and delete statements.
 """
 
 import re
@@ -40,7 +39,7 @@ COMMUTE = re.compile(
 
 
 def list_mutants(file, text):
-    """Return all mutants of the text of a file."""
+    """Return all mutants of a source file."""
     tokens = [m for m in TOKEN.finditer(text) if m.lastgroup != "skip"]
     spans = [
         *mutate_operators(text, tokens),
@@ -79,7 +78,7 @@ def mutate_numbers(text, tokens):
 
 
 def is_array_size(tokens, i):
-    """Return True if the number at index `i` of the tokens is the size in an array declaration."""
+    """Return True if the number at index `i` is the size of an array in a declaration."""
     words = [token[0] for token in tokens[max(0, i - 3) : i]]
     declares = re.fullmatch(r"\w+|\*", words[0]) and words[0] != "return" if words else False
     return len(words) == 3 and words[2] == "[" and bool(declares)
@@ -105,7 +104,7 @@ def find_closing(tokens, opening):
 
 
 def swap_arguments(text, tokens):
-    """Yield the mutations that swap the first two arguments of a call."""
+    """Yield mutations that swap the first two arguments of a function call."""
     for i, token in enumerate(tokens[:-1]):
         behind = tokens[i + 1]
         if (
@@ -129,7 +128,7 @@ def swap_arguments(text, tokens):
 
 
 def drop_statements(text, tokens):
-    """Yield the mutations that drop a simple statement. Declarations are kept."""
+    """Yield mutations that delete a simple statement. Declarations are not deleted."""
     begins = None
     depth = 0
     for before, token in pairwise(tokens):

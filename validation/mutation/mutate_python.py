@@ -1,7 +1,7 @@
-"""Mutants of a Python source.
+"""Generation of mutants of Python source files.
 
-The mutations change operators, comparisons, numbers and booleans, swap arguments, negate conditions
-and drop statements. Strings are not mutated.
+Mutations change operators and constants, swap arguments, negate conditions and delete statements.
+Strings are not mutated.
 """
 
 import ast
@@ -25,7 +25,7 @@ COMMUTE = {"min", "max", "minimum", "maximum", "dot", "isinstance", "getattr", "
 
 
 def list_mutants(file, text):
-    """Return all mutants of the text of a file."""
+    """Return all mutants of a source file."""
     tree = ast.parse(text)
     lines = [0]
     for line in text.splitlines(keepends=True):
@@ -45,7 +45,7 @@ def list_mutants(file, text):
 
 
 def find_annotations(tree):
-    """Yield the type annotations of a tree."""
+    """Yield all type annotations in a syntax tree."""
     for node in ast.walk(tree):
         for field in ("annotation", "returns"):
             if part := getattr(node, field, None):
@@ -53,7 +53,7 @@ def find_annotations(tree):
 
 
 def mutate_node(node, text, span):
-    """Yield the mutations of one node as (begin, end, new text)."""
+    """Yield the mutations of a node of the syntax tree as tuples (begin, end, new text)."""
     if isinstance(node, ast.BinOp):
         yield from mutate_operator(node.op, span(node.left)[1], span(node.right)[0], text)
     elif isinstance(node, ast.BoolOp):
@@ -74,7 +74,7 @@ def mutate_node(node, text, span):
 
 
 def mutate_operator(op, begin, end, text):
-    """Yield the mutations of an operator between two operands, which may be in parentheses."""
+    """Yield the mutations of a binary operator."""
     old, new = OPERATORS.get(type(op), ("", ""))
     words = r"\s+".join(map(re.escape, old.split()))
     if old and (found := re.search(words, text[begin:end])):
@@ -110,12 +110,12 @@ def mutate_statement(node, text, span):
 
 
 def is_docstring_or_yield(node):
-    """Return True if a statement is a docstring or a yield, which are not dropped."""
+    """Return True for docstrings and yield statements, which are not deleted."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant | ast.Yield)
 
 
 def lines_run_at_import(text):
-    """Return the lines that run when a file is imported, and so belong to no particular test."""
+    """Return the lines of a source file that are executed on import."""
     tree = ast.parse(text)
     inside = {
         line

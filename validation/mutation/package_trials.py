@@ -1,6 +1,7 @@
-"""Trials of mutants of the Python package, by only those tests that run the changed line.
+"""Mutation tests of the Python package.
 
-The tests that run the fewest lines come first. Browser tests are left out.
+Only tests that execute the changed line are run, beginning with those that execute few lines.
+Browser tests are not used.
 """
 
 import marshal
@@ -41,9 +42,9 @@ def list_mutants(root, only=""):
 
 
 def list_test_modules(root):
-    """Return the test modules that are used to kill mutants.
+    """Return all test modules that are used in mutation testing.
 
-    Style tests are left out, because they detect changes of the text rather than of the behaviour.
+    Style tests are not used, because they check the source text rather than the behaviour.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     kept = [file for file in files if file.name not in SLOW + ELSEWHERE]
@@ -51,7 +52,7 @@ def list_test_modules(root):
 
 
 class Trial:
-    """A copy of the tree, together with the lines of the package that each test runs."""
+    """A copy of the source tree in which tests are run on mutants."""
 
     def __init__(self, root, to):
         self.root = copy_tree(root, to)
@@ -61,7 +62,7 @@ class Trial:
         self.uses = measure_usage(self.root, list_test_modules(self.root), to.with_name("uses"))
 
     def copy_core(self):
-        """Copy the compiled extension of the installed package, if there is one."""
+        """Copy the compiled extension module of the installed package, if it exists."""
         try:
             from kreisel import _core
         except ImportError:
@@ -71,7 +72,7 @@ class Trial:
             shutil.copy(_core.__file__, folder)
 
     def try_mutant(self, mutant):
-        """Return the verdict of the tests on a mutant."""
+        """Run the tests on a mutant, and return the verdict."""
         begin = monotonic()
         if compile_code(mutant.text) == compile_code(self.apply_mutant(mutant)):
             return Verdict("same")
@@ -87,10 +88,9 @@ class Trial:
         return mutant.text[: mutant.begin] + mutant.new + mutant.text[mutant.end :]
 
     def select_tests(self, mutant):
-        """Return two groups of tests that may kill a mutant, each as {test: module}.
+        """Return the tests that may detect a mutant, in two groups.
 
-        The tests that run the fewest lines come first. Modules that run the line in their set-up
-        come last.
+        The first group contains the tests that execute the fewest lines.
         """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
         if is_general := mutant.line in at_import:  # every test that uses the file may be affected
@@ -117,7 +117,7 @@ class Trial:
 
 
 def compile_code(text):
-    """Return the bytecode of a source without line numbers."""
+    """Compile a Python source to bytecode without line numbers."""
     try:
         made = compile(text, "source", "exec")
     except SyntaxError:

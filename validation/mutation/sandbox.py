@@ -1,4 +1,4 @@
-"""Copies of the tree, in which programs run with limited time and memory."""
+"""Copies of the source tree, and programs that run in them with limited time and memory."""
 
 import os
 import resource
@@ -17,12 +17,12 @@ sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(f
 
 
 class TrialError(Exception):
-    """The error raised if the tests fail on the unchanged tree."""
+    """An exception for tests that fail on the original source."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A verdict (killed, survived, unbuilt or same), the failing test, and the time needed [s]."""
+    """The verdict of the tests on a mutant, the name of the failing test, and the run time [s]."""
 
     word: str
     by: str = ""
@@ -31,7 +31,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class ProgramResult:
-    """The result of running a program: its status (0 for success), output and run time [s]."""
+    """The exit status, the output and the run time [s] of a program."""
 
     status: int | str
     said: str
@@ -39,7 +39,7 @@ class ProgramResult:
 
 
 def copy_tree(root, to):
-    """Copy the tree without its build products, and return the root of the copy."""
+    """Copy the source tree without build products, and return the path of the copy."""
     shutil.rmtree(to, ignore_errors=True)
     shutil.copytree(root, to, ignore=make_ignore(root))
     (to / "site").mkdir()
@@ -60,7 +60,7 @@ def make_ignore(root):
 
 
 def run_with_limits(command, cwd, cpu, wall, memory=MEMORY):
-    """Run a program with limits on processor time, wall time [s] and memory [bytes] or None."""
+    """Run a program with limits on processor time, elapsed time [s] and memory [bytes]."""
 
     def limit():
         resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu + 1))
@@ -90,7 +90,7 @@ def run_with_limits(command, cwd, cpu, wall, memory=MEMORY):
 
 
 def kill_group(process):
-    """Kill a program and all its child processes."""
+    """Terminate a program and all its child processes."""
     if process.poll() is None:
         os.killpg(process.pid, 9)
         process.communicate()
@@ -102,7 +102,7 @@ def make_environment(root):
 
 
 def run_pytest(root, words, cpu=600, wall=1800):
-    """Run tests in the copy until one fails. Return the result and the name of the failing test."""
+    """Run tests until one fails. Returns the result of pytest and the name of the failing test."""
     how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
     done = run_with_limits([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
     failed = [

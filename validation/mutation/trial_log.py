@@ -1,4 +1,4 @@
-"""A log of trials with one JSON object per line, so that a run can be continued."""
+"""A log file of mutation tests, from which an interrupted run can be continued."""
 
 import json
 from collections import Counter
@@ -32,7 +32,7 @@ class TrialLog:
 
 
 def parse_line(line):
-    """Return the trial that a line describes, or None if the line was truncated."""
+    """Parse a line of the log, or return None if the line is incomplete."""
     try:
         return json.loads(line)
     except json.JSONDecodeError:
@@ -40,7 +40,7 @@ def parse_line(line):
 
 
 def format_table(ledger, mutants):
-    """Return the lines of the final table: the fraction of killed mutants, and the survivors."""
+    """Format a table with the fraction of detected mutants, and list the undetected ones."""
     words = {m.name: ledger.get_outcome(m) for m in mutants}
     counts = Counter(words.values())
     lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]

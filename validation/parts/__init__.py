@@ -1,1 +1,1 @@
-"""The parts of the report: their data, figures and conclusions."""
+"""The parts of the report, with their computations, figures and conclusions."""

@@ -1,4 +1,4 @@
-"""The advice at the top of the report: the recommended method for each kind of scene."""
+"""The recommended method for each kind of top, shown at the top of the report."""
 
 from collections import Counter
 
@@ -29,13 +29,13 @@ def describe_kinds(problems):
 
 
 def find_winner(rows, scene):
-    """Return kreisel's fastest method for most errors on a scene, or None."""
+    """Return the fastest method of kreisel for most target errors, or None."""
     wins = [own.method for _, _, own, _ in fastest.run_races(rows, [scene]) if own]
     return Counter(wins).most_common(1)[0][0] if wins else None
 
 
 def group_scenes(comparison):
-    """Return {method: problems for which the method is the fastest at most errors}."""
+    """Return a dictionary from methods to the problems for which they are recommended."""
     groups = {}
     for problem, _ in comparison.problems:
         winner = find_winner(comparison.rows, problem.name)
@@ -45,7 +45,7 @@ def group_scenes(comparison):
 
 
 def describe_group(rows, method, problems):
-    """Return a row of the advice: kinds of tops, method, scenes, times and ratios."""
+    """Return a row of the table of recommended methods."""
     scenes = [problem.name for problem in problems]
     races = list(fastest.run_races(rows, scenes))
     won = [own for *_, own, _ in races if own and own.method == method]
@@ -79,7 +79,7 @@ def describe_group(rows, method, problems):
 
 
 def list_fixed_steps(comparison):
-    """Yield each target error and the fixed-step method that is the fastest on most scenes."""
+    """Yield each target error and the fixed-step method that reaches it fastest on most scenes."""
 
     def has_step(row):
         return not row.peer and row.step is not None
@@ -96,7 +96,7 @@ def list_fixed_steps(comparison):
 
 
 def describe_late(comparison):
-    """Return the range of times for one late state by method, or None without measurements."""
+    """Return the range of run times for computing late states, or None if none were measured."""
     late = [found for found in comparison.late.values() if found]
     if not late:
         return None

@@ -1,4 +1,4 @@
-"""The stability atlas: every method on stiff tops and under extreme conditions."""
+"""The stability atlas, which tests all methods on stiff tops and under extreme conditions."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative
 
 @dataclass(frozen=True)
 class Atlas:
-    """The data of the stability atlas: the cells, and the runs of the stiff needle."""
+    """All results of the stability atlas."""
 
     cells: list
     needle_lines: list
@@ -65,13 +65,13 @@ def load_findings(problems, store):
 
 
 def column_names(found):
-    """Return the names of the methods that ran, followed by the other integrators."""
+    """Return the names of all methods and other integrators that have been tested."""
     ran = {cell["method"] for cell in found}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
 
 def make_square(cell):
-    """Return the square of a cell in the heat map."""
+    """Return the heat-map square that represents a result."""
     ran = cell["verdict"] in verdicts.CAME_TO_THE_END
     dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
@@ -96,26 +96,25 @@ def family_contexts(found):
 
 
 def describe_cell(cell):
-    """Return (verdict, message) if the cell needs a note, otherwise None.
+    """Return the verdict and a message if a result needs an explanation.
 
-    A cell needs a note if the run stopped, was rejected, or is wrong without a sign, or if an
-    adaptive run is lost.
+    Failed runs, unnoticeable errors, and large errors of adaptive methods need an explanation.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
         # The full message is in the CSV file.
         return verdict, cell["message"].split(f": {cell['method']}")[0]
     if verdict == verdicts.SILENT or (verdict == "lost" and cell["tol"]):
-        word = "wrong in silence" if verdict == verdicts.SILENT else verdict
+        word = "silently wrong" if verdict == verdicts.SILENT else verdict
         off, apart = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
         return word, f"error {off} rad; the finer run differs by {apart} rad"
     return None
 
 
 def collect_notes(found):
-    """Yield the rows of the table of notes.
+    """Yield the rows of the table of explanations.
 
-    Cases with the same notes for the same methods share a row.
+    Test cases with the same explanation are combined in one row.
     """
     said = {}
     for cell in found:
@@ -135,7 +134,7 @@ def collect_notes(found):
 
 
 def count_verdicts(found):
-    """Yield, for each method, the number of cells with each verdict and mark."""
+    """Yield the number of times that each method receives each verdict."""
     for name in column_names(found):
         own = [cell for cell in found if cell["method"] == name]
         known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
@@ -149,7 +148,7 @@ def count_verdicts(found):
 
 
 def draw_verdicts(counts):
-    """Draw the verdicts of each method, sorted by the number of successes."""
+    """Draw a bar chart of the verdicts on each method."""
     names = ["wrong in silence" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
     met = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
     order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))
@@ -206,9 +205,9 @@ def describe_silent_cells(found):
     silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
     n, which = len(silent), f": {join_words(silent)}" if silent else ""
     return (
-        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} wrong in silence{which}. "
-        "A cell is one method on one top; wrong in silence is an error that neither a finer run "
-        "nor the step reveals."
+        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} silently wrong{which}. "
+        "A cell is one method on one top. It is silently wrong if neither a finer run nor the step "
+        "reveals its error."
     )
 
 
@@ -221,7 +220,7 @@ def describe_verdicts(found):
     return (
         f"{share('right')} are right: no error beyond rounding. {share('as asked')} are as asked: "
         f"an error within the tolerance. {share('degraded')} are degraded: a larger error, but "
-        f"less than {verdicts.LOST:g} rad. {share('lost')} are lost: a larger error still. "
+        f"less than {verdicts.LOST:g} rad. {share('lost')} are lost: an even larger error. "
         f"{share('stopped')} stopped early and {share('refused')} did not start, with a message."
     )
 
@@ -229,9 +228,9 @@ def describe_verdicts(found):
 def describe_signs(ran):
     n = Counter(cell.get("shown_by") for cell in ran)
     return (
-        f"{n['second run']:,} of the degraded and lost cells show up in a finer run, "
-        f"{n['large step']} in the step itself; {n['tolerance']} lie within the tolerance times "
-        f"the number of steps, and {n['rounding']} are accumulated rounding."
+        f"Of the degraded and lost cells, {n['second run']:,} are revealed by a finer run, and "
+        f"{n['large step']} by the step itself; {n['tolerance']} lie within the tolerance times "
+        f"the number of steps, and {n['rounding']} are due to rounding errors."
     )
 
 
@@ -273,7 +272,7 @@ def list_files(atlas, about):
 
 def terminal_lines(atlas):
     silent = list(filter(is_silent, atlas.cells))
-    yield f"atlas: {len(atlas.cells)} cells, wrong in silence: {len(silent)}"
+    yield f"atlas: {len(atlas.cells)} cells, silently wrong: {len(silent)}"
     for cell in silent:
         where = f"{cell['method']}: {cell['family']}, {cell['case']}"
         yield f"  {where}: {cell['attitude_error']:.0e} rad"

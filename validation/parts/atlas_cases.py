@@ -1,7 +1,7 @@
-"""The cases of the stability atlas: stiff and extreme tops, and extreme steps.
+"""Test cases of the stability atlas: stiff tops, extreme parameters, and very large or small steps.
 
-The length of a run is given in turns. One turn takes 2 pi divided by the larger of the initial
-angular velocity and the pendulum frequency. A case may define another rate.
+The duration of an integration is given in turns of the top. One turn takes 2 pi divided by the
+larger of the initial angular velocity and the pendulum frequency.
 """
 
 from collections.abc import Callable
@@ -35,7 +35,7 @@ class Case:
 
 
 def tilt_attitude(angle):
-    """Return the upright attitude tilted by an angle about e1."""
+    """Return an attitude that is tilted by an angle about the horizontal axis e1."""
     return cos(angle / 2), sin(angle / 2), 0.0, 0.0
 
 
@@ -48,7 +48,7 @@ def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
 
 
 def scene_factory(body, tilt=0.5, **start):
-    """Return a function that creates the scene, for the field `Case.scene`."""
+    """Return a function that creates the scene of a test case."""
     words = {"attitude": tilt_attitude(tilt)} | start
     return lambda: kr.Scene(body(), **words)
 
@@ -220,11 +220,11 @@ def step_cases():
 
 
 def antipodal_cases():
-    """Yield cases in which one step rotates the axis to nearly the opposite direction.
+    """Yield test cases in which the axis is nearly reversed in one step.
 
-    Bobenko-Suris rotates the axis by 2 atan(h |w| / 2) per step, which is always less than half a
-    turn. The difference from half a turn is `gap` if h |w| / 2 = cot(gap / 2). Other methods rotate
-    the axis by h |w|.
+    The Bobenko-Suris map rotates the axis by 2 atan(h |w| / 2) per step, which is less than half a
+    turn. The axis rotates by half a turn minus `gap` if h |w| / 2 = cot(gap / 2). Other methods
+    rotate the axis by the angle h |w|.
     """
     across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
     light = scene_factory(lagrange, 1.0, momentum=across, gravity=1e-3)
@@ -286,7 +286,7 @@ def long_cases():
 
 
 def si_cases():
-    """Yield cases in SI units: a levitated particle of 100 nm, a toy gyroscope, and the Earth."""
+    """Yield test cases in SI units: a levitated particle, a toy gyroscope, and the Earth."""
     nano, earth = (
         partial(lagrange, 1.2e-33, 1e-33, 1e-18, 1e-9),
         partial(lagrange, 8.008e37, 8.034e37, 5.97e24, 1e3),
@@ -313,9 +313,9 @@ def si_cases():
 
 
 def stiff_cases():
-    """Yield cases in which the spin is 1e4 times the precession rate.
+    """Yield test cases in which the top spins 1e4 times faster than it precesses.
 
-    The step size resolves only the precession.
+    The step size resolves the precession but not the spin.
     """
     needle = scene_factory(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
     fast = scene_factory(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
@@ -332,9 +332,9 @@ def stiff_cases():
 
 
 def damping_cases():
-    """Yield damped tops.
+    """Yield test cases with damping.
 
-    The motion of these tops becomes slow, and the damping term is then stiff.
+    Strong damping makes the equations of motion stiff.
     """
     for damping in (0.1, 10.0, 1e3, 1e5, 1e7, 1e9):
         yield Case(
@@ -397,7 +397,7 @@ FAMILIES = {
 
 
 def list_cases(quick=False):
-    """Yield all cases, or the first two of each family."""
+    """Yield all test cases, or only two of each family."""
     for make, _ in FAMILIES.values():
         made = list(make())
         yield from made[:2] if quick else made

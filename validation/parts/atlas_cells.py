@@ -1,7 +1,7 @@
-"""The cells of the stability atlas: every method and every other integrator on every case.
+"""The results of the stability atlas for all methods and test cases.
 
-A cell is the result of one method on one case. Each cell runs twice, with the requested setting and
-with a finer setting. The verdict follows from both runs and from the reference solution.
+Each test case is integrated twice, with different tolerances or step sizes. The verdict depends on
+the difference between the two solutions and on a reference solution.
 """
 
 from collections.abc import Callable
@@ -26,10 +26,11 @@ MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CON
 
 @dataclass(frozen=True)
 class Candidate:
-    """A method of kreisel, or another integrator, that can run a cell.
+    """A method of kreisel, or another integrator, that is tested in the stability atlas.
 
-    `run` takes problem, scene, times and a setting. The call returns attitudes of the principal
-    axes, momenta in the space frame, and the numbers of steps and evaluations.
+    The function `run` takes a problem, a scene, the output times, and a step size or tolerance. The
+    function returns attitudes of the principal axes, space-frame momenta, and the numbers of steps
+    and evaluations.
     """
 
     name: str
@@ -55,7 +56,7 @@ def make_peer_candidate(name):
 
 
 def list_candidates(scene, radians):
-    """Return the methods and other integrators that support the scene and a run of `radians`."""
+    """Return all methods that can integrate a scene over an angle of `radians`."""
     found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
     return found + [
         who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
@@ -63,7 +64,7 @@ def list_candidates(scene, radians):
 
 
 def choose_settings(case, who, step):
-    """Return two settings: the requested setting and a finer setting."""
+    """Return the requested step size or tolerance, and a smaller one."""
     if who.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]
@@ -92,7 +93,7 @@ def measure_run(problem, scene, who, times, setting, true):
 
 
 def describe_failure(error):
-    """Return the verdict, mark and message of a run that raised an exception."""
+    """Return the verdict and the message for an integration that failed with an exception."""
     if isinstance(error, ValueError):
         return {"verdict": "refused", "mark": verdicts.REFUSED, "message": str(error)}
     status = getattr(error, "status", None)  # errors of other integrators have no status
@@ -101,7 +102,7 @@ def describe_failure(error):
 
 
 def make_cell(case, problem, scene, who, true, end, step):
-    """Return the cell of one method or other integrator on one case."""
+    """Return the result of one method on one test case."""
     asked, finer = choose_settings(case, who, step)
     cell = {"method": who.name, "step": asked.get("step"), "tol": asked.get("tol"), "end": end}
     times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())
@@ -119,9 +120,9 @@ def drop_attitude(cell):
 
 
 def make_cells(case, who=list_candidates):
-    """Return the cells of a case, one per method.
+    """Return the results of all methods on one test case.
 
-    If the scene is invalid, every cell reports the error.
+    If the scene is invalid, the result for each method contains the error message.
     """
     about = {"family": case.family, "case": case.name, "turns": case.turns}
     try:

@@ -1,6 +1,7 @@
-"""The time budget of a report, and its tasks.
+"""The tasks of a report, and limits on its run time.
 
-There are three budgets: "quick" (some seconds), "default" (some minutes) and "full" (no limit).
+The run time is limited to some seconds ("quick"), to some minutes ("default"), or not at all
+("full").
 """
 
 from collections.abc import Callable
@@ -31,16 +32,16 @@ BUDGETS = {
 
 @dataclass(frozen=True)
 class Task:
-    """A task, which computes one finding. The finding is not stored if `key` is None."""
+    """A computation for the report."""
 
-    key: str | None  # key under which the finding is stored
+    key: str | None  # key under which the result is stored, or None if it is not stored
     make: Callable
     weight: float = 0.0  # expected duration [s]
     until: float | None = None  # fraction of the budget after which the task is skipped, or None
 
 
 class Clock:
-    """The elapsed time, and the number of tasks that were skipped for lack of time."""
+    """A clock that counts the computations skipped for lack of time."""
 
     def __init__(self, budget):
         self.begin, self.budget, self.missed = perf_counter(), budget, 0
@@ -52,13 +53,13 @@ class Clock:
         return late
 
     def describe_missing(self):
-        """Return a sentence about skipped findings, or an empty string if none were skipped."""
+        """Return a message about skipped tasks, or an empty string."""
         number = "1 finding" if self.missed == 1 else f"{self.missed} findings"
         return f"{number} skipped for lack of time; run again to add them" if self.missed else ""
 
 
 def run_tasks(tasks, store, budget, bar):
-    """Run the tasks without a stored result, in order, and return a note on skipped tasks."""
+    """Run all tasks that have no stored result, and return a message about skipped tasks."""
     clock = Clock(budget)
     task_bar = bar.add_task("", total=sum(task.weight for task in tasks))
     try:

@@ -1,14 +1,11 @@
-"""Calls for one top at equal error: kr.solve and a reused kr.Run, compared with heyoka.
+"""Comparison of the run times of kreisel and heyoka for one top at equal error.
 
-The package kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a
-reused kr.Run. The integrator of heyoka is compiled once and reused, which is the fastest way to
-call heyoka. SciPy's DOP853 integrates a right-hand side that heyoka compiles. Times are processor
-times, which other programs hardly affect.
+Two uses of kreisel are timed: calling kr.solve, and resetting an existing kr.Run. The integrator of
+heyoka is compiled only once. For SciPy's DOP853, the right-hand side of the equations is compiled
+by heyoka. Processor times are measured, because other programs hardly affect them.
 
-The error of a setting is the largest error of this setting and all tighter settings. The two
-settings on either side of an error are timed alternately. Times at the error are interpolated
-linearly in the logarithms. The tolerance of heyoka affects its runs only through the order of the
-series, so one setting per order is enough.
+Run times at equal error are interpolated linearly in the logarithms of time and error. For all
+tolerances that lead to the same order of the Taylor series, heyoka is timed only once.
 """
 
 import time
@@ -56,7 +53,7 @@ def make_solve_call(scene, end, tol):
 
 
 def make_reused_call(scene, end, tol):
-    """Return a call that resets a run to the scene's start and advances the run by `end`."""
+    """Return a function that restarts a run and integrates over the time `end`."""
     run = kr.start(scene, METHOD, tol=tol)
     momentum, attitude = scene.momentum, scene.attitude
 
@@ -71,7 +68,7 @@ def make_reused_call(scene, end, tol):
 
 
 def make_heyoka_call(run):
-    """Return a call with a reused integrator."""
+    """Return a function that integrates with heyoka and reuses the compiled integrator."""
     top, start, end = run.top, np.array(run.start), run.end
 
     def call():
@@ -84,7 +81,7 @@ def make_heyoka_call(run):
 
 
 class FunctionRun:
-    """A run of DOP853 whose right-hand side is compiled by heyoka (cfunc)."""
+    """An integration by DOP853, with a right-hand side that heyoka has compiled."""
 
     def __init__(self, problem, end, tol):
         system, self.start = equations.build_system(problem)
@@ -97,7 +94,7 @@ class FunctionRun:
 
 
 def processor_time(call, number=1):
-    """Return the mean processor time of `number` calls [s]."""
+    """Return the mean processor time [s] of a function."""
     begin = time.thread_time()
     for _ in range(number):
         call()
@@ -105,7 +102,7 @@ def processor_time(call, number=1):
 
 
 def sample_in_turn(calls, rounds):
-    """Return the processor times of each call in all rounds [s]."""
+    """Return the processor times [s] of several functions, which are called alternately."""
     samples = [[] for _ in calls]
     with timing.pause_gc():
         numbers = [
@@ -118,23 +115,23 @@ def sample_in_turn(calls, rounds):
 
 
 def make_ladder(runs, truth):
-    """Return pairs (run, largest error of this and all tighter runs), from loose to tight."""
+    """Return pairs of a run and its error, in order of decreasing tolerance.
+
+    A run is assigned the largest error among all runs with the same or a smaller tolerance.
+    """
     errors = [attitude_error(run.solve(), truth) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1].tolist(), strict=True))
 
 
 def select_bracket(ladder, target):
-    """Return the two settings on either side of an error, or one if all are on the same side.
-
-    Each setting is the loosest setting with its error.
-    """
+    """Return the runs whose errors are just above and just below `target`."""
     i = next((i for i, (_, error) in enumerate(ladder) if error <= target), len(ladder) - 1)
     above = ladder[i - 1][1] if i else None
     return [*[step for step in ladder if step[1] == above][:1], ladder[i]]
 
 
 def interpolate(bracket, samples, target):
-    """Return the time at an error for each round [s]."""
+    """Return the run time [s] at the error `target` in each round, by interpolation."""
     runs = [
         equal_error.Run("", "", 1, error, error, error, seconds)
         for (_, error), seconds in zip(bracket, samples, strict=True)
@@ -148,7 +145,7 @@ def list_heyoka_runs(problem, end, orders):
 
 
 def time_function(problem, end, truth):
-    """Return a function that maps an error to the time of DOP853 [s] or None."""
+    """Return a function that estimates the run time of DOP853 [s] for a given error."""
     ladder = make_ladder([FunctionRun(problem, end, 10.0**-k) for k in DECADES], truth)
     samples = [[processor_time(run.solve)] for run, _ in ladder]
 
@@ -160,7 +157,7 @@ def time_function(problem, end, truth):
 
 
 def measure_scene(name, rounds, targets=TARGETS, quick=False):
-    """Return the times of all programs for one scene at each error."""
+    """Return the run times of all programs on one scene for several errors."""
     end, problem = ENDS[name], load_problem(name)
     (state,) = reference.integrate_states(problem, [end], fp=reference.FINER)
     truth = np.array(state[:4], np.longdouble)
@@ -187,7 +184,7 @@ def measure_scene(name, rounds, targets=TARGETS, quick=False):
 
 
 def measure_band(own, peers, target, rounds):
-    """Return the times of kreisel's two calls and of heyoka's call for the same error."""
+    """Return the run times of kr.solve, kr.Run and heyoka at the same error."""
     ours, theirs = select_bracket(own, target), select_bracket(peers, target)
     calls = {
         HEYOKA: [make_heyoka_call(run) for run, _ in theirs],
@@ -210,25 +207,25 @@ def measure_band(own, peers, target, rounds):
 
 
 def count_operations(run):
-    """Return the number of operations in the series products of a run of kreisel."""
+    """Return the number of floating-point operations in the Taylor series of a run."""
     return peak.count_operations(kr.solve(run.scene, [run.end], **run.words))
 
 
 def compare(band, name):
-    """Return the ratios of heyoka's time to kreisel's time, for medians and for shortest times."""
+    """Return the ratio of heyoka's run time to kreisel's, as a median and for shortest times."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 
 
 def compute_share(scene, band):
-    """Return the operation rate of a kr.Run as a fraction of the core's peak rate, or None."""
+    """Return the fraction of the peak performance of the processor core that a kr.Run attains."""
     if scene["peak"] is None:
         return None
     return band["operations"] / median(band["seconds"][RUN]) / scene["peak"]
 
 
 def count_paying_runs(band):
-    """Return the number of runs after which heyoka has recovered its compile time."""
+    """Return the number of runs after which heyoka has made up for its compile time."""
     gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
     return band["compiling"] / gain if gain > 0 else inf
 
@@ -249,7 +246,7 @@ def list_bands(found):
 
 
 def format_band(scene, band):
-    """Return a row of the table."""
+    """Return a row of the table of run times."""
     seconds, function = band["seconds"], band["function"]
     runs = count_paying_runs(band)
     return {
@@ -271,7 +268,7 @@ def format_band(scene, band):
 
 
 def describe_payment(found):
-    """Return sentences on heyoka's compile time and on how many runs recover it."""
+    """Describe heyoka's compile time in relation to its run time."""
     bands = [band for _, band in list_bands(found)]
     seconds = [band["compiling"] for band in bands]
     runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)
@@ -308,7 +305,6 @@ def build_context(found):
 
 
 def list_rows(found):
-    """Yield the rows of the CSV file."""
     for scene, band in list_bands(found):
         known = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
         for name, seconds in band["seconds"].items():

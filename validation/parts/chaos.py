@@ -1,8 +1,7 @@
-"""Order and chaos: sections, a chaotic layer, frequencies and Lyapunov exponents.
+"""Regular and chaotic motion: sections, a chaotic layer, frequencies and Lyapunov exponents.
 
-One figure shows sections of tops from integrable to chaotic, and another figure shows the ten
-regions of the Kowalewski top. The chaotic layer along a separatrix is compared with Melnikov's
-theory.
+Poincare sections are shown for several tops, from integrable to chaotic. The width of a chaotic
+layer is compared with Melnikov's theory.
 """
 
 import math
@@ -30,7 +29,7 @@ FILES = {
 
 
 def choose_sizes(budget):
-    """Return the numbers of orbits, crossings, orbits with frequencies, swings and map points."""
+    """Return the numbers of orbits and points for a given time budget."""
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
@@ -41,7 +40,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Return `size` with the largest relative energy drift and the number of states."""
+    """Return `size`, extended by the largest relative energy drift and the number of states."""
     found = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
@@ -51,7 +50,7 @@ def measure_energy_drift(size):
 
 
 def measure_kowalewski(size):
-    """Yield, for each region, the range of K, the drift of K along orbits and the critical K."""
+    """Yield the range, drift and critical values of the Kowalewski integral in each region."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)
@@ -88,7 +87,7 @@ def measure_frequencies(orbits):
 
 
 def measure_exponents(size):
-    """Return the table and the map of Lyapunov exponents."""
+    """Compute Lyapunov exponents for a table and for an image."""
     table = [
         lyapunov_exponents.summarize_exponents(name, size["orbits"]) for name in section_data.BODIES
     ]
@@ -242,7 +241,7 @@ def describe_frequencies(known):
 
 
 def describe_exponents(known):
-    """Return a sentence on the exponents of the first and the last top."""
+    """Summarize the Lyapunov exponents in a sentence."""
     if not known:
         return ""
     first, *_, last = known["table"]

@@ -1,6 +1,6 @@
-"""Ensembles: the time per top at equal error, and an image of symmetric tops released at a tilt.
+"""Comparison of run times per top at equal error, for large ensembles of tops.
 
-The other integrators are heyoka in batches, GSL and SciPy.
+kreisel is compared with heyoka, GSL and SciPy.
 """
 
 from dataclasses import asdict
@@ -38,9 +38,9 @@ ABOUT = {
 
 
 def compute_sleeping_map(side):
-    """Return the greatest nutation [rad] of released symmetric tops, by spin and tilt.
+    """Return the largest nutation [rad] of symmetric tops, as a function of spin and initial tilt.
 
-    An upright symmetric top with a spin above 4 [T^-1] is a sleeping top.
+    If the spin exceeds 4 [T^-1], an upright top of this shape is stable.
     """
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)
@@ -76,9 +76,10 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Yield the times per top at each target error.
+    """Yield the run time per top at each target error.
 
-    kreisel's time is in microseconds. The times of the other libraries are relative to that time.
+    The run time of kreisel is given in microseconds. The run times of other integrators are given
+    relative to that of kreisel.
     """
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
@@ -130,9 +131,9 @@ def conclude(findings):
 
 
 def compare_movers(groups, own, target):
-    """Return the error, kreisel's time per top [s], and heyoka's time relative to kreisel's.
+    """Return the target error, kreisel's run time per top [s], and heyoka's relative run time.
 
-    The error is at least the smallest error that both programs reach.
+    If one of the programs cannot reach the target error, a larger error is chosen.
     """
     peer = groups[ensemble_runs.HEYOKA]
     target = max(target, equal_error.tightest_common_error(groups[own], peer))
@@ -141,7 +142,7 @@ def compare_movers(groups, own, target):
 
 
 def describe_kind(each):
-    """Return sentences on kreisel's throughput and on its ratio to heyoka's throughput."""
+    """Describe the throughput of kreisel, and compare it with that of heyoka."""
     groups, kind = each["groups"], each["kind"]
     target, seconds, ratio = compare_movers(groups, ensemble_runs.SERIES.name, TARGETS[1])
     said = (
@@ -162,7 +163,7 @@ def describe_kind(each):
 
 
 def build_lead(findings):
-    """Return the advice for many tops: kreisel's fastest method by kind, and heyoka's ratio."""
+    """Return the recommended methods for ensembles, and a comparison with heyoka."""
     lines = []
     for each in findings["kinds"]:
         own = next(name for name in ensemble_runs.OWN if name in each["groups"])

@@ -1,4 +1,4 @@
-"""The fastest run that reaches an error: targets, winners and tables."""
+"""The fastest methods for given target errors, and tables of their run times."""
 
 from rich.table import Table
 
@@ -17,9 +17,9 @@ TIE = 4 / 3
 
 
 def fastest_reaching(rows, target):
-    """Return the fastest row of one method that reaches the target error, or None.
+    """Return the fastest run of one method that reaches the target error, or None.
 
-    `rows` is ordered from loose to tight.
+    The list `rows` is sorted by increasing accuracy.
     """
     tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has a single run
     good = [
@@ -35,7 +35,7 @@ def fastest_reaching(rows, target):
 
 
 def fastest_row(rows, scene, target, wanted):
-    """Return the fastest row that reaches the target error and satisfies `wanted(row)`."""
+    """Return the fastest run that reaches the target error and satisfies the condition `wanted`."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()
@@ -45,7 +45,7 @@ def fastest_row(rows, scene, target, wanted):
 
 
 def run_races(rows, scenes):
-    """Yield the scene, the target, and the fastest rows of kreisel and of other integrators."""
+    """Yield the fastest runs of kreisel and other integrators for each scene and target error."""
     for scene in scenes:
         for target in TARGETS:
             own = fastest_row(rows, scene, target, lambda row: not row.peer)
@@ -53,9 +53,9 @@ def run_races(rows, scenes):
 
 
 def times_to_targets(rows, scene):
-    """Yield, for each method, the run times for the target errors and the smallest error.
+    """Yield the smallest error of each method, and its run time for each target error.
 
-    The shortest time for each target is marked.
+    The shortest run time for each target error is marked.
     """
     groups = group_by_method(rows, scene)
     seconds = {
@@ -77,12 +77,12 @@ def times_to_targets(rows, scene):
 
 
 def list_references(methods):
-    """Return {name: title} of the other integrators that have run and appear in the tables."""
+    """Return a dictionary from the names of the other integrators to their titles."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 
 def summarize_races(rows, scenes):
-    """Yield kreisel's fastest method and other integrators' times, by scene and target error."""
+    """Yield the run times of kreisel and other integrators for each scene and target error."""
     known = list_references({row.method for row in rows})
 
     def seconds(scene, target, name):
@@ -118,7 +118,7 @@ def make_terminal_table(rows, scene, end):
 
 
 def write_markdown(rows, scenes):
-    """Return the table of README.md in Markdown."""
+    """Format the table of run times for README.md in Markdown."""
     titles = list_references({row.method for row in rows}).values()
     head = ["scene", "attitude error [rad]", "kreisel [ms]", *(f"{title} [ms]" for title in titles)]
     lines = [head, ["---"] + ["---:"] * (len(head) - 1)]

@@ -1,4 +1,4 @@
-"""Fits to a simulated record: kreisel.fit, SciPy's curve_fit and lmfit on the same data."""
+"""Comparison of kreisel.fit with SciPy's curve_fit and lmfit on simulated measurements."""
 
 import math
 from functools import partial
@@ -22,7 +22,7 @@ COLUMNS = ("name", "seconds", "moment", "error", "ratio", "messages")
 
 
 def make_scene(factor):
-    """Return a heavy asymmetric top, with parameter values multiplied by `factor`."""
+    """Return a heavy asymmetric top with all parameters scaled by a factor."""
     moments = np.array((1.0, 1.3, 0.6)) * (factor, 1.0 / factor, factor)
     body = kr.Body(1.0, moments, com=(0.0, 0.0, 0.4 * factor), unphysical=True)
     velocity = np.array((3.0, 2.0, 12.0)) * factor
@@ -37,7 +37,7 @@ def make_record(times):
 
 
 def measure_fit(name, times, rounds):
-    """Return the first moment found by one program, its standard error, and the time of the fit."""
+    """Fit simulated measurements, and return a moment of inertia and its standard error."""
     values, guess = make_record(times), make_scene(OFF)
     found, errors, messages = FITTERS[name](guess, times, values, NOISE)
     call = partial(FITTERS[name], guess, times, values, NOISE)

@@ -1,4 +1,4 @@
-"""Formatting of numbers and lists as text, for the report and its tables."""
+"""Formatting of numbers and lists for the report."""
 
 from collections import Counter
 
@@ -13,7 +13,7 @@ def number_word(n):
 
 
 def count_word(n):
-    """Return a number in words, such as none, one or two."""
+    """Return a small number as a word, such as none, one or two."""
     return number_word(n) if n else "none"
 
 
@@ -22,27 +22,27 @@ def verb_be(n):
 
 
 def format_brief(x):
-    """Return a number with two digits and without an exponent."""
+    """Format a number with two digits and without an exponent."""
     return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
 
 
 def format_large(x):
-    """Return a number with two digits and commas, as in 28,000."""
+    """Format a number with two digits and commas, as in 28,000."""
     return f"{float(f'{x:.2g}'):,.0f}" if x >= 10 else format_brief(x)
 
 
 def format_power(x):
-    """Return a power of ten in the form 1e-9."""
+    """Format a power of ten as in 1e-9."""
     return f"{x:.0e}".replace("e-0", "e-")
 
 
 def format_digits(value, form=".0e"):
-    """Return a formatted number, or a dash for None."""
+    """Format a number, or return a dash for None."""
     return "\N{EN DASH}" if value is None else format(value, form)
 
 
 def format_milliseconds(seconds):
-    """Return a time in milliseconds with three digits, or a dash for None."""
+    """Format a time in milliseconds with three digits, or return a dash for None."""
     if seconds is None:
         return format_digits(None)
     ms = 1e3 * seconds
@@ -51,7 +51,7 @@ def format_milliseconds(seconds):
 
 
 def join_words(words):
-    """Return the words joined as in 'a, b and c'."""
+    """Join words as in 'a, b and c'."""
     words = list(words)
     if not words:
         return "none"
@@ -59,10 +59,10 @@ def join_words(words):
 
 
 def join_counts(names):
-    """Return the names with their numbers of occurrences, as in 'exact (12) and taylor (8)'."""
+    """Format a count of each name, as in 'exact (12) and taylor (8)'."""
     return join_words(f"{name} ({often})" for name, often in Counter(names).most_common())
 
 
 def join_sentences(*sentences):
-    """Return the nonempty sentences, joined by spaces."""
+    """Join all nonempty sentences with spaces."""
     return " ".join(filter(None, sentences))

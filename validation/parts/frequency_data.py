@@ -1,4 +1,4 @@
-"""Frequencies for the part on chaos: rotation numbers of orbits, and errors of kr.frequencies."""
+"""Rotation numbers of orbits, and the accuracy of kr.frequencies."""
 
 import kreisel as kr
 import numpy as np
@@ -9,11 +9,11 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 
 
 def measure_rotation(orbits, name):
-    """Return the axial momentum, the rotation per nutation, and its change, for each motion.
+    """Return the axial momentum and the rotation number of each orbit.
 
-    The axial momentum is taken at the section point closest to spin angle 0. The rotation is the
-    angle [turns] by which the apex turns between two lowest points, without whole turns. The change
-    is the difference between the two halves of the run.
+    The axial momentum is taken where the spin angle is closest to zero. The rotation number is the
+    angle of precession per nutation period, without whole turns. The change of the rotation number
+    between the two halves of an orbit is also returned.
     """
     tops = kr.starts(
         section_data.make_body(name),
@@ -38,18 +38,18 @@ def measure_rotation(orbits, name):
 
 
 def turns_per_nutation(path):
-    """Return the angle, in turns, by which the apex precesses per nutation period.
+    """Return the angle in turns by which a top precesses during one nutation period.
 
-    Whole turns are arbitrary.
+    The number of whole turns is arbitrary.
     """
     found = kr.frequencies(path, 1)
     return found.lines[0] / found.nutation
 
 
 def largest_frequency_error(n):
-    """Return the largest relative frequency error of n random Lagrange tops.
+    """Return the largest relative error of kr.frequencies for random Lagrange tops.
 
-    The reference is the closed form.
+    The reference values are computed from the closed-form solution.
     """
     worst, rng = 0.0, np.random.default_rng(11)
     for _ in range(n):

@@ -1,4 +1,4 @@
-"""Times to compute one late state, with closed forms on a torus and with integrators."""
+"""Run times of closed forms and integrators for computing the state at a large time."""
 
 import kreisel as kr
 import numpy as np
@@ -18,7 +18,7 @@ INTEGRATORS = "taylor", "heyoka"
 
 
 def make_closed_form(problem):
-    """Return the closed form of a top whose motion lies on a torus, or None for other tops."""
+    """Return the closed-form solution of a quasi-periodic motion, or None for other motions."""
     try:
         form = kr.exact(problem.to_scene())
     except ValueError:
@@ -37,7 +37,7 @@ def list_tasks(problem, budget):
 
 
 def measure_late_state(problem, quick):
-    """Return the times of all methods for one late state, measured in interleaved runs [s]."""
+    """Return the run times [s] that all methods take to compute the state at a large time."""
     t = QUICK if quick else LATE
     form = make_closed_form(problem)
     exact, taylor = (
@@ -61,7 +61,7 @@ def measure_late_state(problem, quick):
 
 
 def describe_late_state(found):
-    """Return a sentence on the times for a late state, or an empty string without measurements."""
+    """Describe the run times for computing the state at a large time."""
     if not found:
         return ""
     times = {name: found[name] for name in ("exact", "state", "taylor", "heyoka")}

@@ -1,7 +1,4 @@
-"""Lyapunov exponents for the part on chaos, as an image over energy and vertical momentum.
-
-A table lists the exponents and their standard errors.
-"""
+"""Lyapunov exponents as a table, and as a function of energy and vertical momentum."""
 
 import kreisel as kr
 import numpy as np
@@ -16,7 +13,7 @@ TIMES = 5.0  # motions whose growth rate exceeds this multiple of ln(t)/t are ch
 
 
 def draw_starts(body, energy, vertical, seed):
-    """Return random starts, or None if no motion has this energy and vertical momentum."""
+    """Return random initial states, or None if the energy is too low."""
     try:
         return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
     except ValueError:  # no motion has such a low energy
@@ -24,9 +21,9 @@ def draw_starts(body, energy, vertical, seed):
 
 
 def map_exponents(side):
-    """Return the largest Lyapunov exponent on a grid (side, side) of energy and vertical momentum.
+    """Return the largest Lyapunov exponent on a square grid of energies and vertical momenta.
 
-    The exponent is NaN where no motion exists.
+    The exponent is NaN if no motion exists.
     """
     body, values = section_data.make_body(MAPPED), np.full(side * side, np.nan)
     energies, verticals = np.linspace(*ENERGIES, side), np.linspace(*VERTICALS, side)
@@ -44,10 +41,9 @@ def map_exponents(side):
 
 
 def summarize_exponents(name, n):
-    """Return the number of chaotic starts among `n`, their mean exponent, and the tangents' drift.
+    """Return statistics of the Lyapunov exponents for `n` random initial states.
 
-    The drift is the largest change of the tangents' integrals and shows the accuracy of the
-    tangents.
+    The drift of conserved quantities shows how accurate the exponents are.
     """
     tops = kr.starts(
         section_data.make_body(name),

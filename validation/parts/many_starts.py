@@ -1,9 +1,9 @@
-"""Run time against error for many random starts of each scene, by kreisel and other integrators.
+"""Run time against error, for kreisel and other integrators on many random initial states.
 
-Each start is the initial state of the scene, rotated and with a scaled momentum. These changes keep
-the character of the motion. Each program runs at many tolerances. The time for an error is the time
-of the program's fastest run with at most this error. In kreisel, the method is chosen
-automatically.
+Random initial states are obtained by rotating the initial state of a scene and scaling the
+momentum. The rotation and the scaling preserve the character of the motion. Each program is run
+with many tolerances. The run time for a given error is the shortest run time of all runs whose
+error is not larger. For kreisel, the method is chosen automatically.
 """
 
 from dataclasses import replace
@@ -50,15 +50,15 @@ COLUMNS = ("scene", "start", "program", "tol", "seconds", "attitude_error")
 
 
 def list_programs():
-    """Return {name: title} of the programs, kreisel first."""
+    """Return a dictionary from the names of the programs to their titles."""
     known = {*kr.methods, *(peer.name for peer in PEERS)}
     return {OWN: OWN} | fastest.list_references(known)
 
 
 def rotate_start(problem, random):
-    """Return the problem with a randomly changed initial state.
+    """Return a problem with a random initial state.
 
-    A horizontal momentum remains horizontal.
+    If the momentum is horizontal, it remains horizontal.
     """
     axis = random.normal(size=3)
     half = random.uniform(0.0, ROTATION) / 2
@@ -78,7 +78,7 @@ def draw_starts(problem, number):
 
 
 def make_runs(starts, end, tol):
-    """Yield each program with its runs for all starts and its compile time [s]."""
+    """Yield the runs of each integrator for all initial states, and the compile time [s]."""
     setting = Setting(tol=tol)
     compiled = HeyokaRun(starts[0], end, setting)
     for name in list_programs():
@@ -93,14 +93,14 @@ def make_runs(starts, end, tol):
 
 
 def restart(compiled, start):
-    """Return a run that begins at `start` and reuses the integrator of `compiled`."""
+    """Return a run that starts from another initial state and uses the same compiled integrator."""
     run = object.__new__(HeyokaRun)
     vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
     return run
 
 
 def measure_run(run, truth):
-    """Return the time and the error of a run, or None if the run fails."""
+    """Return the run time and the error of a run, or None if the run fails."""
     try:
         with timing.pause_gc():
             begin = timing.perf_counter()
@@ -114,7 +114,7 @@ def measure_run(run, truth):
 
 
 def measure_scene(problem, budget):
-    """Measure all programs on all starts of a scene, in interleaved order."""
+    """Measure the run times of all programs for all initial states of a scene."""
     end = TURNS * 2 * pi / problem.rate
     starts = draw_starts(problem, max(LEAST_STARTS, budget.members // STARTS))
     truths = [
@@ -150,7 +150,7 @@ def load_findings(problems, store):
 
 
 def times_to_error(found, program, target):
-    """Return the program's time for each start of each scene [s], or infinity if the run fails."""
+    """Return the run time [s] of one program for each initial state, or infinity if it fails."""
     times = {(each["scene"], i): np.inf for each in found for i in range(each["starts"])}
     for run in (run for each in found for run in each["runs"]):
         if run["program"] == program and run["attitude_error"] <= target:
@@ -160,12 +160,12 @@ def times_to_error(found, program, target):
 
 
 def compute_quantile(times, part):
-    """Return a quantile [s] of times that may be infinite."""
+    """Return a quantile of run times, some of which may be infinite."""
     return float(np.quantile(times, part, method="higher"))
 
 
 def group_starts(found):
-    """Return {title: findings} for symmetric tops, which have a closed form, and for other tops."""
+    """Return the results for symmetric tops, which have a closed form, and for other tops."""
     groups = {SYMMETRIC: [], OTHERS: []}
     for each in found:
         is_symmetric = load_problem(each["scene"]).symmetric
@@ -178,7 +178,7 @@ def count_starts(found):
 
 
 def make_bands(found):
-    """Return {title: (errors, median, lower and upper quantiles)} by program [rad, ms]."""
+    """Return the errors, and the median and quantiles of the run time, for each program."""
     bands = {}
     for program, title in list_programs().items():
         times = [times_to_error(found, program, target) for target in CURVE]
@@ -201,7 +201,7 @@ def draw_groups(found):
 
 
 def summarize_programs(found):
-    """Yield a row for each error: the median times, and the number of starts that reach it."""
+    """Yield a row of the table for each error, with the median run times of all programs."""
     for target in SHOWN:
         times = {name: times_to_error(found, name, target) for name in list_programs()}
         yield {
@@ -217,7 +217,7 @@ def summarize_programs(found):
 
 
 def format_share(times):
-    """Return the fraction of the starts that reach an error, in percent."""
+    """Return the percentage of initial states for which an error is reached."""
     return f"{100 * np.isfinite(times).mean():.0f} %"
 
 
@@ -226,10 +226,10 @@ def finite_or_none(x):
 
 
 def compare_medians(found, target):
-    """Return kreisel's median time [s], and {title: ratio of the program's median to kreisel's}.
+    """Return the median run time of kreisel [s], and the ratios of the other medians to this time.
 
-    These medians also appear in the figure. A program is omitted if more than a quarter of the
-    starts do not reach the error. If kreisel itself is omitted, its time is None.
+    A program is omitted if it fails to reach the error for more than a quarter of the initial
+    states. If kreisel is omitted, the median run time is None.
     """
     known = {}
     for program, title in list_programs().items():
@@ -241,7 +241,7 @@ def compare_medians(found, target):
 
 
 def describe_group(title, found, target):
-    """Return a sentence on the times at an error for a group of starts."""
+    """Compare in one sentence the run times of all programs at a given error."""
     own, ratios = compare_medians(found, target)
     if own is None:
         return ""
@@ -253,7 +253,7 @@ def describe_group(title, found, target):
 
 
 def describe_reached(found, target):
-    """Return a sentence on the share of starts for which each program reaches an error."""
+    """Describe how often each program reaches a given error."""
     shares = [
         f"{title} on {format_share(times_to_error(found, program, target))}"
         for program, title in list_programs().items()
@@ -262,7 +262,7 @@ def describe_reached(found, target):
 
 
 def describe_digits(found, target):
-    """Return a sentence on kreisel's runs with more digits than doubles have."""
+    """Describe the runs of kreisel in extended precision."""
     errors = [error for each in found for error in each.get("precise", ())]
     if not errors:
         return ""
@@ -286,7 +286,7 @@ def conclude(found):
 
 
 def find_tolerances(found):
-    """Return the largest and the smallest tolerance of the runs."""
+    """Return the largest and the smallest tolerance used."""
     tolerances = {run["tol"] for each in found for run in each["runs"]}
     return max(tolerances), min(tolerances)
 

@@ -1,7 +1,7 @@
-"""Time and memory that a run saves by omitting unneeded computations and output.
+"""Time and memory saved by omitting unneeded computations and output.
 
-For each method, the time saved by omitting gravity and by exploiting symmetry is measured. For each
-scene, every omission in the plan is measured separately, by runs with and without the omission.
+The time saved by omitting gravity and by exploiting symmetry is measured for each method. The
+savings from each omitted computation are measured separately for each scene.
 """
 
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ SAVINGS = {
 
 @dataclass(frozen=True)
 class OmissionFindings:
-    """The findings: the times of methods by form of the body, and plans and times by scene."""
+    """Measurements of the time and memory saved by omissions."""
 
     forms: list
     scenes: list
@@ -56,13 +56,13 @@ class OmissionFindings:
 
 
 def make_asymmetric(problem):
-    """Return a top with slightly perturbed equal moments, so that methods use no symmetry."""
+    """Return a top with unequal moments of inertia, so that no method can exploit the symmetry."""
     i1, i2, i3 = problem.inertia
     return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
 
 
 def scene_forms(problem):
-    """Return a top in three forms: as a general body, as a symmetric body, and without gravity."""
+    """Return three variants of a top: asymmetric, symmetric, and without gravity."""
     scene = problem.to_scene()
     return dict(
         zip(FORMS, (make_asymmetric(problem), scene, scene.replace(gravity=0.0)), strict=True)
@@ -70,7 +70,7 @@ def scene_forms(problem):
 
 
 def measure_forms(rounds):
-    """Return the time of each method for each form of the thesis top."""
+    """Measure the run time of each method with and without gravity and symmetry."""
     calls, keys = [], []
     for form, scene in scene_forms(load_problem("thesis")).items():
         for method in kr.methods.values():
@@ -83,7 +83,7 @@ def measure_forms(rounds):
 
 
 def path_bytes(path):
-    """Return the size of a path [bytes]: the recorded quantities, or eight numbers per state."""
+    """Return the memory [bytes] needed for the quantities in a path."""
     return len(path) * path.plan.bytes
 
 
@@ -92,9 +92,9 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield (omission, run without the omission, run with the omission).
+    """Yield the name of each omission, a function for the full run, and one for the reduced run.
 
-    A run returns the size of its results [bytes].
+    The functions return the memory [bytes] needed for the results.
     """
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
@@ -125,7 +125,7 @@ def list_omissions(problem, end):
 
 
 def measure_scene(problem, end, rounds):
-    """Return the plans of a scene, and a row of measurements for each omission."""
+    """Return the integration plans of a scene, and the time and memory saved by each omission."""
     scene, cases = problem.to_scene(), list(list_omissions(problem, end))
     calls = [call for _, *pair in cases for call in pair]
     sizes, seconds = [call() for call in calls], timing.best_times(calls, rounds)
@@ -162,7 +162,7 @@ def load_findings(problems, store):
 
 
 def group_seconds(rows):
-    """Return the seconds of each method for each form."""
+    """Return the run times [s] of each method with and without gravity and symmetry."""
     lines = {}
     for row in rows:
         lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]
@@ -180,7 +180,7 @@ def build_context(left):
 
 
 def compute_savings(left):
-    """Return the speedups from each omission, as {omission: ratios}."""
+    """Return the speedups from each omission."""
     lines = group_seconds(left.forms).values()
     saved = {
         what: [line[before] / line[after] for line in lines if before in line and after in line]
@@ -197,7 +197,7 @@ def conclude(left):
 
 
 def describe_saving(what, ratios):
-    """Return a sentence on the median speedup, such as '1.5 times as fast' or '18 % slower'."""
+    """Describe a median speedup, as in '1.5 times as fast' or '18 % slower'."""
     middle = float(np.median(ratios))
     percent = round(100 * (1 / middle - 1))
     if abs(percent) < 3:

@@ -1,8 +1,8 @@
-"""The interface of a part of the report.
+"""The interface that all parts of the report implement.
 
-The report builds its page, tables and command line from a list of parts, and names no part
-elsewhere. A new part needs three things: a file here that ends with its `Part`, a template
-NAME.html beside the file, and a line in report/contents.py.
+The page, the tables and the command line of the report are built from a list of parts. A new part
+needs a Python file that ends with a `Part`, a template with the same name, and a line in
+report/contents.py.
 """
 
 import csv
@@ -17,9 +17,9 @@ def list_nothing(findings, *_):
 
 @dataclass(frozen=True)
 class Part:
-    """One part of the report.
+    """A part of the report, with its computations, texts and files.
 
-    Findings may be of any type. A part with false findings is neither shown nor written.
+    A part is omitted from the report if its results are empty.
     """
 
     name: str  # used for --only, for links within the page, and as the name of the template
@@ -39,9 +39,9 @@ class Part:
 
 
 def write_csv(columns, rows):
-    """Return rows, each a dictionary, as CSV text.
+    """Format a list of dictionaries as CSV.
 
-    Missing values are left empty, and keys that are not columns are ignored.
+    Missing values are left empty, and keys without a column are ignored.
     """
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, extrasaction="ignore")

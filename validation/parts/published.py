@@ -1,6 +1,6 @@
-"""Published problems: numbers from the literature, compared with kreisel and other integrators.
+"""Test problems from the literature, with comparisons of published and computed results.
 
-Reference values with 30 digits and the published numbers are stored in problems.json.
+The file problems.json contains the published numbers and 30-digit reference values.
 """
 
 import json
@@ -33,7 +33,7 @@ TOLERANCES = (1e-9, 1e-13)
 
 @dataclass(frozen=True)
 class PublishedProblem:
-    """A problem from the literature: its scene, end time, step sizes and published numbers."""
+    """A test problem from the literature, with its published results."""
 
     name: str
     scene: kr.Scene
@@ -132,7 +132,7 @@ def list_settings(who, steps, quick):
 
 
 def energy_times(problem, setting):
-    """Return about a thousand multiples of a step, the times at which energies are compared."""
+    """Return about a thousand times at which the energy is evaluated, for a given step size."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))
@@ -165,7 +165,7 @@ def initial_velocity(scene):
 
 
 def relative_energy_error(problem, q, m):
-    """Return max |H - H0| / |H0|, the error measure in the literature."""
+    """Return the error measure max |H - H0| / |H0| that is used in the literature."""
     energies = np.sum(problem.energies(q, m), axis=0)
     return float(abs(energies / energies[0] - 1).max())
 
@@ -223,7 +223,7 @@ def conclude(rows):
 
 
 def compare_with_literature(rows):
-    """Return a clause that compares the smallest energy errors at a published setting, if any."""
+    """Compare the energy errors of kreisel with published errors."""
     known = [row for row in rows if row.get("energy_error") is not None]
     literature = [row for row in known if "published" in row["by"]]
     settings = {row["setting"] for row in literature}

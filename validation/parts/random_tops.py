@@ -1,8 +1,8 @@
-"""Random tops of each kind: the errors of methods at equal run time.
+"""Errors of all methods at equal run time, for random tops of each kind.
 
-The settings are chosen so that all methods take about the same time for the first tops. Each top is
-scaled to a turning rate of one, and all tops make the same number of turns. The reference is heyoka
-in 80-bit arithmetic, whose errors are far below the differences shown.
+Step sizes and tolerances are chosen so that all methods take about the same time. All tops are
+scaled to the same angular velocity and are integrated over the same number of turns. The reference
+solutions are computed by heyoka in 80-bit arithmetic, so that their errors are negligible.
 """
 
 from functools import partial
@@ -42,7 +42,7 @@ KINDS = {
 
 
 def draw_body(kind, random):
-    """Return a random body of the kind, with moments in 0.2 .. 1 and |com| up to about 1."""
+    """Draw a random body of one kind, with moments between 0.2 and 1."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)
@@ -55,7 +55,7 @@ def draw_body(kind, random):
 
 
 def draw_scene(kind, random):
-    """Return a random top of the kind, scaled to a turning rate of one."""
+    """Draw a random top of one kind, scaled to a typical angular velocity of one."""
     q = random.normal(size=4)
     made = draw_body(kind, random)
     momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
@@ -70,7 +70,7 @@ def draw_problems(kind, members):
 
 
 def time_solve(problems, name, setting):
-    """Return the seconds per top and the paths of all tops."""
+    """Return the run time per top [s] and the paths of all tops."""
     ensemble = kr.Ensemble.of([problem.user for problem in problems])
     with timing.pause_gc():
         begin = timing.perf_counter()
@@ -79,7 +79,7 @@ def time_solve(problems, name, setting):
 
 
 def fit_setting(method, some):
-    """Return a setting for which the run time of the method is about `GIVEN`."""
+    """Find a step size or tolerance for which the run time is close to the intended one."""
 
     def seconds(setting):
         return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
@@ -103,7 +103,7 @@ def describe_setting(setting):
 
 
 def measure_outcomes(problems, truths, name, setting):
-    """Return the error and the time of each top, or the failure of the top."""
+    """Return the error and the run time of each top, or the reason for a failure."""
     try:
         seconds, paths = time_solve(problems, name, setting)
     except ValueError as error:
@@ -124,7 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Run all methods in turn on each slice of tops, so that other load slows all equally."""
+    """Integrate groups of tops by all methods in turn, so that machine load affects all equally."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}
@@ -149,9 +149,9 @@ def load_findings(problems, store):
 
 
 def group_by_method(runs, kind):
-    """Return the runs of each method for one kind of top, and the sorted errors.
+    """Return the runs and the sorted errors of each method for one kind of top.
 
-    A failed run has an error of pi.
+    If a run fails, its error is set to pi.
     """
     groups = {}
     for run in runs:
@@ -177,7 +177,7 @@ def table_row(kind, name, own, sizes):
 
 
 def summarize_methods(runs, kind):
-    """Return a row per method with its errors and time, ordered by the median error."""
+    """Return a table with one row per method, in order of the median error."""
     groups = group_by_method(runs, kind)
     order = sorted(groups, key=lambda name: float(np.median(groups[name][1])))
     return [table_row(kind, name, *groups[name]) for name in order]

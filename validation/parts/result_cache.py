@@ -1,7 +1,7 @@
-"""A file with the findings of a report, from which an interrupted report continues.
+"""A cache of results, from which an interrupted report can be continued.
 
-The file stores one finding per line as JSON, as soon as it is known. The first line of the file is
-the fingerprint of the conditions. If the conditions have changed, a new file is started.
+Each line of the file contains one result as JSON. The first line describes the conditions under
+which the results were computed. If these conditions change, a new file is started.
 """
 
 import json
@@ -35,12 +35,12 @@ class ResultStore:
         self.known[key] = value
 
     def under(self, prefix):
-        """Return the findings whose keys start with `prefix`, in order."""
+        """Return the stored results whose keys start with `prefix`."""
         return [value for key, value in self.known.items() if key.startswith(prefix)]
 
 
 def write_atomic(file, text):
-    """Write a file atomically: after an interruption, the previous file is intact."""
+    """Write a file atomically, so that the previous version survives an interruption."""
     new = file.with_name(f".{file.name}.{os.getpid()}.new")
     try:
         with new.open("w", encoding="utf-8", newline="") as out:

@@ -1,4 +1,4 @@
-"""The runs that are compared on a scene, with their errors and times."""
+"""Runs of all methods on one scene, with their errors and run times."""
 
 import math
 from dataclasses import asdict, dataclass, field
@@ -24,7 +24,7 @@ LOOKS = 100  # approximate number of states at which the energy is evaluated
 
 @dataclass
 class Measurement:
-    """The results of one run: a method at one setting on one scene."""
+    """The results of a method on one scene for one step size or tolerance."""
 
     scene: str
     t: float
@@ -51,7 +51,7 @@ class Measurement:
 
     @property
     def seconds(self):
-        """The shortest time of all rounds, because other load can only add time."""
+        """The shortest run time of all rounds [s], because other programs only slow a run down."""
         return min(self.samples, default=self.about)
 
     @property
@@ -64,18 +64,21 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Return a power of two near the time of a turn [T], so that steps divide the end time."""
+    """Return a power of two that is close to the duration of a turn [T].
+
+    A power of two allows the steps to divide the final time exactly.
+    """
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
 def energy_times(end, step):
-    """Return the times at which the energy is evaluated, about equally many for all runs."""
+    """Return the times at which the energy is evaluated, about the same number for every run."""
     every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
     return every * np.arange(int(end / every) + 1)
 
 
 class SceneRuns:
-    """A scene with its reference solution, and the runs made so far for reuse in the timing."""
+    """A scene with its reference solution and the runs of all methods."""
 
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
@@ -91,7 +94,7 @@ class SceneRuns:
         return self.runs[row.key]
 
     def measure_errors(self, who, setting):
-        """Return the errors of one run and its approximate time."""
+        """Measure the errors of one run, and estimate its run time."""
         row = Measurement(
             self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol
         )
@@ -116,7 +119,7 @@ class SceneRuns:
         return [*kept, Setting(tol=tightest)] if tightest else kept
 
     def explore(self, who):
-        """Return the runs of one method with their errors, from loose to tight settings."""
+        """Run a method with increasing accuracy, and return the errors."""
         rows = []
         for setting in self.list_settings(who):
             rows.append(self.measure_errors(who, setting))
@@ -125,7 +128,7 @@ class SceneRuns:
         return [asdict(row) for row in rows]
 
     def measure_times(self, rows):
-        """Repeat all successful runs in turn, and return the run times [s]."""
+        """Repeat all successful runs alternately, and return the run times [s]."""
         return {
             row.key: timing.time_sample(self.run(row).solve, row.about)
             for row in rows
@@ -134,7 +137,7 @@ class SceneRuns:
 
 
 def is_enough(rows, longest):
-    """Return True if tighter settings would take too long or would not reduce the error."""
+    """Return True if more accurate runs would take too long or would not reduce the error."""
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
         return False
@@ -144,7 +147,7 @@ def is_enough(rows, longest):
 
 
 def make_truth_task(problem, end):
-    """Return the task that computes the reference solution of a scene."""
+    """Return a task that computes the reference solution of a scene."""
     return Task(truth_key(problem), partial(reference.truth_of, problem, end), 0.2)
 
 
@@ -153,7 +156,7 @@ def truth_key(problem):
 
 
 def list_tasks(problem, end, budget, store):
-    """Yield the tasks of a scene: the reference, the errors of each method, and timing rounds."""
+    """Yield all tasks for a scene: the reference solution, the errors and the run times."""
     yield make_truth_task(problem, end)
     made = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
     for who in made.contenders.values():
@@ -174,7 +177,7 @@ def load_runs(store, scene):
 
 
 def load_measurements(store, scene):
-    """Return all stored measurements of a scene."""
+    """Return the errors and the run times that are stored for a scene."""
     rounds, found = store.under(f"times/{scene}/"), load_runs(store, scene)
     for row in found:
         row.samples = [times[row.key] for times in rounds if row.key in times]
@@ -182,7 +185,7 @@ def load_measurements(store, scene):
 
 
 def group_by_method(rows, scene):
-    """Return the rows of one scene grouped by method."""
+    """Return the measurements for one scene, grouped by method."""
     groups = {}
     for row in rows:
         if row.scene == scene:

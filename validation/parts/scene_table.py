@@ -1,4 +1,4 @@
-"""The description of each scene in the report, and the path of its centre of mass."""
+"""Descriptions and pictures of the scenes in the report."""
 
 import kreisel as kr
 import numpy as np
@@ -42,18 +42,18 @@ def describe_scene(problem):
 
 
 def trace_path(problem, end):
-    """Return the path that the figure of a scene shows."""
+    """Compute the path that is shown in the figure of a scene."""
     shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
     return kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
 
 
 def count_turns(path, end):
-    """Return the number of turns until `end`, from the mean angular velocity of a shorter path."""
+    """Estimate the number of turns until `end` from the mean angular velocity."""
     return np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi) * end
 
 
 def scene_context(problem, end):
-    """Return the description, the picture and the number of turns of a scene."""
+    """Return the description of a scene, its picture, and the number of turns."""
     path = trace_path(problem, end)
     return {
         "name": problem.name,

@@ -1,4 +1,4 @@
-"""Sections for the part on chaos: the tops and the data of the figures."""
+"""Computation of the Poincare sections shown in the report."""
 
 import kreisel as kr
 import numpy as np
@@ -23,13 +23,13 @@ def make_body(name):
 
 
 def compute_section(name, orbits, crossings):
-    """Return the section of random starts with equal energy and vertical momentum."""
+    """Return the Poincare section of random orbits with equal energy and vertical momentum."""
     tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
     return kr.section(tops, n=crossings).check()
 
 
 def compute_kowalewski_section(region, orbits, crossings):
-    """Return the section of motions for which the fourth roots of K are evenly spaced."""
+    """Return the Poincare section of orbits with evenly spaced values of K^(1/4)."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
         kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
@@ -41,11 +41,11 @@ def compute_kowalewski_section(region, orbits, crossings):
 
 
 def average_by_orbit(section, values):
-    """Return an array in which each value is replaced by the mean over its orbit."""
+    """Replace all values on an orbit by their mean."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 
 
 def panel_data(section, colour):
-    """Return the data of one panel in the figure."""
+    """Return the coordinates and the colours of the points in one panel."""
     return section.spin_angle, section.axial_momentum, colour

@@ -1,14 +1,14 @@
-"""The stiff needle: the spin is 1e4 times the precession rate, and steps resolve only precession.
+"""The motion of a stiff top that spins 1e4 times faster than it precesses.
 
 The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the angular velocity at the
-midpoint, v = V / |V|, and a_ the axis at the midpoint. The rotation angle of a step is 2 theta with
-theta = 2 atan(h |V| / 4). A step changes <m,a> by
+midpoint, v = V / |V|, and a_ the symmetry axis at the midpoint. The top rotates by the angle 2
+theta in one step, where theta = 2 atan(h |V| / 4). A step changes <m,a> by
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
-The change is of order h^2 if the step size resolves the spin. Otherwise the change per unit of time
-does not depend on the step size. The magnitude of the change is about that of the torque component
-along V.
+The change in one step is of order h^2 if the step size resolves the spin. If the step does not
+resolve the spin, the change per unit of time is independent of the step size. The change per unit
+of time is about as large as the component of the torque along V.
 """
 
 import kreisel as kr
@@ -39,7 +39,7 @@ def kind_of(method):
 
 
 def solve_or_stop(scene, times, method, step):
-    """Return the path up to the end or to a failure, and the error message, if any."""
+    """Return the path until the end or until a failure, and the error message."""
     words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
     try:
@@ -90,7 +90,7 @@ def load_findings(store):
 
 
 def conclude(lines):
-    """Return a sentence on the methods that conserve the energy and have accurate attitudes."""
+    """Name the methods that conserve the energy and compute accurate attitudes."""
     if not lines:
         return ""
     end = max(line["t"][-1] for line in lines if line["t"])
@@ -112,7 +112,7 @@ def conclude(lines):
 
 
 def write_table(lines):
-    """Return CSV text with a row for each method and time."""
+    """Format the results as CSV, with a row for each method and time."""
     rows = (
         (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
         for line in lines

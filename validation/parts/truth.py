@@ -1,4 +1,4 @@
-"""The accuracy of the reference solutions: the differences between independent computations."""
+"""The accuracy of the reference solutions, estimated from independent computations."""
 
 from functools import partial
 
@@ -29,7 +29,7 @@ def compare_truths(problem, end, store):
 
 
 def load_findings(problems, store):
-    """Return an entry for each scene with the results of all computations."""
+    """Return the reference solutions of each scene, computed in several ways."""
     return [
         {
             "scene": problem.name,
@@ -43,7 +43,7 @@ def load_findings(problems, store):
 
 
 def heyoka_in_double(store, scene):
-    """Return the error of heyoka in double precision at its tightest tolerance, if heyoka ran."""
+    """Return the error of heyoka in double precision at its smallest tolerance."""
     rows = (row for row in scene_runs.load_runs(store, scene) if row.method == "heyoka")
     errors = [row.attitude_error for row in rows if not row.failure]
     return [("heyoka, double", errors[-1])] if errors else []
@@ -54,10 +54,9 @@ def has_many_digits(way):
 
 
 def summarize_agreement(lines):
-    """Yield, for each scene, the largest differences between computations over the conditioning.
+    """Yield the largest differences between several computations of the reference solution.
 
-    A row contains the largest differences of high-precision results and of other results. The row
-    also names the computation with the largest difference of the other results.
+    The differences are divided by the conditioning.
     """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

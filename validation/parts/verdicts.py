@@ -1,9 +1,9 @@
-"""The verdict on a cell of the atlas, from the error and from what a careful user can observe.
+"""Assessment of the results of the stability atlas.
 
-A user without a reference solution runs twice: with the requested setting, and with half the step
-or a hundredth of the tolerance. Let d be the angle between the results of the two runs. If the
-method attains its order p, the error is about d 2^p / (2^p - 1). The error of an adaptive method is
-about d. The dictionary VERDICTS defines each verdict.
+To judge a solution, a user can compute it again with half the step size or a hundredth of the
+tolerance. Let d be the difference in attitude between these two solutions. If the method attains
+its order p, the error of the first solution is about d 2^p / (2^p - 1). The error of an adaptive
+method is about as large as the difference d.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -25,7 +25,7 @@ VERDICTS = {
     "lost": "larger error, revealed by one of SIGNS",
     "stopped": "the run ended early with a message",
     "refused": "the run did not start",
-    SILENT: "wrong in silence: no sign reveals the error",
+    SILENT: "silently wrong: no sign reveals the error",
 }
 CAME_TO_THE_END = (RIGHT, AS_ASKED, DEGRADED, "lost", SILENT)
 MET = (RIGHT, AS_ASKED)
@@ -43,7 +43,7 @@ SIGNS = {
 BLOW_UP, STOPPED, REFUSED, DRIFT = "\N{MULTIPLICATION SIGN}", "S", "R", "d"
 ALARM, NOT_CONVERGED, BEYOND, REDUCED = "!", "N", "T", "o"
 MARKS = {
-    ALARM: "wrong in silence",
+    ALARM: "silently wrong",
     BLOW_UP: "blow-up: the state became infinite, or the energy grew beyond all bounds",
     NOT_CONVERGED: "an implicit step did not converge",
     STOPPED: "stopped with a message",
@@ -57,16 +57,16 @@ MARKS = {
 
 
 def rounding_effect(true):
-    """Return the change of the attitude due to a single rounding error [rad]."""
+    """Return the change in attitude [rad] that a single rounding error causes."""
     return max(true["worst"], reference.ROUNDING)
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Return the largest attitude errors [rad] due to random and to aligned rounding errors.
+    """Return the attitude errors [rad] caused by random and by systematic rounding errors.
 
-    Random rounding errors occur once per step. Aligned rounding errors occur once per evaluation,
-    all in one direction. A closed form does not accumulate rounding errors, so at late times only
-    the rounding of the initial values matters.
+    Random rounding errors are assumed to occur once in each step. Systematic rounding errors are
+    assumed to occur in each evaluation, always in the same direction. A closed form does not
+    accumulate rounding errors.
     """
     # A damped top comes to rest, so its roundings are those of its steps.
     radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0
@@ -76,30 +76,30 @@ def rounding_angles(problem, true, cell, by_steps):
 
 
 def tolerance_angle(true, rounding, tol, steps):
-    """Return the largest attitude error [rad] that is consistent with a tolerance.
+    """Return the largest attitude error [rad] that is consistent with a given tolerance.
 
-    Each step may have an error of the size of the tolerance. The error of a step grows in the same
-    way as a rounding error of the initial state.
+    The local error of each step is assumed to be as large as the tolerance. Local errors grow like
+    rounding errors of the initial state.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
 
 def estimate_error(second_run, order):
-    """Return the error estimate from the second run [rad].
+    """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
 
-    `second_run` is the angle between the results of the two runs. An order of 0 means that a
-    tolerance controls the runs.
+    The argument `second_run` is the angle between the attitudes of the two runs. If `order` is
+    zero, the method is adaptive and this angle is the estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the name of the sign that reveals an attitude error to a user, or None.
+    """Return the name of a warning sign that reveals an attitude error, or None.
 
-    `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
-    methods. `explained` contains the attitude errors that random roundings, aligned roundings and a
-    tolerance can explain. If both runs have the same error, a user cannot notice this error,
-    however large the step is.
+    The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
+    per turn, which is infinite for adaptive methods. The argument `explained` contains errors that
+    can be caused by rounding or by the tolerance. An error that is equal in both runs cannot be
+    noticed.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART
@@ -113,7 +113,7 @@ def find_sign(error, shown, per_turn, explained):
 
 
 def choose_verdict(error, rounding, shown_by, tol=None):
-    """Return the verdict on an attitude error [rad]. `tol` is the requested tolerance, if any."""
+    """Return the verdict on a solution with a given attitude error [rad]."""
     if not isfinite(error):
         return SILENT
     if error <= rounding and error < LOST:
@@ -124,9 +124,9 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Return True if the observed order is below the nominal order by one or more.
+    """Return True if the observed order of convergence is below the nominal order by at least one.
 
-    The order cannot be observed if the errors are large or near rounding level.
+    The order of convergence cannot be observed if the errors are large or near rounding level.
     """
     return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
 
@@ -142,7 +142,7 @@ def choose_mark(cell):
 
 
 def judge_cell(cell, finer, problem, true, who):
-    """Return the cell with its verdict, from the reference and from the error of the finer run."""
+    """Add a verdict to the result of a method on a test case."""
     rounding, most = rounding_angles(problem, true, cell, bool(who.steered))
     order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate_error(cell["second_run"], order)

@@ -1,4 +1,4 @@
-"""Error against run time for every method, on scenes of the report or of the user."""
+"""Error against run time for every method on several scenes."""
 
 import math
 import statistics
@@ -48,7 +48,7 @@ BUSY = 0.25  # if the spread of the times is larger than this, the times should 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The data of this part: problems with their end times, reference solutions and runs."""
+    """Problems with their end times, reference solutions and runs."""
 
     problems: list  # problems with their end times
     truths: dict  # truths by scene
@@ -78,7 +78,7 @@ def load_findings(problems, store):
 
 
 def describe_timing(rows):
-    """Return a sentence with the number of timing rounds and the median spread of the times."""
+    """Describe how often the run times were measured, and how much they vary."""
     counts = sorted({len(row.samples) for row in rows if row.samples})
     spreads = [row.spread for row in rows if row.samples]
     middle = statistics.median(spreads) if spreads else 0.0
@@ -87,7 +87,7 @@ def describe_timing(rows):
 
 
 def summarize_setup(rows):
-    """Return the minimum, median and maximum of heyoka's compile times [s]."""
+    """Return the smallest, median and largest compile time of heyoka [s]."""
     known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
     if not known:
         return None
@@ -95,9 +95,9 @@ def summarize_setup(rows):
 
 
 def describe_payment(rows, scenes):
-    """Return a sentence on the number of runs that recover heyoka's compile time.
+    """Describe the number of runs after which heyoka's compile time pays off.
 
-    All scenes and target errors for which both programs reach the target are included.
+    Only scenes and target errors that both programs can reach are included.
     """
     runs = [
         peer.setup_seconds / (own.seconds - peer.seconds)
@@ -164,7 +164,7 @@ def build_context(comparison):
 
 
 def recommend_methods(rows, scene):
-    """Return a sentence that recommends methods for one scene."""
+    """Recommend methods for one scene in a sentence."""
     hits = [(target, own) for _, target, own, _ in fastest.run_races(rows, [scene]) if own]
     if not hits:
         return "No method reached any of the errors of the table in the time allowed."
@@ -187,7 +187,7 @@ def fastest_with_step(rows, scene, target):
 
 
 def describe_ranges(hits, form="{}"):
-    """Yield each winning method with its target errors, as in 'strang for 1e-3 and 1e-6'."""
+    """Yield each recommended method with its target errors, as in 'strang for 1e-3 and 1e-6'."""
     for name in dict.fromkeys(hit.method for _, hit in hits):
         errors = join_words(format_power(target) for target, hit in hits if hit.method == name)
         yield f"{form.format(name)} for {errors}"
@@ -207,7 +207,7 @@ def conclude(comparison):
 
 
 def is_faster(one, other):
-    """Return True if `one` reached the error in clearly less time than `other`."""
+    """Return True if one run is clearly faster than the other."""
     return bool(one and (not other or fastest.TIE * one.seconds < other.seconds))
 
 
@@ -216,7 +216,7 @@ def is_tie(own, peer):
 
 
 def describe_cases(races):
-    """Return the number of cases in words, as in '28 cases (7 scenes, 4 accuracies)'."""
+    """Describe the number of cases, as in '28 cases (7 scenes, 4 accuracies)'."""
     scenes, targets = ({one[i] for one in races} for i in (0, 1))
     return f"{len(races)} cases ({len(scenes)} scenes, {len(targets)} accuracies)"
 
@@ -275,7 +275,7 @@ def describe_missing(races):
 
 
 def write_table(comparison, about):
-    """Return all runs as CSV text below a header with the measurement conditions."""
+    """Format all runs as CSV, below a header with the conditions of the measurement."""
 
     def format_row(row):
         values = vars(row) | {
@@ -302,7 +302,7 @@ def list_files(comparison, about):
 
 
 def draw_readme_figure(comparison):
-    """Return the figure of README.md as SVG: leading methods and other integrators on one scene."""
+    """Draw the figure for README.md, with the best methods and other integrators."""
     scene = README_SCENE if README_SCENE in comparison.scenes else comparison.scenes[0]
     groups = scene_runs.group_by_method(comparison.rows, scene)
     peers = [name for name, rows in groups.items() if rows[0].peer]

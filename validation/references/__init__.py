@@ -1,1 +1,1 @@
-"""Problems with their equations of motion, and reference solutions."""
+"""Test problems and their reference solutions."""

@@ -1,15 +1,15 @@
-"""The equations of motion for heyoka in any precision, and the initial values.
+"""The equations of motion of a rigid body, in the form that heyoka integrates.
 
 In terms of the angular velocity w in the body frame, the equations are
 
     J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
-D is the damping along the principal axes. The damping term is omitted if D is zero.
+The diagonal matrix D contains the damping coefficients about the principal axes.
 
-There are seven equations: four for the attitude, and three for the angular velocity or the angular
-momentum in the body frame. The form with the angular velocity is the fastest for heyoka. The
-coefficients are computed with 40 digits and rounded once. The coefficients are either constants or
-parameters. With parameters, one compiled integrator serves all tops.
+Four of the seven equations describe the attitude, and three describe the angular velocity or the
+angular momentum. All coefficients are computed with 40 digits and then rounded. The coefficients
+can be compiled as constants or passed as parameters. If the coefficients are parameters, one
+compiled integrator can be used for all tops.
 """
 
 import heyoka as hy
@@ -24,7 +24,7 @@ CYCLE = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
 def start_state(problem, form="velocity", digits=40):
-    """Return the unit attitude and the body angular velocity or momentum, as mpmath numbers."""
+    """Return the initial values of the equations of motion in multiprecision."""
     with mp.workdps(digits):
         q = [mp.mpf(x) for x in problem.attitude]
         norm = mp.sqrt(sum(x * x for x in q))
@@ -43,11 +43,10 @@ def round_to(numbers, fp):
 
 
 def compute_coefficients(problem, form="velocity", digits=40):
-    """Return the 3 + 3 + 6 coefficients of the equations, as mpmath numbers.
+    """Return the coefficients of the equations of motion in multiprecision.
 
-    The first three convert the variables to velocities. The next three multiply products of two
-    variables, and the last six determine the torque. A damped top has three more coefficients, the
-    decay rates of the variables due to damping.
+    The list contains, in this order, the coefficients of the angular velocities, of products of two
+    variables, and of the torque. For a damped top, the decay rates due to damping are appended.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
@@ -56,7 +55,7 @@ def compute_coefficients(problem, form="velocity", digits=40):
 
 
 def coefficients_from(J, lever, form="velocity"):
-    """Return the coefficients for given moments and lever, which may be numbers of any type."""
+    """Return the coefficients of the equations of motion for given moments of inertia."""
     one = J[0] / J[0]
     velocity = form == "velocity"
     to_velocity = [one if velocity else one / x for x in J]
@@ -66,9 +65,9 @@ def coefficients_from(J, lever, form="velocity"):
 
 
 def build_equations(numbers, fp):
-    """Return (variable, derivative) for each of the seven equations.
+    """Return pairs of a variable and its time derivative for all seven equations.
 
-    Terms that are zero are omitted.
+    Terms that vanish are omitted.
     """
     variables = hy.make_vars(*NAMES)
     q, s = variables[:4], variables[4:]  # s: velocity or momentum, in the body
@@ -100,12 +99,12 @@ def build_equations(numbers, fp):
 
 
 def build_system(problem, fp=float, form="velocity"):
-    """Return the equations and the initial values of one top, for heyoka.taylor_adaptive."""
+    """Return the equations of motion and the initial values of one top."""
     return build_equations(round_to(compute_coefficients(problem, form), fp), fp), round_to(
         start_state(problem, form), fp
     )
 
 
 def build_general_system(fp, coefficients=COEFFICIENTS):
-    """Return the equations for any top, with the coefficients as parameters."""
+    """Return the equations of motion with the coefficients as parameters."""
     return build_equations([hy.par[i] for i in range(coefficients)], fp)

@@ -1,4 +1,4 @@
-"""Tops for which a closed form could fail: all degenerate cases by name."""
+"""Lagrange tops and free bodies in degenerate motions, for tests of closed-form solutions."""
 
 import math
 
@@ -20,9 +20,9 @@ def axis_of(q):
 
 
 def precession_momentum(angle, axial, sign):
-    """Return the momentum of a regular precession, whose rate p solves a quadratic equation.
+    """Return the angular momentum of a regular precession.
 
-    The equation is I1 p^2 cos(angle) - axial p + lever = 0.
+    The precession rate p is a root of I1 p^2 cos(angle) - axial p + lever = 0.
     """
     root = math.sqrt(axial**2 - 4 * I1 * LEVER * math.cos(angle))
     rate = (axial + sign * root) / (2 * I1 * math.cos(angle))
@@ -138,13 +138,13 @@ def normalize(q):
 
 
 def digits(case):
-    """Return the number of digits that resolve a free body's distance from its middle axis."""
+    """Return the number of digits with which the reference solution must be computed."""
     least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
     return 50 if least > 1e-12 else 50 - int(5 * math.log10(least))
 
 
 def is_lagrange(case):
-    """Return True if a case is a Lagrange top, and False if it is a free body."""
+    """Return True for a Lagrange top and False for a free rigid body."""
     return len(case) == 5
 
 

@@ -1,13 +1,12 @@
-"""Tangents of closed forms at any time: derivatives of the state with respect to the initial state.
+"""Derivatives of closed-form solutions with respect to the initial state.
 
-In the body frame the motion is periodic, with the period tau. After one period, P and M return to
-their initial values. For a symmetric body, P and M return up to a rotation S about the symmetry
-axis. By Floquet's theorem, the tangents have the same periodicity. Let theta and N be as in
-taylor/tangents.h, and let Phi(t) be the matrix of their derivatives with respect to their initial
-values. Then
+In the body frame, the vertical P and the momentum M are periodic with the period tau. For a
+symmetric body, P and M are periodic up to a rotation S about the symmetry axis. A tangent consists
+of a rotation vector theta and a change N of the momentum. Let Phi(t) be the matrix that maps theta
+and N at time 0 to theta and N at time t. By Floquet's theorem,
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
-One period is computed with 30 digits. The powers are computed with 50-digit decimals, so that all
-30 digits remain correct.
+The motion over one period is computed in 30-digit arithmetic. Matrix powers are computed with 50
+decimal digits, so that all 30 digits remain correct.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ _AXES = np.eye(3)
 
 
 def _add_as_decimals(high: Array, low: Array | None = None) -> Decimals:
-    """Return the sums of high and low words as decimals."""
+    """Return the sum of high and low words as decimal numbers."""
     return _to_decimals(high) if low is None else _to_decimals(high) + _to_decimals(low)
 
 
@@ -41,7 +40,7 @@ def _to_decimals(numbers: Array) -> Decimals:
 
 
 def _rotation_matrix(q: Decimals) -> Decimals:
-    """Return the rotation matrix of a quaternion that need not have unit length."""
+    """Return the rotation matrix of a quaternion of any length."""
     w, x, y, z = q
     n = w * w + x * x + y * y + z * z
     rows = [
@@ -60,23 +59,23 @@ def _cross(a: Decimals, b: Decimals) -> Decimals:
 
 
 def _cross_matrix(a: Decimals) -> Decimals:
-    """Return the matrix of the map b -> a x b."""
+    """Return the matrix of the cross product with the vector a."""
     zero = Decimal(0)
     rows = [[zero, -a[2], a[1]], [a[2], zero, -a[0]], [-a[1], a[0], zero]]
     return np.array(rows, dtype=object)
 
 
 def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
-    """Return the block-diagonal matrix with `block` for theta, and `other` or `block` for N."""
+    """Return a block-diagonal matrix of two blocks, which are equal by default."""
     zero = _to_decimals(np.zeros((3, 3)))
     return np.block([[block, zero], [zero, block if other is None else other]])
 
 
 class _Body(NamedTuple):
-    """A body in decimals.
+    """A rigid body whose parameters are decimal numbers.
 
-    `moments`, `lever` = mass * gravity * com and `axis`, the symmetry axis if any, are given along
-    the principal axes. `frame` rotates the principal axes to the frame of description.
+    The moments, the lever arm and the symmetry axis are given along the principal axes. The matrix
+    `frame` rotates the principal axes to the axes of the user.
     """
 
     moments: Decimals
@@ -105,7 +104,7 @@ class _Body(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """A point of the motion: P and M along the principal axes, and the rotation to space."""
+    """A state of motion, with the vertical and the momentum given along the principal axes."""
 
     vertical: Decimals
     momentum: Decimals
@@ -119,14 +118,14 @@ class _Point(NamedTuple):
         return cls(turn[2] if heavy else turn[2] * 0, momentum, turn)
 
     def rates(self, body: _Body) -> tuple[Decimals, Decimals]:
-        """Return the time derivatives P' and M'."""
+        """Return the time derivatives of the vertical and of the momentum in the body frame."""
         w = self.momentum / body.moments
         return _cross(self.vertical, w), _cross(self.momentum, w) + _cross(
             self.vertical, body.lever
         )
 
     def generator(self, body: _Body) -> Decimals:
-        """Return the matrix A of (theta, N)' = A (theta, N)."""
+        """Return the matrix A of the linearized equations (theta, N)' = A (theta, N)."""
         per, hat = np.diag(Decimal(1) / body.moments), _cross_matrix(self.momentum / body.moments)
         turn = per @ _cross_matrix(self.momentum) - hat
         return np.block(
@@ -134,10 +133,9 @@ class _Point(NamedTuple):
         )
 
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return quantities that are periodic along the motion.
+        """Return functions of the state that are periodic in time.
 
-        For a symmetric body, these quantities are invariant under rotations about the symmetry
-        axis.
+        For a symmetric body, these functions are invariant under rotations about the symmetry axis.
         """
         if axis is None:
             return self.momentum
@@ -146,7 +144,7 @@ class _Point(NamedTuple):
         )
 
     def phase_rate(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return the time derivative of `phase`."""
+        """Return the time derivatives of the periodic functions."""
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum
@@ -155,7 +153,7 @@ class _Point(NamedTuple):
 
 
 def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
-    """Return the rotation about the axis that maps P and M at one point to P and M at another."""
+    """Return the rotation about the symmetry axis that maps the first state to the second."""
     if axis is None:
         return _to_decimals(_AXES)
     pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
@@ -175,7 +173,7 @@ def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimal
 
 
 class Floquet(NamedTuple):
-    """The tangents over one period."""
+    """The monodromy matrix, the period and the symmetry of a periodic motion."""
 
     body: _Body
     tau: Decimal
@@ -185,7 +183,7 @@ class Floquet(NamedTuple):
 
 
 def _tangents_in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, i: int) -> Decimals:
-    """Return Phi in principal axes at state `i` of a path with tangents."""
+    """Return the derivatives of a state with respect to the initial state, in principal axes."""
     phi = _add_as_decimals(path.tangents[i], path.tangents_low[i])
     inside: Decimals = (
         _block_matrix(body.frame.T, point.turn.T) @ phi @ _block_matrix(body.frame, start.turn)
@@ -194,9 +192,9 @@ def _tangents_in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, 
 
 
 def _find_steady_rate(point: _Point, body: _Body) -> float | None:
-    """Return the rate at which P and M rotate about the axis in the body frame.
+    """Return the angular velocity of a steady motion about the symmetry axis.
 
-    Returns None if P and M do not rotate uniformly about the axis.
+    Returns None if the motion is not steady.
     """
     rates = [np.array(rate, dtype=float) for rate in point.rates(body)]
     rate = 0.0
@@ -217,7 +215,7 @@ def _find_steady_rate(point: _Point, body: _Body) -> float | None:
 def _oscillation_period(point: _Point, body: _Body, rate: float, fastest: float) -> float:
     """Return the period of small oscillations about a steady motion.
 
-    If there are no oscillations, return the time scale of the fastest rate instead.
+    If there are no oscillations, return a typical time scale of the motion.
     """
     axis = _to_decimals(_AXES[2]) if body.axis is None else body.axis
     turning = rate * np.array(_block_matrix(_cross_matrix(axis)), dtype=float)
@@ -233,13 +231,13 @@ def _make_separatrix_error(scene: kr.Scene) -> ValueError:
 
 
 def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float) -> float:
-    """Return the period, exact up to rounding errors.
+    """Return the period of the motion, exact up to rounding errors.
 
     Raises ValueError if the motion lies on a separatrix.
     """
     turning = _find_steady_rate(start, body)
     if turning is not None:
-        about = _oscillation_period(start, body, turning, scene._rate_estimate)
+        about = _oscillation_period(start, body, turning, scene._rotation_rate)
     else:
         about = period * (1.0 if body.axis is not None else 2.0)
     if not math.isfinite(about):
@@ -248,10 +246,11 @@ def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float)
 
 
 def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
-    """Return the tangents over one period, forward or backward in time.
+    """Return the monodromy matrix and the period of a motion.
 
-    `longest` is the longest time of interest. If `longest` is within the first period, the tangents
-    are not computed. Raises ValueError if the motion lies on a separatrix.
+    The argument `longest` is the latest time at which derivatives are needed. If this time is less
+    than the period, the monodromy matrix is not computed. Raises ValueError if the motion lies on a
+    separatrix.
     """
     body = _Body.of(scene)
     start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)
@@ -287,10 +286,11 @@ def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floqu
 
 
 def floquet_tangents(scene: kr.Scene, times: object) -> Array:
-    """Return the tangents (n, 6, 6) of a closed form at any times, defined like path.tangents.
+    """Return the derivatives of the state at arbitrary times with respect to the initial state.
 
-    Raises ValueError if the motion lies on a separatrix, or if a tangent exceeds the range of
-    doubles. The computation takes about a millisecond per time.
+    Raises ValueError if the motion lies on a separatrix, or if a derivative overflows. The result
+    has the shape (n, 6, 6), like path.tangents. The computation takes about a millisecond for each
+    time.
     """
     closed = kr.exact(scene)
     path = closed(times)
@@ -315,9 +315,9 @@ def _make_range_error(t: float) -> ValueError:
 
 
 def _solve(scene: kr.Scene, times: list[float]) -> kr.Path:
-    """Return the path and its tangents, computed with 30 digits.
+    """Solve the equations of motion and their linearization in 30-digit arithmetic.
 
-    Raises ValueError if a tangent exceeds the range of doubles.
+    Raises ValueError if a derivative overflows.
     """
     try:
         return kr.solve(scene, times, digits=30, tangents="start")

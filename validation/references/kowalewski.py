@@ -1,19 +1,20 @@
 """The motions of a Kowalewski top with given energy and vertical momentum.
 
-The motions are classified by the critical values of the integral K, at which tori merge or vanish.
+Motions are classified by the critical values of the integral K, at which the invariant tori change
+their topology.
 
 Let the moments be 2, 2 and 1, and let mass * gravity * |com| = 1. Let h be the energy, and let g =
 <m, e3> / sqrt(2). The critical values are
     K = 0                                 where h > g^2
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
-if K attains them. K is never negative. If h < g^2, K is never less than the second critical value.
-The order of the critical values changes across curves in the (g, h) plane. These curves divide the
-plane into ten regions.
+if K attains them. K is never negative. If h < g^2, K is at least (h - g^2)^2. In each of
+ten regions in the plane of g and h, the critical values have a fixed order.
 
 Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
-Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten sections are taken from
-Dullin, Juhnke and Richter, International Journal of Bifurcation and Chaos 4 (1994) 1535.
+Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten energies and vertical
+momenta are taken from Dullin, Juhnke and Richter, International Journal of Bifurcation and Chaos 4
+(1994) 1535.
 """
 
 import kreisel as kr
@@ -35,14 +36,14 @@ REGIONS = (  # a point (g, h) in each of the ten regions
 
 
 def vertical_momentum(g):
-    """Return <m, e3> for a given value of g."""
+    """Return the vertical momentum <m, e3> for a given value of g."""
     return np.sqrt(2.0) * g
 
 
 def critical_values(g, h):
     """Return the critical values of K that motions attain, in ascending order.
 
-    Each value is paired with the number, 1 to 3, of the formula in the docstring of this module.
+    Each critical value is paired with the number of its formula, from 1 to 3.
     """
     parabola = (h - g * g) ** 2
     found = [(0.0, 1)] if h > g * g else []
@@ -56,7 +57,7 @@ def critical_values(g, h):
 
 
 def region_borders(greatest):
-    """Return the curves between the regions up to g = `greatest`, each as arrays (g, h)."""
+    """Return the curves that divide the plane of g and h into regions, up to g = `greatest`."""
     g = np.linspace(1e-3, greatest, 400)
     t = np.linspace(0.3, np.sqrt(2.0), 200)
     kept = g**2 > 1e-2

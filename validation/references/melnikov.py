@@ -1,14 +1,13 @@
-"""The chaotic layer along the separatrix of a slightly asymmetric upright top, by theory.
+"""The width of the chaotic layer near the separatrix of a slightly asymmetric top.
 
-A Lagrange top whose spin is too slow for a stable sleeping top falls from the upright position,
-swings and becomes upright again. Let the moments be I1 / (1 - e), I1 / (1 + e) and I3. Then the
-axial momentum c changes at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in
-a swing is
+An upright Lagrange top that spins too slowly to be stable falls, swings and becomes upright again.
+Let the moments be I1 / (1 - e), I1 / (1 + e) and I3. Then the axial momentum c changes at the rate
+dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a swing is
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
 Here psi is the spin angle at the lowest point of the swing. The Melnikov integral is taken along
-the separatrix that has its lowest point at spin angle 0. Near the upright position, the
-nutation grows exponentially at the rate s, and the spin angle changes at the rate w. By Chirikov's
-criterion, swings are chaotic for |c - <m, e3>| up to 2 w e A / s.
+the separatrix with psi = 0. Near the upright position, the nutation grows exponentially at the rate
+s, and the spin angle changes at the rate w. By Chirikov's criterion, motions with
+|c - <m, e3>| < 2 w e A / s are chaotic.
 
 Sources: Melnikov, Transactions of the Moscow Mathematical Society 12 (1963) 1; Holmes and Marsden,
 Indiana University Mathematics Journal 32 (1983) 273; Chirikov, Physics Reports 52 (1979) 263.
@@ -33,7 +32,7 @@ def make_body(e):
 
 
 def lowest_scene():
-    """Return the scene at the lowest point of the separatrix."""
+    """Return the top at the lowest point of the separatrix."""
     tilt = acos(VERTICAL**2 / (2.0 * I1) - 1.0)
     across = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
     attitude = (cos(tilt / 2.0), sin(tilt / 2.0), 0.0, 0.0)
@@ -42,21 +41,21 @@ def lowest_scene():
 
 @cache
 def melnikov_amplitude():
-    """Return A, computed by symmetry from the second half of the separatrix."""
+    """Return the Melnikov amplitude A, computed from the second half of the separatrix."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
     across = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
     return -2.0 * float(np.trapezoid((across**2).real, t)) / I1
 
 
 def layer_half_width():
-    """Return the half-width of the chaotic layer in c, per unit of e."""
+    """Return the half-width of the chaotic layer, divided by the perturbation e."""
     return 2.0 * TURN * melnikov_amplitude() / ESCAPE
 
 
 def measure_swings(e, n):
-    """Return the spin angles at lowest points and the axial momenta at highest points.
+    """Return the spin angles at the lowest points and the axial momenta at the highest points.
 
-    The tops are pushed from the upright position and make n swings each. The results have the
+    Several tops are pushed from the upright position and make n swings each. The results have the
     shapes (tops, n) and (tops, n + 1).
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)

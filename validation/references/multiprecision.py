@@ -1,8 +1,7 @@
-"""Attitudes of any undamped top with 60 digits, from one compiled heyoka integrator.
+"""Reference solutions for undamped tops, computed by heyoka in 60-digit arithmetic.
 
-The attitudes are the reference for runs with 30 digits. As in kreisel, the doubles of a scene are
-taken as exact. A quaternion of any length represents a rotation. The moments are the principal
-moments.
+The 60-digit solutions are used to check computations in 30-digit arithmetic. The double-precision
+parameters of a scene are taken as exact numbers. A quaternion need not have unit length.
 """
 
 import heyoka as hy
@@ -35,7 +34,7 @@ class MultiprecisionIntegrator:
         )
 
     def __call__(self, scene, times):
-        """Return the attitudes (principal axes to space) at `times`, which are monotonic from 0."""
+        """Return the attitudes of the principal axes at `times`, which are monotonic from 0."""
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q
@@ -62,7 +61,7 @@ def normalize(q):
 
 
 def path_attitudes(path):
-    """Return the attitudes (principal axes to space) of a path, including the low words."""
+    """Return the attitudes of the principal axes along a path in multiprecision."""
     low = path.q_low if path.digits in (20, 30) else np.zeros_like(path.q)
     axes = to_reals(path.scene.body.axes)
     return [
@@ -72,7 +71,7 @@ def path_attitudes(path):
 
 
 def rotation_angles(one, other):
-    """Return the angles [rad] of the rotations between attitudes, accurate even if small."""
+    """Return the angles [rad] between pairs of attitudes, which are accurate even if small."""
     found = []
     for p, q in zip(one, other, strict=True):
         turn = np.array(product(conjugate(p), q))

@@ -1,4 +1,4 @@
-"""The observed order of a method: the slope of log(error) against log(step), in q and in m."""
+"""The observed order of convergence of a method, for attitude and angular momentum."""
 
 import kreisel as kr
 import numpy as np
@@ -14,37 +14,36 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 
 
 def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
-    """Return a tilted scene.
+    """Return a scene with a top that is not upright.
 
-    The scene is tilted because no torque acts on an upright top, so that first-order errors would
-    be hidden.
+    An upright top would hide first-order errors, because no torque acts on it.
     """
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 
 
 def fit_slope(steps, errors, rounding):
-    """Return the slope of log(error) against log(step), or None for fewer than three points.
+    """Return the slope of log(error) against log(step), or None if there are too few points.
 
-    The fit uses the eight smallest steps with errors above rounding level.
+    The slope is fitted to the eight smallest steps with errors above rounding level.
     """
     good = np.flatnonzero(errors > 30 * rounding)[-8:]
     return np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0] if len(good) >= 3 else None
 
 
 def compute_errors(path, truth):
-    """Return the largest error in q and the largest relative error in m over several times.
+    """Return the largest errors of attitude and momentum over several times.
 
-    Several times are used because an error may change sign and vanish at a single time.
+    The error at a single time may vanish by accident.
     """
     apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
     return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])
 
 
 def measure_order(name, body):
-    """Return the slopes in q and, unless m is conserved, in m.
+    """Return the observed orders of convergence of attitude and momentum.
 
-    High orders are measured on a fast top. On a slow top, rounding would hide the leading error
-    term.
+    Methods of high order are tested on a fast top. On a slow top, rounding errors would hide the
+    truncation error.
     """
     high = kr.methods[name].order > 4
     top = tilt_scene(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))

@@ -1,6 +1,6 @@
-"""The scenes of problems.json and the user's scenes, with their numbers as exact doubles.
+"""Test problems from problems.json and from scenes of the user.
 
-All methods and reference solutions start from these doubles.
+All parameters are double-precision numbers and are taken as exact.
 """
 
 import json
@@ -27,7 +27,7 @@ SHORT = 10.0  # final time of quick runs and of the tests
 
 @dataclass(frozen=True)
 class Problem:
-    """A top described in its principal axes."""
+    """A top whose moments of inertia and lever arm are given along its principal axes."""
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]
@@ -39,9 +39,9 @@ class Problem:
     user: kr.Scene | None = None  # the original scene, if it contains more than this description
 
     def to_scene(self):
-        """Return the top as a kreisel scene.
+        """Convert the problem to a scene.
 
-        Mass and gravity are 1, so the centre of mass equals the lever.
+        The scene has unit mass and unit gravity, so that its centre of mass is `self.lever`.
         """
         if self.user:
             return self.user
@@ -53,7 +53,7 @@ class Problem:
         )
 
     def to_principal_axes(self, q):
-        """Convert attitudes from kreisel to rotations from the principal axes to space."""
+        """Convert attitudes of the body to attitudes of its principal axes."""
         return (
             np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
             if self.user
@@ -62,7 +62,7 @@ class Problem:
 
     @property
     def symmetric(self):
-        """True if the top is exactly a Lagrange top, without any tolerance."""
+        """True if the body is a Lagrange top, without any tolerance for rounding."""
         return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
 
     @property
@@ -71,7 +71,7 @@ class Problem:
 
     @property
     def fastest_rate(self):
-        """The larger of `rate` and the fastest decay rate due to damping [T^-1]."""
+        """The larger of the angular velocity `rate` and the fastest damping rate [T^-1]."""
         return max(self.rate, *(d / j for d, j in zip(self.damping, self.inertia, strict=True)))
 
     @property
@@ -81,14 +81,13 @@ class Problem:
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
     def highest_rate(self, q, m):
-        """Return the largest angular velocity among the states [T^-1]."""
+        """Return the largest angular velocity of all states [T^-1]."""
         return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
-        """Return the kinetic and potential energies of states in rows, in extended precision.
+        """Return the kinetic and potential energies, computed in extended precision.
 
-        With extended precision, an energy error comes from the state and not from the evaluation of
-        the energy.
+        Extended precision makes the rounding errors of the energy negligible.
         """
         q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
@@ -97,11 +96,10 @@ class Problem:
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
     def energy_errors(self, q, m):
-        """Return |E - E0| / max(T + mass * gravity * |com|) of each state.
+        """Return the error of the energy relative to max(T + mass * gravity * |com|).
 
-        The first state is the initial state.
-
-        The energy of a damped top decreases, so only an increase of the energy counts as an error.
+        The first state must be the initial state. For a damped top, only an increase of the energy
+        counts as an error.
         """
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
@@ -114,10 +112,10 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def scale_to_internal_units(self):
-        """Return the top in internal units, together with the units of moment and rate.
+        """Convert the problem to internal units, and return the units of moment and rate.
 
-        In these units, the largest moment and the rate are about one. The units are powers of two,
-        so conversion does not round.
+        In internal units, the largest moment and the typical angular velocity are about one. The
+        units are powers of two, so that the conversion is exact.
         """
         moment, rate = (
             2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)
@@ -141,21 +139,21 @@ class Problem:
 
 
 def rotate_to_body(q, v):
-    """Return q* v q for vectors in rows, which rotates from space to body."""
+    """Rotate vectors from the space frame to the body frame by q* v q."""
     w, u = q[..., :1], q[..., 1:]
     t = 2 * np.cross(v, u)
     return v + w * t + np.cross(t, u)
 
 
 def rotate_to_space(q, v):
-    """Return q v q* for vectors in rows, which rotates from body to space."""
+    """Rotate vectors from the body frame to the space frame by q v q*."""
     return rotate_to_body(q * np.array([1, -1, -1, -1]), v)
 
 
 def attitude_errors(q, truth):
-    """Return the angles [rad] of the rotations between attitudes in rows, 0 .. pi.
+    """Return the angles [rad] between pairs of attitudes, from 0 to pi.
 
-    The arc tangent is used because 2 acos(|w|) would lose half of the digits.
+    The arc tangent is used because 2 acos(|w|) would lose half of the digits for small angles.
     """
     q, truth = np.asarray(q, np.longdouble), np.asarray(truth, np.longdouble)
     (a, u), (b, v) = (q[..., :1], q[..., 1:]), (truth[..., :1], truth[..., 1:])
@@ -175,7 +173,7 @@ def load_problem(name):
 
 
 def problem_of_scene(name, scene):
-    """Return a kreisel scene as a problem in principal axes."""
+    """Convert a scene to principal axes."""
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
     attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))

@@ -1,9 +1,9 @@
 """Closed-form solutions of Lagrange and Euler tops by multiprecision quadrature.
 
-This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
-is an elliptic function of time (Jacobi's sn). The two angles of the attitude are elliptic integrals
-of the third kind. These integrals are computed from Carlson's R_F and R_J and from the number of
-whole periods. DIGITS is large enough even if roots nearly coincide.
+The computation is independent of csrc/exact, which uses theta functions. The motion of the axis is
+given by Jacobi's elliptic functions. The remaining Euler angles are computed from elliptic
+integrals of the third kind. Elliptic integrals are computed from Carlson's functions R_F and R_J.
+The number of digits is sufficient even if two roots of the cubic nearly coincide.
 """
 
 import mpmath as mp
@@ -27,7 +27,7 @@ def conjugate(q):
 
 
 def rotate(q, v):
-    """Return q v q* for a unit quaternion."""
+    """Rotate the vector v by the unit quaternion q."""
     return product(product(q, [0, *v]), conjugate(q))[1:]
 
 
@@ -46,7 +46,7 @@ def normalize(q):
 
 
 def attitude_of_axes(n, b, t):
-    """Return the attitude for which the body axes have the space directions n, b and t."""
+    """Return the attitude in which the body axes point in the directions n, b and t."""
     sizes = [
         1 + n[0] + b[1] + t[2],
         1 + n[0] - b[1] - t[2],
@@ -72,7 +72,7 @@ def cubic_roots(c2, c1, c0):
 
 
 class Quadrature:
-    """Integrals of functions of sn^2, from a point with sn^2 = v0, where sn^2 rises or falls.
+    """Integrals of rational functions of sn^2, for Jacobi's elliptic function sn.
 
     The argument x is scaled so that sn has the period 4 K.
     """
@@ -82,7 +82,7 @@ class Quadrature:
         self.start = mp.sqrt(v0) * mp.elliprf(1 - v0, 1 - k2 * v0, 1) * (1 if rising else -1)
 
     def functions(self, x):
-        """Return sn, cn and dn at start + x, and the number n of half periods in start + x.
+        """Return sn, cn and dn at start + x, and the integer n nearest to (start + x) / (2 K).
 
         The argument is reduced by start + x = x' + 2 n K with |x'| <= K.
         """
@@ -123,10 +123,10 @@ class Quadrature:
 
 
 class Lagrange:
-    """The Lagrange top: a function that maps a time to (attitude, momentum).
+    """The motion of a Lagrange top as a function of time.
 
-    The axis of symmetry and the centre of mass lie along T, and lever = mass * gravity * com. The
-    axis must not rest at a pole.
+    The symmetry axis and the centre of mass lie along the third body axis, and lever = mass *
+    gravity * com. The symmetry axis must not rest in a vertical position.
     """
 
     def __init__(self, i1, i3, lever, q, m):
@@ -173,8 +173,8 @@ class Lagrange:
     def _integrate_angle(self, x, weight, a, b, at_bottom):
         """Integrate weight / (a + b sn^2) from the initial value to `x`.
 
-        If `weight` is zero, only jumps contribute: the angle changes by half a turn whenever the
-        axis passes through the pole. Only jumps after the initial time count.
+        If `weight` is zero, the angle jumps by half a turn whenever the axis passes through the
+        vertical. Only jumps after the initial time are counted.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
@@ -187,7 +187,10 @@ class Lagrange:
         return mp.pi * (mp.floor(end + shift) - mp.floor(start + shift))
 
     def __call__(self, t):
-        """Return (attitude, momentum) at `t`. At t = 0 the axis must not pass through a pole."""
+        """Return the attitude and the momentum at time `t`.
+
+        The symmetry axis must not be vertical at the initial time.
+        """
         with mp.workdps(DIGITS):
             x = self.rate * mp.mpf(t)
             sn, cn, dn, _ = self.curve.functions(x)
@@ -208,10 +211,10 @@ class Lagrange:
 
 
 class Euler:
-    """The free body with three different moments, in any motion but a permanent rotation.
+    """The motion of a free rigid body with three different moments as a function of time.
 
-    If the body rotates nearly about the middle axis, `digits` must resolve the square of the
-    distance from this axis.
+    A permanent rotation is not allowed. If the body rotates nearly about the middle axis, `digits`
+    must be larger.
     """
 
     def __init__(self, inertia, q, m, digits=DIGITS):
@@ -233,9 +236,9 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order_axes(self, inertia, body):
-        """Order the axes so that axis 2 has the middle moment and M3 is positive.
+        """Order the axes so that the second moment is the middle one and M3 is not negative.
 
-        The attribute `relabel` rotates the ordered axes to the body's axes.
+        The attribute `relabel` is the rotation from the sorted axes to the body axes.
         """
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
         excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
@@ -270,10 +273,7 @@ class Euler:
         self.start = self._angles(mp.mpf(0))
 
     def _angles(self, t):
-        """Return an attitude with the momentum along e3, and half of the precession angle.
-
-        The attitude is determined up to a rotation about e3 that is applied first.
-        """
+        """Return the attitude relative to the angular momentum, and half the precession angle."""
         x = self.rate * mp.mpf(t)
         sn, cn, dn, n = self.curve.functions(x)
         even = -1 if n % 2 else 1

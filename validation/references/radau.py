@@ -1,17 +1,17 @@
-"""A reference for strongly damped tops: collocation at nine Radau points, with 64-bit mantissas.
+"""Reference solutions for strongly damped tops, by Radau collocation in 64-bit precision.
 
-The angular velocity w in the body frame, the damping D and the momentum h of rotors are given along
-the principal axes. The support turns with O, and shakes so that gravity, relative to that of the
-lever, is g:
+The angular velocity w, the damping D and the rotor momentum h are given along the principal axes.
+The support turns with O and shakes, so that gravity is multiplied by g:
 
     J w' = (J w + h) x w + g (q* e3 q) x lever - D (w - q* O q),    q' = (q w - O q) / 2
     g = 1 - amplitude rate^2 cos(rate t + phase)
 
-The method is Radau IIA of order 17 (Hairer and Wanner, Solving Ordinary Differential Equations II,
-section IV.5). The method damps fast modes at any step size, so the step size follows the slow
-motion. The stages are computed by Newton's method. The Newton matrices use double precision, and
-the residuals use extended precision. The step size is controlled by the last Legendre coefficient
-of the stages. This coefficient estimates the neglected terms.
+The integrator is the Radau IIA method of order 17 (Hairer and Wanner, Solving Ordinary Differential
+Equations II, section IV.5). The Radau method damps fast modes at any step size, so that steps can
+be as long as the slow motion allows. The implicit equations are solved by Newton's method. The
+Newton matrices are computed in double precision, and the residuals in extended precision. The step
+size is controlled by the last coefficient of a Legendre expansion, which estimates the truncation
+error.
 """
 
 from functools import cache
@@ -33,10 +33,10 @@ NONE, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 @cache
 def radau_table():
-    """Return the nodes, the matrix of the method, and a row that yields the last coefficient.
+    """Return the nodes and the matrix of the Radau method, and the weights of its error estimate.
 
-    The polynomial through the stages is expanded in Legendre polynomials. The product of the row
-    and the stages is the coefficient of degree `STAGES` - 1.
+    The error estimate is the last coefficient of the collocation polynomial in a Legendre
+    expansion.
     """
     with mp.workdps(60):
         high, low = legendre_coefficients(STAGES), [*legendre_coefficients(STAGES - 1), 0]
@@ -58,17 +58,17 @@ def radau_table():
 
 
 def legendre_coefficients(n):
-    """Return the ascending coefficients of the shifted Legendre polynomial P_n(2x - 1)."""
+    """Return the coefficients of the shifted Legendre polynomial P_n(2x - 1) in ascending order."""
     return [(-1) ** (n + k) * mp.binomial(n, k) * mp.binomial(n + k, k) for k in range(n + 1)]
 
 
 def real(x):
-    """Return the multiprecision number `x` in extended precision."""
+    """Round a multiprecision number to extended precision."""
     return Real(mp.nstr(x, 25))
 
 
 class TopEquations:
-    """The seven differential equations for q and w of a top in its principal axes."""
+    """The equations of motion for the attitude q and the angular velocity w."""
 
     def __init__(self, problem, rotor=NONE, turning=NONE, shaking=NONE):
         self.turning, self.shaking = np.array(turning, Real), np.array(shaking, Real)
@@ -80,12 +80,12 @@ class TopEquations:
         self.start[4:] -= self.rotor / self.inertia
 
     def levers(self, times):
-        """Return the levers (n, 3) at `times`, times the relative gravity on the shaken support."""
+        """Return the lever arm, scaled in proportion to the apparent gravity at each time."""
         amplitude, rate, phase = self.shaking
         return np.outer(1 - amplitude * rate**2 * np.cos(rate * times + phase), self.lever)
 
     def rates(self, states, times):
-        """Return the derivatives of `states`, an array (n, 7), at `times`, an array (n,)."""
+        """Return the time derivatives of `states` at `times`, with shape (n, 7)."""
         q, w = states[:, :4], states[:, 4:]
         own = self.inertia * w + self.rotor
         torque = np.cross(own, w) + np.cross(fixed_in_space(q, Z), self.levers(times))
@@ -96,7 +96,7 @@ class TopEquations:
         return np.concatenate([turn / 2, torque / self.inertia], axis=1)
 
     def jacobians(self, states, times):
-        """Return the Jacobians of the rates in double precision, an array (n, 7, 7)."""
+        """Return the Jacobian matrices of the time derivatives, with shape (n, 7, 7)."""
         states, turning = states.astype(float), self.turning.astype(float)
         inertia, damping = self.inertia.astype(float), self.damping.astype(float)
         levers = self.levers(times).astype(float)
@@ -121,21 +121,21 @@ class TopEquations:
 
 
 def fixed_in_space(q, v):
-    """Return q* v q for quaternions in rows, which may have any norm."""
+    """Return q* v q for quaternions of any length."""
     size = (q[:, :1] ** 2 - (q[:, 1:] ** 2).sum(1)[:, None]) * v
     along = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
     return size + along - 2 * q[:, :1] * np.cross(q[:, 1:], v)
 
 
 def cross_matrix(v):
-    """Return the matrices of the maps u -> v x u, for vectors `v` in rows."""
+    """Return the matrices of the cross products with the vectors `v`."""
     found = np.zeros((len(v), 3, 3))
     found[:, 0, 1], found[:, 0, 2], found[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
     return found - found.transpose(0, 2, 1)
 
 
 def solve_stages(top, start, t, step):
-    """Return the states at the nodes of a step from `t`, or None if Newton's method fails."""
+    """Return the states at the Radau nodes of a step, or None if Newton's method fails."""
     matrix, _ = radau_table()
     times = t + step * matrix.sum(1)
     stages = np.tile(start, (STAGES, 1))
@@ -165,11 +165,12 @@ def first_step(top):
 
 
 def integrate(problem, times, tol=TOL, **effects):
-    """Return the unit attitudes (n, 4) and body momenta (n, 3) at the ascending `times` > 0.
+    """Return the attitudes (n, 4) and the body momenta (n, 3) at ascending positive times.
 
-    `tol` bounds the neglected terms of each step, relative to the state. The effects are `rotor`
-    (momentum in principal axes), `turning` (in the space frame) and `shaking` (amplitude over
-    gravity, rate, phase). Raises ArithmeticError if the step size becomes too small.
+    The argument `tol` limits the relative truncation error of each step. Optional effects are the
+    rotor momentum, the angular velocity `turning` of the support, and `shaking`. The tuple
+    `shaking` contains amplitude / gravity, rate and phase. Raises ArithmeticError if the step size
+    becomes too small.
     """
     top, (_, last) = TopEquations(problem, **effects), radau_table()
     state, t, step, found = top.start, Real(0), first_step(top), []
@@ -192,10 +193,9 @@ def integrate(problem, times, tol=TOL, **effects):
 
 
 def truncation_size(top, term, stages):
-    """Return the magnitude of `term`, the last Legendre coefficient, relative to the state.
+    """Return the truncation error of a step relative to the size of the state.
 
-    An angular velocity below `NEGLIGIBLE` times its initial magnitude is ignored, because the
-    motion has decayed.
+    An angular velocity that has decayed almost to zero is ignored.
     """
     least = max(NEGLIGIBLE * np.abs(top.start[4:]).max(), 1e-300)
     scale = max(np.abs(stages[:, 4:]).max(), least)

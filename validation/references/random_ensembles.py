@@ -1,7 +1,7 @@
-"""Random tops with the same body, their reference attitudes at the end, and their conditioning.
+"""Ensembles of random tops with their reference solutions.
 
-The momenta are normally distributed about the momentum of a scene in the report. The k-th top
-depends only on the seed and k, so larger ensembles begin with the same tops.
+The initial momenta are normally distributed about the momentum of a test scene. Larger ensembles
+with the same seed begin with the same tops.
 """
 
 from dataclasses import dataclass, replace
@@ -36,14 +36,14 @@ class TopEnsemble:
 
     @cached_property
     def starts(self):
-        """The initial attitudes and body angular velocities (n, 7), for other integrators."""
+        """The initial attitudes and angular velocities in the body frame, with shape (n, 7)."""
         q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         velocity = rotate_to_body(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia
         return np.concatenate((q, velocity), axis=1).astype(float)
 
     def ensemble(self):
-        """Return the tops as a kreisel ensemble."""
+        """Convert the tops to a kreisel ensemble."""
         scene = self.problem.to_scene()
         return kr.Ensemble(
             scene.body, momentum=self.momenta, attitude=scene.attitude, gravity=scene.gravity
@@ -57,21 +57,20 @@ def draw_tops(kind, n, end=END):
 
 
 def solve_end(scene, end, digits):
-    """Return the final attitude as the sum of its high and low words."""
+    """Return the final attitude as an unevaluated sum of two doubles."""
     path = kr.solve(scene, [end], "taylor", digits=digits)
     return np.array(path.q[-1], np.longdouble) + path.q_low[-1]
 
 
 def compute_truths(tops):
-    """Return the final attitudes of the tops, an array (n, 4), computed with 30 digits."""
+    """Compute the final attitudes of all tops in 30-digit arithmetic, with shape (n, 4)."""
     return np.array([solve_end(tops.scene(k), tops.end, 30) for k in range(len(tops))])
 
 
 def compute_conditioning(tops):
-    """Return the angle by which initial rounding errors change the final attitude [rad].
+    """Return the angle [rad] by which initial rounding errors change the final attitude.
 
-    A run in double precision may have an error of this magnitude. The angle is larger for more
-    chaotic tops.
+    Errors as large as the conditioning are unavoidable in double precision.
     """
 
     def of(scene):

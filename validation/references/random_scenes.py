@@ -1,4 +1,4 @@
-"""Random tops of several families, among them tops at rest, fast tops and nearly symmetric ones."""
+"""Random tops of several families, including fast, slow and nearly symmetric tops."""
 
 import kreisel as kr
 import numpy as np
@@ -22,10 +22,10 @@ def random_body(rng, kind):
 
 
 def any_body(rng):
-    """Draw a top of a random kind, with moderate moments and rates.
+    """Draw a random top of any kind.
 
-    One top in five starts within 0.01 of the upright or hanging position. One in ten is ten times
-    as fast as the others, and one in ten is a hundred times slower.
+    One top in five starts close to the upright or hanging position. One top in ten is ten times
+    faster, and one in ten is a hundred times slower.
     """
     body = random_body(rng, KINDS[rng.integers(len(KINDS))])
     q = rng.normal(size=4)
@@ -39,7 +39,7 @@ def any_body(rng):
 
 
 def place_near_upright(rng, body, speed):
-    """Return a scene whose centre of mass is almost above the fixed point."""
+    """Return a scene in which the centre of mass is almost above the fixed point."""
     com = np.array(body.com)
     half = com / np.linalg.norm(com) + [0.0, 0.0, 1.0]
     tilt = rng.normal(size=3) * 10 ** rng.uniform(-9, -2)
@@ -65,7 +65,7 @@ def any_body_at_rest(rng):
 
 
 def sleeping(rng):
-    """Draw an upright symmetric top with up to twice the critical spin."""
+    """Draw an upright symmetric top with up to twice the spin that stability requires."""
     scene = place_near_upright(rng, random_body(rng, "lagrange"), 0.0)
     moments, lever = scene.body.moments, scene.body.mass * abs(scene.body.com[2])
     spin = rng.uniform(0.0, 2.0) * 2.0 * np.sqrt(lever * moments[0])
@@ -82,7 +82,7 @@ def middle_axis(rng):
 
 
 def near_a_rod(rng):
-    """Draw a slow top with one tiny moment, or with two almost equal moments."""
+    """Draw a slow top with one very small moment or with two almost equal moments."""
     least, apart = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
     body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), unphysical=True)
     speed = 10 ** rng.uniform(-8, 0)
@@ -92,7 +92,7 @@ def near_a_rod(rng):
 
 
 def nearly_flipping(rng):
-    """Draw an asymmetric body with almost enough energy to flip over, whose motion is chaotic."""
+    """Draw an asymmetric top whose motion is chaotic, with almost enough energy to flip over."""
     body = random_body(rng, "asymmetric")
     lever = body.mass * np.linalg.norm(body.com)
     momentum = rng.normal(size=3) * np.sqrt(lever * max(body.moments))
@@ -106,10 +106,9 @@ def fast(rng):
 
 
 def nearly_symmetric(rng):
-    """Draw a nearly symmetric or nearly spherical top, with any attitude or near upright.
+    """Draw a nearly symmetric or nearly spherical top.
 
-    The moments, the centre of mass or both deviate by 1e-16 to 1e-11 from an exactly symmetric or
-    spherical top.
+    The relative deviation from an exactly symmetric body is between 1e-16 and 1e-11.
     """
     first, second = 10 ** rng.uniform(-16, -11, 2) * rng.choice([-1.0, 1.0], 2)
     off = (first, 0.0), (0.0, second), (first, second)

@@ -1,14 +1,13 @@
 """Reference solutions by heyoka in 128-bit arithmetic.
 
-`python -m validation.references.reference` stores the solutions for the report's scenes in
-reference.json.
+The solutions for the scenes of the report are stored in reference.json by the command `python -m
+validation.references.reference`.
 
-Each solution is computed in several nearly independent ways: from two forms of the equations, in
-128-bit and in 80-bit arithmetic. The differences between these results show the accuracy of the
-solution. The conditioning is stored together with the solution. The conditioning is the angle by
-which the attitude changes if all numbers of the top change by one rounding error of a double. These
-numbers are the momentum, the attitude, the moments and the lever. No method in double precision can
-be expected to be more accurate.
+Each solution is computed from two forms of the equations in 128-bit arithmetic, and once in 80-bit
+arithmetic. The differences between these computations show how accurate the solution is. The
+conditioning is the change of the attitude caused by one rounding error of a double in each
+parameter and initial value. No method in double precision can be expected to have a smaller error
+than the conditioning.
 """
 
 import argparse
@@ -42,7 +41,7 @@ LONG = 600.0  # runs over larger angles take more than a second in 128-bit arith
 
 @cache
 def build_integrator(fp, coefficients):
-    """Compile one integrator for all tops with the given number of coefficients."""
+    """Compile a heyoka integrator that can be used for all tops."""
     return hy.taylor_adaptive(
         equations.build_general_system(fp, coefficients),
         np.zeros(7, dtype=fp),
@@ -54,9 +53,9 @@ def build_integrator(fp, coefficients):
 
 
 def attitude_and_momentum(problem, form, t, q, s):
-    """Return the attitude and the body momentum at time `t`, from the variables of `form`.
+    """Return the attitude and the body momentum from the variables of the integrator.
 
-    The form `symmetric` omits the uniform rotation about the axis, which this function adds.
+    If `form` is "symmetric", the uniform rotation about the symmetry axis is added.
     """
     if form == "velocity":
         return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
@@ -71,18 +70,14 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Return a spherical top on which the torque of the given Lagrange top acts.
-
-    The axis of the spherical top moves like the axis of the Lagrange top.
-    """
+    """Return the spherical top whose axis moves like the axis of a Lagrange top."""
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
 def integrate_states(problem, times, form="velocity", fp=hy.real128):
-    """Return the attitude and the body momentum at `times`, as mpmath numbers.
+    """Return the attitude and the body momentum at `times` in multiprecision.
 
-    The forms are `velocity`, `momentum` and, for Lagrange tops, `symmetric` (see
-    `equivalent_sphere`).
+    The argument `form` is "velocity", "momentum" or, for Lagrange tops, "symmetric".
     """
     own, moment, rate = problem.scale_to_internal_units()
     model = equivalent_sphere(own) if form == "symmetric" else own
@@ -108,7 +103,7 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
 
 
 def rotation_angle(p, q):
-    """Return the angle of the rotation between two attitudes [rad], in multiprecision."""
+    """Return the angle [rad] between two attitudes in multiprecision."""
     with mp.workdps(DIGITS):
         turn = equations.product([p[0]] + [-x for x in p[1:4]], list(q[:4]))
         return float(2 * mp.atan2(mp.sqrt(sum(x * x for x in turn[1:])), abs(turn[0])))
@@ -133,9 +128,10 @@ def energy_error(problem, state):
 
 
 def perturb_data(problem, nudge):
-    """Yield copies of the top. In each copy, one number is changed by `nudge` rounding errors.
+    """Yield copies of a top, each with one perturbed parameter or initial value.
 
-    A symmetric top remains symmetric.
+    The relative perturbation is `nudge` times the rounding error of a double. The symmetry of the
+    body is preserved.
     """
     with mp.workdps(DIGITS):
         more = 1 + mp.mpf(nudge * ROUNDING)
@@ -157,7 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the attitude change [rad] due to one rounding error in each number of the top."""
+    """Return the change in attitude [rad] caused by one rounding error in each parameter."""
     own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -169,7 +165,7 @@ def compute_conditioning(problem, times, form, fp=FINER):
 
 
 def conditioning_by_tangents(problem, times):
-    """Return the conditioning of a top [rad], from the tangents of one 20-digit run."""
+    """Return the conditioning [rad] of a problem, computed from derivatives."""
     scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
@@ -184,10 +180,10 @@ def conditioning_by_tangents(problem, times):
 
 
 def compute_truth(problem, end):
-    """Return the reference solution of any scene within about a second.
+    """Return the reference solution of any scene.
 
-    The solution uses 128-bit arithmetic, or 80-bit arithmetic if 128 bits would take longer. A
-    damped top is solved by an implicit method, because damping limits the step size of explicit
+    The computation uses 128-bit arithmetic, or 80-bit arithmetic for long integrations. For a
+    damped top, an implicit method is used, because damping limits the step size of explicit
     methods.
     """
     if problem.is_damped:
@@ -209,7 +205,7 @@ def compute_truth(problem, end):
 
 
 def truth_of_damped(problem, end):
-    """Return the reference solution of a damped top, by collocation with 64-bit mantissas."""
+    """Return the reference solution of a damped top, computed by collocation."""
     (q,), _ = radau.integrate(problem, [end])
     (again,), _ = radau.integrate(problem, [end], radau.FINER_TOL)
     moved = conditioning_by_differences(problem, np.linspace(0, end, FEW + 1)[1:])
@@ -223,7 +219,7 @@ def truth_of_damped(problem, end):
 
 
 def conditioning_by_differences(problem, times):
-    """Return the conditioning of a top [rad], from neighbouring 20-digit runs."""
+    """Return the conditioning [rad] of a problem, computed from finite differences."""
     here = replace(problem, user=None)
     nudge = NUDGES[float]
 
@@ -239,9 +235,9 @@ def conditioning_by_differences(problem, times):
 
 
 def truth_by_quadrature(problem, end):
-    """Return the reference solution of a Lagrange or Euler top and its conditioning.
+    """Return the reference solution of a Lagrange top or a free rigid body.
 
-    The time may be arbitrarily large, because the solution uses multiprecision quadrature.
+    The final time can be very large, because the solution is computed without time steps.
     """
 
     def state(top, t):
@@ -272,13 +268,13 @@ def truth_by_quadrature(problem, end):
 
 
 def rotate_vector(q, v):
-    """Return q v q* for a unit quaternion, in multiprecision."""
+    """Rotate the vector v by the unit quaternion q in multiprecision."""
     with mp.workdps(DIGITS):
         return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each other computation and its angle from `truth` [rad]."""
+    """Yield the name of each independent computation and its deviation from the reference [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (
@@ -310,7 +306,7 @@ def compare_computations(problem, end, kept):
 
 
 def compute_entry(problem, times):
-    """Return the reference solutions by time, and numbers that show their accuracy."""
+    """Return reference solutions at several times, and numbers that show their accuracy."""
     form = "symmetric" if problem.symmetric else "velocity"
     found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
     moved = compute_conditioning(problem, times, form)
@@ -327,12 +323,12 @@ def compute_entry(problem, times):
 
 
 def load_truth(name, t):
-    """Return the reference solution of a scene at a time that is stored in reference.json."""
+    """Load a reference solution from reference.json."""
     return json.loads(FILE.read_text())["truths"][name][f"{t:g}"]
 
 
 def truth_of(problem, end):
-    """Return the stored reference solution of a report scene, or compute the solution."""
+    """Load a reference solution from reference.json, or compute it."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
         known[f"{end:g}"]

@@ -1,4 +1,4 @@
-"""Tops with rotors, damping, friction and moving supports, integrated by heyoka with 128 bits.
+"""Reference solutions by heyoka for tops with rotors, damping, friction and moving supports.
 
 In principal axes, let M be the momentum, u = q* turning q and P = q* e3 q. The angular velocity in
 the inertial frame is w = J^-1 (M - rotor). The equations are
@@ -8,7 +8,7 @@ the inertial frame is w = J^-1 (M - rotor). The equations are
 with g = gravity - amplitude rate^2 cos(rate t + phase) and the unit vector a along the apex. The
 friction torque is k = -friction times the sign of the spin <w - u, a>. If the spin is zero, k is
 the value that keeps the spin at zero, as long as |k| is at most the friction. One compiled
-integrator serves all tops.
+integrator in 128-bit arithmetic serves all tops.
 """
 
 import math
@@ -37,7 +37,7 @@ def _dot(a, b):
 
 
 def _seen_from_body(q, v):
-    """Return the components of a space vector along the principal axes."""
+    """Return the components of a space-frame vector along the principal axes."""
     back = [q[0], -q[1], -q[2], -q[3]]
     return product(product(back, [hy.expression(FP(0.0)), *v]), q)[1:]
 
@@ -78,7 +78,7 @@ class _Equations:
 
 
 class SupportIntegrator:
-    """A compiled integrator that returns the attitude and the momentum of any scene."""
+    """A compiled integrator that computes attitudes and momenta for any scene."""
 
     def __init__(self):
         made = _Equations()
@@ -197,7 +197,7 @@ def _to_space(state):
 
 
 def find_attitude_error(path, q):
-    """Return the angle between the last attitude of a path and `q` [rad]."""
+    """Return the angle [rad] between the last attitude of a path and `q`."""
     low = path.q_low[-1] if path.digits in (20, 30) else np.zeros(4)
     there = np.array(product(_exact(path.q[-1]) + _exact(low), _exact(path.scene.body.axes)))
     off = product([q[0], -q[1], -q[2], -q[3]], there / (there @ there) ** FP(0.5))

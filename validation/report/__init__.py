@@ -1,1 +1,1 @@
-"""The report: an HTML page and tables, generated from the parts."""
+"""The HTML page and the tables of the report."""

@@ -1,4 +1,4 @@
-"""The command `python -m validation.report`."""
+"""The command line of the report, started with `python -m validation.report`."""
 
 from .main import main
 

@@ -1,4 +1,4 @@
-"""The parts of the report, in the order of the page."""
+"""A list of all parts of the report."""
 
 from ..parts import (
     atlas,

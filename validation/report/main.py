@@ -1,4 +1,4 @@
-"""The command that generates the report: an HTML page and tables.
+"""The command that generates the report.
 
 python -m validation.report [scene.toml ...] [--quick | --full] [--only PART[,...]] [--out report]
 """
@@ -32,7 +32,7 @@ def parse_parts(names):
 
 
 def make_parser():
-    """Return the parser and its group of mutually exclusive options."""
+    """Return the argument parser, and its group of mutually exclusive options."""
     parser = argparse.ArgumentParser(prog="kreisel report", description=__doc__.splitlines()[0])
     parser.add_argument(
         "scenes",
@@ -62,7 +62,7 @@ def make_parser():
 
 
 class LineProgress(Progress):
-    """A progress display for output that is not a terminal: one line for each tenth of the work."""
+    """A progress display for log files, which prints one line for each tenth of the work."""
 
     def advance(self, task_id, advance=1):
         (task,) = self.tasks
@@ -84,7 +84,7 @@ def make_progress(console):
 
 
 def load_problems(files, budget):
-    """Return the problems in the given files, or those of the report, with their end times."""
+    """Load the problems in the given files, or those of the report by default."""
     if not files:
         return [
             (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
@@ -105,7 +105,7 @@ def load_problems(files, budget):
 
 
 def run_parts(out, problems, parts, budget, console):
-    """Run the tasks of the parts. Return the store of findings and a note on missing findings."""
+    """Run all tasks, and return the results and a message about missing results."""
     own = [problem for problem, _ in problems if problem.user]
     store = ResultStore(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
     tasks = [task for part in parts for task in part.list_tasks(problems, budget, store)]
@@ -114,7 +114,7 @@ def run_parts(out, problems, parts, budget, console):
 
 
 def write_report(out, findings, about):
-    """Write the HTML page and the tables, and return the file names."""
+    """Write the HTML page and the tables, and return the names of all files."""
     texts = {"index.html": page.render_page(findings, about)}
     for part, found in findings:
         texts |= dict(part.list_files(found, about))
@@ -132,7 +132,7 @@ def print_summary(console, findings):
 
 
 def make_report(asked):
-    """Generate the report for the parsed options, and return the exit code."""
+    """Generate the report, and return the exit status of the program."""
     console, begin, budget = Console(), time.perf_counter(), BUDGETS[asked.budget]
     try:
         problems = load_problems(asked.scenes, budget)

@@ -1,4 +1,4 @@
-"""The HTML page of the report, which contains all parts with findings."""
+"""Generation of the HTML page of the report."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
 def load_template(name, *folders):
-    """Return a template, searched in `folders` and in the folders of the report and its parts."""
+    """Load a template from one of several folders."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, *FOLDERS]),
         autoescape=True,
@@ -32,14 +32,14 @@ def load_template(name, *folders):
 
 
 def cite_peers(svg, about):
-    """Return versions and date if a figure names another integrator, else an empty string."""
+    """Return the versions and the date for figures that show other integrators."""
     if not any(name in svg for name in (*(peer.name for peer in PEERS), "gsl_")):
         return ""
     return markupsafe.Markup("<small>{}</small>").format(about["peers"])
 
 
 def render_section(part, found, about):
-    """Return the HTML section of a part."""
+    """Return the HTML code of one part of the report."""
     text = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
     shown, mark, folded = text.partition(FOLD)
     lead = ""
@@ -50,7 +50,7 @@ def render_section(part, found, about):
 
 
 def describe_methods(ran):
-    """Yield the name, order, description and literature reference of each method that ran."""
+    """Yield the name, the order, a description and a reference for each method."""
     for name, method in kr.methods.items():
         if name in ran:
             yield {
@@ -70,7 +70,7 @@ def describe_methods(ran):
 
 
 def render_page(findings, about):
-    """Return the HTML page of all parts with findings."""
+    """Return the HTML code of the report."""
     ran = {name for part, found in findings for name in part.list_methods(found)}
     return load_template("report.html").render(
         about=about,

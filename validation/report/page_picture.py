@@ -1,4 +1,4 @@
-"""The picture of the interactive viewer in README.md, rendered with Debian's Chromium.
+"""A picture of the interactive viewer for README.md, rendered with Chromium.
 
 python -m validation.report.page_picture [validation/report/page.png]
 """

@@ -1,7 +1,8 @@
-"""The picture of sections in docs/theory/tangents.md, which shows regular and chaotic motion.
+"""A figure for docs/theory/tangents.md that shows Poincare sections of regular and chaotic motions.
 
-All tops have the same body, energy and vertical momentum. A point is drawn at each lowest position
-of the apex, in the colour of the top's class. Gravity increases from panel to panel.
+All tops have the same body, energy and vertical momentum. A point marks each lowest position of the
+apex, and the colour shows whether the motion is chaotic. Each panel shows a different value of
+gravity.
 
     python -m validation.report.section_picture [validation/report/section.png]
 """
@@ -22,7 +23,7 @@ TARGET = Path(__file__).with_name("section.png")
 
 
 def compute_sections(tops=80, points=800):
-    """Return the sections of the tops for each value of gravity."""
+    """Compute the Poincare sections for each value of gravity."""
     found = {}
     for gravity in GRAVITIES:
         starts = kr.starts(BODY, energy=2.0, vertical=1.0, n=tops, seed=3, gravity=gravity)

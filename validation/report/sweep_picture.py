@@ -1,8 +1,8 @@
-"""The picture of a sweep in docs/theory/ensembles.md: the greatest tilt of two million tops.
+"""A figure for docs/theory/ensembles.md that shows the largest tilt of two million tops.
 
-All tops have the same body. The body has no closed form, because its centre of mass is slightly off
-the symmetry axis. The tops differ in spin and tilt. Existing parts of the sweep are not computed
-again.
+All tops have the same body. The motion has no closed-form solution, because the centre of mass is
+slightly off the symmetry axis. The tops have different spins and initial tilts. An interrupted
+computation is continued from the results in FOLDER.
 
     python -m validation.report.sweep_picture FOLDER [validation/report/sweep.png]
 """
@@ -22,7 +22,7 @@ TARGET = Path(__file__).with_name("sweep.png")
 
 
 def run_sweep(folder, spins=SPINS, tilts=TILTS):
-    """Return the greatest nutation of each top [rad], with one row per spin."""
+    """Return the largest nutation [rad] of each top, with one row per spin."""
     top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0))
     # all tops are released without precession
     source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)

@@ -1,7 +1,4 @@
-"""Studies that determine the values of constants in the library.
+"""Numerical experiments on which the choice of constants in the library is based.
 
-Run a study with `python -m validation.studies.NAME`.
-
-Each module states the conclusion of its study in its second paragraph. The studies are not part of
-CI.
+A study is run with `python -m validation.studies.NAME`.
 """

@@ -1,10 +1,9 @@
-"""Numbers of random tops that MEGNO misclassifies as chaotic or regular, for several durations.
+"""The reliability of MEGNO as an indicator of chaos, for several durations.
 
-The verdict after 30000 turns serves as the reference. Each row counts the doubtful tops, whose
-MEGNO is near the threshold. It also counts the misclassified tops whose MEGNO is not near the
-threshold. Conclusion: with a threshold of 4 and doubtful values from 2.5 to 8, no regular top is
-classified as chaotic. Few chaotic tops are classified as regular, and the number decreases with the
-duration.
+The reference is the classification after 30000 turns. If the value of MEGNO is near the threshold,
+the top is counted as doubtful. All other wrong classifications are counted separately. Conclusion:
+with a threshold of 4 and a doubtful range from 2.5 to 8, no regular top is classified as chaotic.
+Few chaotic tops are classified as regular, and their number decreases with the duration.
 
     python -m validation.studies.chaos_verdicts --families 15
 """
@@ -26,7 +25,7 @@ BOX = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
 
 
 def draw_families() -> Iterator[kr.Ensemble]:
-    """Yield ensembles of tops with the same body, with 1600 tops in total."""
+    """Yield ensembles of tops that share a body; there are 1600 tops in total."""
     for gravity in (1.0, 2.0, 3.0, 4.0):
         yield kr.starts(BOX, energy=2.0, vertical=1.0, n=200, seed=SEEDS[0], gravity=gravity)
     rng = np.random.default_rng(SEEDS[1])
@@ -38,7 +37,7 @@ def draw_families() -> Iterator[kr.Ensemble]:
 
 
 def draw_starts(body: kr.Body, n: int, size: float, rng: np.random.Generator) -> kr.Ensemble:
-    """Return tops with random attitudes and momenta."""
+    """Draw tops with random attitudes and momenta."""
     q = rng.standard_normal((n, 4))
     momentum = size * rng.standard_normal((n, 3))
     attitude = q / np.linalg.norm(q, axis=1, keepdims=True)
@@ -46,7 +45,7 @@ def draw_starts(body: kr.Body, n: int, size: float, rng: np.random.Generator) ->
 
 
 def compute_curves(families: int) -> np.ndarray:
-    """Return the MEGNO of each top after each number of turns in `TURNS`, shape (tops, turns)."""
+    """Return the values of MEGNO after several numbers of turns, with shape (tops, turns)."""
     curves = []
     for tops in islice(draw_families(), families):
         turn = float(np.median(1.0 / kr.megno(tops, [1.0], tol=TOL).turns))

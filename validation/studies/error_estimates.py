@@ -1,13 +1,14 @@
-"""The accuracy of the error estimate path.error, in double precision and with 20 and 30 digits.
+"""The accuracy of the error estimate path.error.
 
-Conclusion: the estimate is within a factor of 3 of the true error, unless the error is due to
-rounding alone. With method='geometric', no true error exceeds the requested one.
+Conclusion: the estimate differs from the true error by at most a factor of 3, except at rounding
+level. With method='geometric', the true error never exceeds the requested error.
 
     python -m validation.studies.error_estimates [--scenes 100] [--seed 5]
 
-The tops are drawn from the families in references/random_scenes.py. Their motion is solved up to a
-random time, at most about 30 in either direction. The estimate for a path is compared with the
-largest true error of its states. The reference is heyoka with 60 digits.
+The tops are drawn at random as in references/random_scenes.py. The equations of motion are solved
+up to a random time of at most about 30 units, forward or backward. The error estimate of a path is
+compared with the largest true error of all states. The reference solutions are computed by heyoka
+in 60-digit arithmetic.
 """
 
 import argparse
@@ -37,10 +38,10 @@ WAYS = {
 
 
 def estimate_ratio(scene, times, truth, way):
-    """Return the ratio of the estimated error of a path to its true error.
+    """Return the ratio of the estimated error of a path to the true error.
 
-    Returns None if the run is refused, or if the error is at rounding level. Raises ArithmeticError
-    if the true error exceeds the requested one.
+    Returns None if the scene is rejected, or if only rounding errors remain. Raises ArithmeticError
+    if the true error is larger than the requested error.
     """
     method, options = way.split()[0], WAYS[way]
     try:
@@ -54,7 +55,7 @@ def estimate_ratio(scene, times, truth, way):
 
 
 def collect_ratios(scenes, seed):
-    """Return the ratios of estimated error to true error, for each family and setting."""
+    """Return the ratios of estimated to true errors for each kind of top and each method."""
     rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
     found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
     for i in range(scenes):
@@ -69,7 +70,7 @@ def collect_ratios(scenes, seed):
 
 
 def print_row(name, ratios):
-    """Print a summary of the ratios, and return how many of them exceed the allowed factor."""
+    """Print a summary of the ratios, and return how many are too large."""
     beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
     print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{beyond:8}", flush=True)

@@ -1,12 +1,12 @@
-"""The coverage of kr.fit: how often the true value lies within 1, 2 and 3 standard deviations.
+"""The coverage of kr.fit: how often the true value lies within 1, 2 and 3 standard errors.
 
     python -m validation.studies.fit_coverage [--seeds 1000] [KIND ...]
 
-Each kind of record is simulated from a known scene. Normally distributed noise is added: 1 % of the
-signal, or 0.01 rad. The fit starts from a scene with wrong moments, centre of mass and initial
-state. The fit must therefore derive its initial guess from the records. Only quantities that the
-records determine are compared. The errors of one fit are correlated, so each fit counts as one
-sample.
+Measurements are simulated for tops with known parameters. The noise is normally distributed, with a
+standard deviation of 1 % of the signal or 0.01 rad. The fit starts from wrong moments, a wrong
+centre of mass and a wrong initial state. The initial guess must therefore be derived from the
+measurements. Only quantities that can be determined from the measurements are compared. Errors
+within one fit are correlated, so that each fit counts as one sample.
 """
 
 import argparse
@@ -24,14 +24,14 @@ BIAS = np.array((0.05, -0.1, 0.08))
 
 
 class Case(NamedTuple):
-    """A simulated measurement.
+    """A fit of simulated measurements to a model with known parameters.
 
-    truth    the scene that moved
-    guess    the scene from which the fit begins
-    records  the records
-    free     the free parameters
-    compare  the functions of the scene that the records determine
-    loss     the loss of the fit
+    truth    the scene whose motion is simulated
+    guess    the initial guess of the fit
+    records  the simulated measurements
+    free     the parameters to be fitted
+    compare  functions of the scene that the measurements determine
+    loss     the loss function of the fit
     """
 
     truth: kr.Scene
@@ -95,7 +95,10 @@ def attitudes(rng):
 
 
 def velocity(rng):
-    """Simulate the angular velocity in space, which does not determine the order of the axes."""
+    """Simulate measurements of the angular velocity in the space frame.
+
+    The angular velocity in the space frame does not determine the order of the body axes.
+    """
     t = np.arange(500) * 0.01
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).velocity)
     return heavy_case([kr.Record(t, {"velocity": values}, sigma)], (1.1, 1.2, 1.0))
@@ -116,7 +119,7 @@ def angles(rng):
 
 
 def two_clocks(rng):
-    """Simulate a gyroscope with a bias, and a camera whose clock is ahead by 0.012."""
+    """Simulate a gyroscope with a bias and a camera with a clock error."""
     t, late = np.arange(500) * 0.01, np.arange(150) / 30.0 + 0.02
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).body_velocity)
     drift = kr.Record(t, {"body_velocity": values + BIAS}, sigma, free="bias")
@@ -125,9 +128,9 @@ def two_clocks(rng):
 
 
 def environment_case(records, truth, free, measure, **start):
-    """Return a case with a heavy top, where the fit also determines friction or support motion.
+    """Return a case in which friction or a motion of the support is also fitted.
 
-    The fit starts from the parameter values in `start`.
+    The fit starts from the parameter values given in `start`.
     """
 
     def compare(scene):
@@ -141,7 +144,10 @@ def environment_case(records, truth, free, measure, **start):
 
 
 def friction(rng):
-    """Simulate a gyroscope until after friction has stopped the spin; the guess has no friction."""
+    """Simulate a gyroscope with friction that eventually stops the spin.
+
+    In the initial guess, the friction is zero.
+    """
     t, truth = np.arange(500) * 0.01, heavy_truth().replace(friction=2.0)
     values, sigma = add_noise(rng, kr.solve(truth, t).body_velocity)
     record = kr.Record(t, {"body_velocity": values}, sigma)
@@ -153,7 +159,10 @@ def friction(rng):
 
 
 def turning(rng):
-    """Simulate a gyroscope and a camera on a turning support; the guess has a support at rest."""
+    """Simulate a gyroscope and a camera on a turning support.
+
+    In the initial guess, the support is at rest.
+    """
     t, truth = np.arange(300) * 0.02, heavy_truth().replace(turning=(0.3, -0.2, 1.5))
     path = kr.solve(truth, t)
     values, sigma = add_noise(rng, path.inertial_velocity)
@@ -164,7 +173,10 @@ def turning(rng):
 
 
 def shaking(rng):
-    """Simulate attitudes on a shaken support; the guess of the rate is within 2 % of the truth."""
+    """Simulate attitude measurements on a shaken support.
+
+    The initial guess of the shaking rate is within 2 % of the true rate.
+    """
     t, truth = np.arange(300) * 0.01, heavy_truth().replace(shaking=(0.02, 15.0, 0.4))
     turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
     record = kr.Record(t, {"q": multiply_quaternions(kr.solve(truth, t).q, turns)}, NOISE)
@@ -176,7 +188,7 @@ def shaking(rng):
 
 
 def replace_rows(rng, record):
-    """Return the record with outliers in 3 % of its rows."""
+    """Replace 3 % of the measurements by outliers."""
     [series] = record.series
     values, rows = series.values.copy(), rng.random(len(record.t)) < OUTLIERS
     nonsense = rng.uniform(-1.0, 1.0, (int(rows.sum()), values.shape[1]))
@@ -202,7 +214,7 @@ KINDS = {case.__name__: case for case in CASES}
 
 
 class Coverage(NamedTuple):
-    """Deviations of n fits of k quantities, in standard deviations, and statistics of the fits."""
+    """The errors of fitted parameters in units of their standard errors, and fit statistics."""
 
     deviations: np.ndarray
     chi2: np.ndarray
@@ -211,13 +223,13 @@ class Coverage(NamedTuple):
     lost: int
 
     def shares(self):
-        """Return the fractions of deviations within 1, 2 and 3 standard deviations."""
+        """Return the fractions of errors within 1, 2 and 3 standard errors."""
         size = np.abs(self.deviations)
         return [float((size < k).mean()) for k in (1.0, 2.0, 3.0)]
 
 
 def measure_coverage(kind, seeds):
-    """Simulate and fit one kind of record with the random seeds 0 to `seeds` - 1."""
+    """Simulate measurements with different random seeds, and fit them."""
     deviations, chi2, times, lost, dof = [], [], [], 0, 1
     for seed in range(seeds):
         case = KINDS[kind](np.random.default_rng(seed))
@@ -235,7 +247,7 @@ def measure_coverage(kind, seeds):
 
 
 def main():
-    """Print a row for each kind of record."""
+    """Print the coverage for each kind of measurement."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("kinds", nargs="*", choices=[*KINDS, []])
     parser.add_argument("--seeds", type=int, default=1000)

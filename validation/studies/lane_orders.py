@@ -1,13 +1,12 @@
-"""Order and tolerance of the Taylor method for tops that are integrated in SIMD lanes.
+"""The best order of the Taylor method for ensembles that use SIMD instructions.
 
-Conclusion: the table in csrc/ensemble/lane_scheduler.c contains the fastest orders whose error does
-not exceed that of individual tops at the same tolerance.
+Conclusion: csrc/ensemble/lane_scheduler.c uses the fastest order that does not increase the error.
 
     python -m validation.studies.lane_orders [orders isas limits]
 
-For each tolerance, all orders are timed, and their errors are compared with those of tops solved
-individually. The reference solution has 20 digits. All runs are timed from C, alternately in one
-process and on one thread.
+For each tolerance, all orders are timed, and their errors are compared with those for single tops.
+The reference solutions are computed in 20-digit arithmetic. All integrations are timed in C,
+alternately in one process and on one thread.
 """
 
 import argparse
@@ -30,7 +29,7 @@ ORDERS, LESS = range(8, 28, 2), np.arange(-3.0, 12.0)
 
 
 def draw_families():
-    """Yield the name, the scenes and the final time of each of four families."""
+    """Yield the name, the scenes and the final time of each family."""
     rng = np.random.default_rng(1)
     unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
     skew = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.3, -0.5, -1.0))
@@ -58,9 +57,9 @@ class LaneRunner:
         return names
 
     def run(self, scenes, t, log2_tol, order=0, isa=0, steps=None):
-        """Return a function that integrates all scenes to `t` and returns their attitudes.
+        """Return a function that integrates all scenes to time `t` and returns the final attitudes.
 
-        `steps` receives the total number of steps.
+        The total number of steps is stored in `steps`.
         """
         out = np.empty((len(scenes), 8))
         steps = ctypes.c_int64() if steps is None else steps
@@ -88,10 +87,10 @@ def error_quantiles(q, truth):
 
 
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
-    """Find the smallest reduction of the tolerance with error quantiles of at most `most`.
+    """Find the largest tolerance for which the errors are acceptable.
 
-    Returns the binary logarithm of the reduction, the run and the quantiles. Returns None if no
-    reduction in `LESS` suffices.
+    Returns the binary logarithm of the reduction of the tolerance, a function that integrates the
+    scenes, and the errors. Returns None if all tolerances are too large.
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
@@ -133,9 +132,9 @@ def isas(lanes):
 
 
 def limits(lanes):
-    """Print the rate of multiplications of coefficients, and its ratio to the peak of a core.
+    """Print the rate of floating-point operations, relative to the peak rate of one core.
 
-    Each step has order (order + 1) such multiplications for each of the 12 products of series.
+    Each step performs order (order + 1) operations for each of 12 products of Taylor series.
     """
     most = peak.measure_peak()
     for name, scenes, t in draw_families():

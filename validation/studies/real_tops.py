@@ -1,22 +1,24 @@
-"""The accuracy of random tops with rotors, damping, friction and moving supports.
+"""The accuracy of solutions for random tops with rotors, damping, friction and moving supports.
 
     python -m validation.studies.real_tops [--tops 2000] [--seed 1]
 
-Each top has a body of a random kind, described in rotated or permuted axes. It has a rotor,
-damping, turning, shaking and friction with a probability of 1/2 each. One damping in four is
-strong. Times have either sign, unless damping is strong. The reference is computed by heyoka with
-128 bits (validation/references/support_equations.py). It shares no code with kreisel and uses only
-the attributes of the scene. Every top is solved with 16, 20 and 30 digits, by a run that is saved
-and resumed, in an ensemble, and by the closed form if there is one.
+Each top has a body of a random kind, described in rotated or permuted axes. A rotor, damping,
+turning, shaking and friction each occur with probability 1/2. If a top is damped, the damping is
+strong with probability 1/4. Times may be negative, unless the damping is strong. The reference is
+computed by heyoka in 128-bit arithmetic (validation/references/support_equations.py). The reference
+shares no code with kreisel; it uses only the attributes of the scene. Every top is solved with 16,
+20 and 30 digits, as a member of an ensemble, and by a run that is saved and resumed. The closed
+form is also tested if there is one.
 
-The conditioning of a state is its largest change, to first order, if each number of the scene is
-rounded once: `path.conditioning`, and the same sum for the momentum. It is computed from the
-tangents, and checked against the reference for scenes whose numbers are multiplied by 1 +- 2^-30
-with random signs. Such a change of the reference is at most the conditioning.
+The conditioning of a state is its largest first-order change if each number of the scene is rounded
+once. The value used is the larger of two sums over the tangents: `path.conditioning`, and the same
+sum for the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +-
+2^-30 with random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed
+the conditioning.
 
 Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment
-times the rate of the top. They should be at most 10 times the conditioning, which is scaled to
-1e-20 and 1e-30 for 20 and 30 digits.
+times the rate of the top. All errors should be at most 10 times the conditioning. For solutions
+with 20 and 30 digits, the conditioning is scaled to rounding errors of 1e-20 and 1e-30.
 """
 
 import argparse
@@ -47,7 +49,7 @@ MOST_GROWTH = 1e6  # tops whose conditioning is larger are chaotic, and are coun
 
 
 def draw_body(rng, kind, has_rotor):
-    """Draw a body of the kind `kind`, described in permuted or rotated axes."""
+    """Draw a random body of the given kind, described in permuted or rotated axes."""
     densities, com = rng.uniform(0.1, 1.5, 3), rng.normal(size=3) * 0.4
     if kind in ("lagrange", "oblique", "free axial"):
         densities[1] = densities[0]
@@ -73,7 +75,10 @@ def draw_body(rng, kind, has_rotor):
 
 
 def draw_damping(rng):
-    """Draw the damping about each axis. It is strong about some axes in one of four draws."""
+    """Draw the damping about each axis.
+
+    In one of four draws, the damping is strong about some axes.
+    """
     if rng.random() < 0.25:
         strong = 10.0 ** rng.uniform(1.0, 4.0, 3) * (rng.random(3) < 0.8)
         return strong if rng.random() < 0.7 else (strong.max(),) * 3
@@ -109,7 +114,7 @@ def draw_top(rng):
 
 @dataclass
 class Nudged:
-    """A scene for the reference, with each number changed by a relative `NUDGE`."""
+    """A scene whose numbers are all multiplied by 1 + `NUDGE` or 1 - `NUDGE` at random."""
 
     scene: kr.Scene
     rng: np.random.Generator
@@ -131,7 +136,7 @@ class Nudged:
 
 
 def differ(one, other, scale):
-    """Return the difference of two states (q, m): an angle, or a momentum over `scale`."""
+    """Return the larger of the angle and the scaled momentum difference of two states (q, m)."""
     p, q, moved = one[0], other[0], one[1] - other[1]
     near = min(abs(float((p - q) @ (p - q))), abs(float((p + q) @ (p + q))))
     return max(2.0 * math.sqrt(near), math.sqrt(abs(float(moved @ moved))) / scale)
@@ -159,7 +164,7 @@ def bound_conditioning(scene, t, scale):
 
 
 def measure_change(truth, scene, t, end, scale, rng):
-    """Return the largest change of the reference for relative changes 2^-53 of all numbers."""
+    """Return the largest change of the reference if all numbers change by a relative 2^-53."""
     most = max(differ(truth(Nudged(scene, rng), t), end, scale) for _ in range(NUDGES))
     return most / NUDGE * 2.0**-53
 
@@ -186,7 +191,7 @@ class Top:
 
 @dataclass
 class Tally:
-    """Counts, and the largest errors in units of the conditioning."""
+    """The number of tops of each kind, and the largest errors in units of the conditioning."""
 
     counts: Counter = field(default_factory=Counter)
     worst: dict = field(default_factory=dict)
@@ -212,7 +217,7 @@ def resume_midway(scene, t):
 
 
 def check_top(top, tally):
-    """Compare the states of one top, computed in all ways, with the reference."""
+    """Compare the states of one top, computed in several ways, with the reference."""
     scene, t = top.scene, top.t
     ways = {"16 digits": lambda: kr.solve(scene, [t], "taylor")}
     ways["resumed"] = lambda: resume_midway(scene, t)
@@ -230,7 +235,7 @@ def check_top(top, tally):
 
 
 def check_refusal(scene, t, index, tally):
-    """Check that a top whose past motion is not unique raises an error."""
+    """Check that kr.solve raises an error if the past motion of a top is not unique."""
     try:
         kr.solve(scene, [t])
     except kr.Error as error:
@@ -262,7 +267,7 @@ def run(count, seed):
         if end is None:
             check_refusal(scene, t, index, tally)
             continue
-        scale = max(scene.body.moments) * max(scene._rate_estimate, 1e-3)
+        scale = max(scene.body.moments) * max(scene._rotation_rate, 1e-3)
         change = measure_change(truth, scene, t, end, scale, rng)
         if change > MOST_GROWTH * 2.0**-53:
             tally.counts["chaotic"] += 1

@@ -1,9 +1,9 @@
-"""Comparison of 'auto' and the Taylor method at the shortest times with a closed-form solution.
+"""Comparison of the methods 'auto' and 'taylor' for short integration times.
 
-At these times 'auto' begins to select the closed form. Conclusion: with the set-up times in
-kreisel/_options/closed_form_choice.py, 'auto' is slower than the Taylor method for about 1 % of
-random Kowalewski and Goryachev-Chaplygin tops. The error of 'auto' is smaller for all tops
-compared.
+The integration times are the shortest ones for which 'auto' selects a closed form. Conclusion: for
+about 1 % of random Kowalewski and Goryachev-Chaplygin tops, 'auto' is slower than the Taylor
+method. The set-up times that 'auto' assumes are in kreisel/_options/closed_form_choice.py. The
+error of 'auto' is smaller than that of the Taylor method for all tops in the study.
 
     python -m validation.studies.set_up_times TOPS --seed 0 --errors 20
 """
@@ -23,7 +23,7 @@ REPEATS = 3
 
 
 def draw_scenes(kind: str, n: int, seed: int) -> Iterator[kr.Scene]:
-    """Yield tops with random attitudes, and with momenta of widely different magnitudes."""
+    """Yield tops with random attitudes and with momenta of very different magnitudes."""
     rng = np.random.default_rng(seed)
     body = kr.Body(1.0, (RATIOS[kind], RATIOS[kind], 1.0), (1.0, 0.0, 0.0), unphysical=True)
     for _ in range(n):
@@ -35,7 +35,7 @@ def draw_scenes(kind: str, n: int, seed: int) -> Iterator[kr.Scene]:
 
 
 def measure_speed(scene: kr.Scene, end: float) -> float:
-    """Return the run time of the Taylor method, divided by that of 'auto' (best of a few runs)."""
+    """Return the run time of the Taylor method relative to that of 'auto'."""
     best = {"auto": np.inf, "taylor": np.inf}
     for name in ("auto", "taylor") * REPEATS:
         begun = time.perf_counter()
@@ -45,7 +45,7 @@ def measure_speed(scene: kr.Scene, end: float) -> float:
 
 
 def measure_accuracy(scene: kr.Scene, end: float) -> float:
-    """Return the error of the Taylor method, divided by that of 'auto', from 20-digit solutions."""
+    """Return the error of the Taylor method relative to that of 'auto'."""
     truth = kr.solve(scene, [end], digits=20)
     errors = [
         float(kr.attitude_error(kr.solve(scene, [end], name).q, truth.q)[0])

@@ -1,16 +1,14 @@
-"""Times of Taylor steps that compute the last coefficients in single precision.
+"""Run times of the Taylor method with the last coefficients in single precision.
 
-Conclusion: single precision is not worth using. With AVX-512, a step of one top is limited by
-latency, since each coefficient depends on the previous ones, and not by the number of
-multiplications. Two groups of lanes that share the single-precision coefficients are faster by a
-factor of 1.2 to 1.5. However, each thread then needs twice as many tops in its lanes. See "Measured
+Conclusion: single precision is not worth using. With AVX-512, the run time of a step is determined
+by latency, because each coefficient depends on the previous ones. Single precision is faster by a
+factor of 1.2 to 1.5, but only if each thread integrates twice as many tops together. See "Measured
 and left out" in docs/theory/taylor.md.
 
     python -m validation.studies.single_precision
 
-The number of coefficients in double precision is the smallest for which the errors of random tops
-do not increase. Both kinds of step are timed alternately, and each ratio is a median over many
-rounds.
+As many coefficients as possible are computed in single precision without increasing the error. Both
+versions are timed alternately, and the ratios are medians over many rounds.
 """
 
 import subprocess

@@ -1,13 +1,13 @@
-"""Speed and error of the Taylor method for various orders, tolerances and numbers of terms.
+"""Speed and accuracy of the Taylor method for various orders and tolerances.
 
 Conclusion: the tolerance selects one of the orders 12, 16, 18, 22 and 28. For 20 digits, the first
-8 of 28 terms are in double-double arithmetic, with a tolerance of 2^-70. For 30 digits, the first
-20 of 36 terms are in double-double arithmetic, with a tolerance of 2^-100.
+8 of 28 coefficients are computed in double-double arithmetic, and the tolerance is 2^-70. For 30
+digits, the first 20 of 36 coefficients are computed in double-double arithmetic, and the tolerance
+is 2^-100.
 
     python -m validation.studies.taylor_kernel_study [limits orders depth]
 
-Users cannot change these constants. All runs are timed alternately in one process, and the times
-are based on medians of ratios.
+All runs are timed alternately in one process, and median ratios are used.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def join_words(high, low):
 
 @functools.cache
 def solve_truth(name, t, deep=False):
-    """Return the attitude at `t`, by the Taylor method with 30 digits or, if `deep`, by heyoka."""
+    """Return the attitude at time `t`, computed in 30-digit arithmetic or by heyoka."""
     problem = load_problem(name)
     if deep:
         return reference.integrate_states(problem, [t])[0][:4]
@@ -47,26 +47,26 @@ def solve_truth(name, t, deep=False):
 
 
 def attitude_error(truth, states):
-    """Return the attitude error of a state, which is given with its low words."""
+    """Return the attitude error of a state given in double-double precision."""
     return reference.rotation_angle(truth, join_words(*states[:, 1:5]))
 
 
 def count_operations(order):
-    """Return the numbers of vector operations in sums and elsewhere, per step of the widest kernel.
+    """Return the numbers of vector operations per step in sums of products and elsewhere.
 
-    The first number counts the operations for the pairs and middle terms of the sums. The second
-    number counts 27 operations per order: 3 add two sums, 6 compute the rates of q and P, and 11
-    compute the rates of W. Another 5 operations permute W, and 2 evaluate the series at the end.
+    A sum takes 7 operations for each pair of products and 5 for a middle term. Each coefficient
+    requires 27 other operations. The 27 operations are 3 additions, 17 for the derivatives of q, P
+    and W, 5 permutations, and 2 for the evaluation of the series.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
 
 
 def limits():
-    """Compare the speed of the widest kernel with the peak of two operations per clock cycle.
+    """Compare the speed of the Taylor method with the peak speed of the processor.
 
-    The kernel is below the peak because of latency: each coefficient depends on the previous one,
-    and the evaluation of the series depends on the step size.
+    The peak is two vector operations per clock cycle. The peak is not reached, because each
+    coefficient depends on the previous one.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()
@@ -88,7 +88,7 @@ def limits():
 
 
 def orders():
-    """Print the time and the error of each order and tolerance."""
+    """Print the run time and the error for each order and tolerance."""
     kernels = TaylorKernels()
     for name in SCENES:
         scene, t = problem_bytes(name), 30.0 if name == "asymmetric" else 100.0
@@ -115,7 +115,7 @@ DEPTHS_30 = (
 
 
 def depth():
-    """Print times and errors with 20 and 30 digits, for several numbers of terms and tolerances."""
+    """Print the run times and errors of 20-digit and 30-digit computations."""
     for head, last in DEPTHS_20:
         kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
         print_depth(kernels, 0, what, (-66, -70, -74), 2e4)

@@ -1,7 +1,4 @@
-"""Access to kernels, tolerances and numbers of terms of the Taylor method that users cannot select.
-
-The module compiles taylor_kernels.c together with the core.
-"""
+"""Access to orders and tolerances of the Taylor method that users cannot select."""
 
 import ctypes
 import tempfile
@@ -16,10 +13,10 @@ TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
 
 
 def compile_library(folder, terms):
-    """Compile the core together with taylor_kernels.c into a library, and load the library.
+    """Compile the C library together with taylor_kernels.c, and load the result.
 
-    By default, the kernels of all instruction sets are compiled. If `terms` is given, only the
-    widest kernel is compiled, with the values `terms` of the macros in `TERMS`.
+    By default, code for all instruction sets is compiled. If `terms` is given, only AVX-512 code
+    with the specified numbers of terms is compiled.
     """
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
@@ -28,7 +25,7 @@ def compile_library(folder, terms):
 
 
 def read_list(give):
-    """Return the values give(0), give(1), ... up to the first value that is false."""
+    """Return the values of `give(i)` for i = 0, 1, 2 and so on, before the first false value."""
     found = []
     while this := give(len(found)):
         found.append(this)
@@ -44,9 +41,9 @@ class TaylorKernels:
         self.orders = read_list(self.library.kr_bench_order)
 
     def run(self, block, isa, kernel, log2_tol, t, steps=None):
-        """Return a function that integrates to `t` and returns the state with its low words.
+        """Return a function that integrates to time `t` and returns high and low words.
 
-        `steps` receives the number of steps.
+        The number of steps is stored in `steps`.
         """
         out = np.zeros((2, 8))
         arguments = (

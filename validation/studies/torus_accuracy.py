@@ -1,22 +1,22 @@
-"""The accuracy of the closed-form solutions for random Kowalewski and Goryachev-Chaplygin tops.
+"""The accuracy of closed-form solutions for random Kowalewski and Goryachev-Chaplygin tops.
 
     python -m validation.studies.torus_accuracy [kowalewski|goryachev_chaplygin] [--tops 10000]
 
-The tops are drawn as in validation/benchmarks/kowalewski_speed.py; tau is the unit of time of a
-top. The reference is kreisel's Taylor method with 30 digits. Each top is compared at one random
-time of either sign, log-uniform from 0.1 to `--longest` tau. A few tops are compared at later
-times, up to 1e6 tau. The conditioning of a state is its change if the initial state changes by one
-rounding error, 2^-53, in a random direction. The deviations of the conserved quantities are
-measured up to 1e6 tau.
+The tops are drawn as in validation/benchmarks/kowalewski_speed.py. The natural unit of time of a
+top is tau. The reference solutions are computed by the Taylor method in 30-digit arithmetic. The
+error of each top is measured at one random time between 0.1 and `--longest` tau, forward or
+backward. The errors of a few tops are also measured at times up to 1e6 tau. The conditioning is the
+change of a state if the initial state is perturbed by one rounding error in a random direction. The
+drift of the conserved quantities is measured up to 1e6 tau.
 
-A second plan starts from a later state of the same motion, computed with 30 digits and rounded to
-doubles. The states of both plans at 1e6 tau are compared. Their difference is divided by the
-conditioning, because the rounding changes the frequencies of the motion.
+To test consistency, the closed form is also computed from a later state of the same motion. At 1e6
+tau, the states computed from the two closed forms are compared. The difference between the two
+closed forms is divided by the conditioning, because rounding errors change the frequencies.
 
-Some rules in the closed-form solutions were found numerically and are not proved; see the comments
-at the top of their source files. With `--plans 1000000`, the rules are tested on many more tops.
-Each top is then compared with the 16-digit Taylor method at one random time of either sign, 1 to 10
-tau. The certificate of a plan is its measured error at the initial time and a short time later.
+Some algorithms rest on numerical evidence rather than proof, as the source files of the closed
+forms explain. With `--plans 1000000`, a million tops are tested. The closed form of each top is
+then compared with the Taylor method at one random time between 1 and 10 tau, forward or backward.
+The certificate of a closed form is its error at the initial time and shortly afterwards.
 """
 
 import argparse
@@ -38,7 +38,7 @@ LARGE_ERRORS = (1e-13, 1e-12, 1e-11, 1e-10)
 
 
 def differ(one, other, scale):
-    """Return the largest difference of two paths, in attitude [rad] or in m divided by `scale`."""
+    """Return the largest difference between two paths, in attitude or in scaled momentum."""
     p, q = one.q, other.q
     near = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
     apart = 4.0 * np.arcsin(np.minimum(near / 2.0, 1.0))
@@ -53,7 +53,7 @@ def largest_momentum(scene):
 
 
 def nudge(scene, rng, scale):
-    """Return the scene with its initial state perturbed by `NUDGE` in a random direction."""
+    """Return the scene with a random perturbation of its initial state."""
     turn = np.array([1.0, *(0.5 * NUDGE * rng.normal(size=3))])
     w, x, y, z = scene.attitude
     left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
@@ -64,7 +64,7 @@ def nudge(scene, rng, scale):
 
 
 def condition(scene, t, rng, scale, solve):
-    """Return the largest change of the state at `t` for one rounding error of the initial state."""
+    """Return the effect of one rounding error in the initial state on the state at time `t`."""
     path, most = solve(scene, [t]), 0.0
     for _ in range(3):
         change = differ(solve(nudge(scene, rng, scale), [t]), path, scale)
@@ -77,13 +77,13 @@ def solve_with_30_digits(scene, t):
 
 
 def compare_with_series(scene, top, t, rng, scale, limit):
-    """Return the error at `t`, and the conditioning if the error exceeds `limit`, else 0."""
+    """Return the error of the closed form at `t`, and the conditioning if the error is large."""
     error = differ(top([t]), solve_with_30_digits(scene, [t]), scale)
     return error, condition(scene, t, rng, scale, solve_with_30_digits) if error > limit else 0.0
 
 
 def drift_of_integrals(top, tau, rng, scale):
-    """Return the largest relative deviations of energy, vertical momentum and third integral."""
+    """Return the largest relative drift of the three conserved quantities."""
     t = rng.choice([-1, 1], INTEGRALS) * 10.0 ** rng.uniform(0, np.log10(LATE), INTEGRALS) * tau
     path = top(np.sort(np.concatenate([[0.0], t])))
     body, zero = top.scene.body, np.searchsorted(np.sort(t), 0.0)
@@ -103,9 +103,10 @@ def drift_of_integrals(top, tau, rng, scale):
 
 
 def compare_restarted(scene, top, tau, rng, scale):
-    """Return the difference of two plans for one motion at `LATE`, divided by the conditioning.
+    """Return the difference between closed forms that are computed from two states of a motion.
 
-    Returns None if the second plan is refused.
+    The difference is divided by the conditioning. Returns None if the closed form is rejected for
+    the second state.
     """
     at = float(rng.uniform(1.0, 20.0) * tau)
     begin = solve_with_30_digits(scene, [at])
@@ -121,7 +122,7 @@ def compare_restarted(scene, top, tau, rng, scale):
 
 
 def describe(title, values, *limits):
-    """Print quantiles of the values, and the fraction of values below each of `limits`."""
+    """Print the median, the 99 % quantile and the maximum of `values`."""
     values = np.array(values)
     within = "".join(f", {np.mean(values <= x):.3%} within {x:.0e}" for x in limits)
     print(
@@ -133,7 +134,7 @@ def describe(title, values, *limits):
 
 @dataclass
 class Findings:
-    """Results for the planned tops of one kind; `excess` lists tops with errors above the limit."""
+    """The results for all tops of one kind, and a list of tops with large errors."""
 
     certificates: list = field(default_factory=list)
     errors: list = field(default_factory=list)
@@ -144,7 +145,7 @@ class Findings:
 
 
 def examine(number, scene, top, tau, chosen, limit, rng, found):
-    """Append the results for one planned top."""
+    """Compute the errors of the closed form for one top, and append them to `found`."""
     scale = largest_momentum(scene)
     found.certificates.append(top.certificate)
     t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-1, np.log10(chosen.longest)) * tau)
@@ -161,7 +162,7 @@ def examine(number, scene, top, tau, chosen, limit, rng, found):
 
 
 def print_findings(found, chosen, limit):
-    """Print the distributions of all results, and the tops whose error exceeds `limit`."""
+    """Print the distributions of all results, and the tops with large errors."""
     describe("certificate", found.certificates)
     describe(f"error up to {chosen.longest:g} tau", found.errors, limit, 10 * limit)
     for error, sensitive, certificate, t, number in sorted(found.excess, reverse=True)[:20]:
@@ -181,7 +182,7 @@ def print_findings(found, chosen, limit):
 
 
 def reason_of(refusal):
-    """Return the reason that is stated in a ValueError raised by kr.exact."""
+    """Return the reason why kr.exact rejects a scene."""
     return str(refusal).split(": ")[1].split("; ")[0]
 
 
@@ -190,7 +191,7 @@ def count_above(values, limits):
 
 
 def plan_tops(kind, chosen):
-    """Plan many random tops of one kind. Print refusals, certificates and errors at early times."""
+    """Compute closed forms for many random tops of one kind, and print the errors."""
     rng, refused, certificates, found = np.random.default_rng(chosen.seed), Counter(), [], []
     for number in range(chosen.plans):
         scene, tau = draw_top(rng, KINDS[kind][0])
@@ -217,7 +218,7 @@ def plan_tops(kind, chosen):
 
 
 def measure(kind, chosen):
-    """Measure random tops of one kind, and print their refusals and errors."""
+    """Compute and print errors for random tops of one kind."""
     ratio, limit = KINDS[kind]
     rng, refused, found = np.random.default_rng(chosen.seed), Counter(), Findings()
     for number in range(chosen.tops):

@@ -1,13 +1,14 @@
-"""Errors and refusals of Kowalewski and Goryachev-Chaplygin tops near degenerate motions.
+"""Errors of closed forms for Kowalewski and Goryachev-Chaplygin tops near degenerate motions.
 
     python -m validation.studies.torus_edges [kowalewski|goryachev_chaplygin] [--random 3]
 
-Each family contains a degenerate motion at the distance eps = 0. Each line shows the largest error
-for one distance, at five times up to 1000 / max(1, rate). The reference is kreisel's Taylor method
-with 30 digits. The letter c precedes the certificate of the plan. If the error exceeds 3e-14, the
-conditioning is printed too: in parentheses if it is at least a tenth of the error, else after an
-exclamation mark. The conditioning is the change of the state caused by one rounding error (2^-53)
-in the initial state. For a refused motion, the line shows the reason.
+Each family of motions depends on a parameter eps, and the motion for eps = 0 is degenerate. For
+each eps, the largest error at five times up to 1000 / max(1, rate) is printed. The reference
+solutions are computed by the Taylor method in 30-digit arithmetic. The letter c precedes the error
+estimate of the closed form (its certificate). If the error exceeds 3e-14, the conditioning is also
+printed. An exclamation mark precedes the conditioning if the conditioning is less than a tenth of
+the error. The conditioning is the change of a state caused by one rounding error in the initial
+state. If the closed form is rejected, the reason is printed.
 """
 
 import argparse
@@ -26,21 +27,21 @@ SIDES = {"kowalewski": -1.0, "goryachev_chaplygin": 1.0}  # direction of the cen
 
 
 class Family(NamedTuple):
-    """The name of a family, and a function of eps and six random numbers that returns a scene."""
+    """A family of tops that depends on eps and six random numbers."""
 
     name: str
     make: Callable
 
 
 def turn_upwards(up):
-    """Return an attitude in which `up`, a direction fixed in the body, is vertical."""
+    """Return an attitude in which the direction `up`, given in the body frame, is vertical."""
     x, y, z = up
     q = np.array([1.0 + z, y, -x, 0.0] if z > -0.9 else [y, 1.0 - z, 0.0, x])
     return q / np.linalg.norm(q)
 
 
 def make_scene(kind, velocity, up):
-    """Return the scene with this angular velocity and vertical in the axes of the closed form."""
+    """Return a scene with the given angular velocity and vertical in the body frame."""
     up = np.array(up, float) / np.linalg.norm(up)
     moments, velocity = np.array(MOMENTS[kind]), np.array(velocity, float)
     momentum = moments * velocity
@@ -56,7 +57,7 @@ def make_scene(kind, velocity, up):
 
 
 def see_from_body(scene):
-    """Return the components of the angular momentum and of the vertical in the body axes."""
+    """Return the angular momentum and the vertical in the body frame."""
     w, x, y, z = scene.attitude
     up = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
     rows = np.array(
@@ -70,7 +71,7 @@ def see_from_body(scene):
 
 
 def constants(scene):
-    """Return Kowalewski's constants h, l, k of a scene with principal moments 2 : 2 : 1."""
+    """Return the values of Kowalewski's constants h, l and k for a scene."""
     momentum, (g1, g2, _) = see_from_body(scene)
     p, q, r = momentum / np.array(MOMENTS["kowalewski"])
     h = p * p + q * q + r * r / 2 - g1
@@ -84,7 +85,7 @@ def discriminant(h, vertical, c):
 
 
 def find_size(value, velocity, up, kind):
-    """Return a factor of the velocity for which `value(scene)` is zero, or None."""
+    """Scale a velocity so that the function `value` is zero, and return the factor or None."""
     sizes = np.linspace(0.1, 2.5, 25)
     values = [value(make_scene(kind, x * velocity, up)) for x in sizes]
     for i in range(len(sizes) - 1):
@@ -101,9 +102,9 @@ def find_size(value, velocity, up, kind):
 
 
 def scale_to(kind, value, name):
-    """Return a family of random initial states, with the velocity scaled so that `value` is zero.
+    """Return a family of random initial states for which `value` is zero at eps = 0.
 
-    The velocity is then multiplied by 1 + eps.
+    For other values of eps, the velocity is multiplied by 1 + eps.
     """
 
     def make(eps, numbers):
@@ -119,19 +120,19 @@ def scale_to(kind, value, name):
 
 
 def value_at_minus_k(scene):
-    """Return phi(-k) / 2 of a Kowalewski top, where phi is Kowalewski's cubic polynomial."""
+    """Return phi(-k) / 2, where phi is Kowalewski's cubic polynomial."""
     h, vertical, k = constants(scene)
     return h - k - vertical * vertical / 2
 
 
 def discriminant_of_phi(scene):
-    """Return the discriminant of the cubic polynomial phi of a Kowalewski top."""
+    """Return the discriminant of Kowalewski's cubic polynomial phi."""
     h, vertical, k = constants(scene)
     return discriminant(h, vertical, 1 - k * k)
 
 
 def separatrix(scene):
-    """Return a function that is zero on the separatrix of a Goryachev-Chaplygin top."""
+    """Return a function that vanishes on the separatrix of a Goryachev-Chaplygin top."""
     L, up = see_from_body(scene)
     across = L[0] ** 2 + L[1] ** 2
     H = (across + 4 * L[2] ** 2) / 2 + up[0]
@@ -140,7 +141,7 @@ def separatrix(scene):
 
 
 def near(kind, velocity, up):
-    """Return a function that perturbs an initial state by eps times random numbers."""
+    """Return a family of initial states near a given one, with random perturbations of size eps."""
 
     def make(eps, v):
         return make_scene(
@@ -151,7 +152,7 @@ def near(kind, velocity, up):
 
 
 def across_momentum(eps, v):
-    """Return a Kowalewski top with the vertical momentum <m, e3> = eps."""
+    """Return a Kowalewski top whose vertical momentum is eps."""
     up = v[3:] / np.linalg.norm(v[3:])
     momentum = np.array(MOMENTS["kowalewski"]) * v[:3]
     momentum += (eps - momentum @ up) * up
@@ -161,7 +162,7 @@ def across_momentum(eps, v):
 
 
 def level_momentum(eps, v):
-    """Return a Goryachev-Chaplygin top with G of order eps, by a momentum nearly along axis 2."""
+    """Return a Goryachev-Chaplygin top whose integral G is of order eps."""
     return make_scene("goryachev_chaplygin", [eps * v[0], 1.2, eps * v[1]], [0.3, eps * v[2], 0.9])
 
 
@@ -202,7 +203,7 @@ def families_of_kowalewski():
 
 
 def families(kind):
-    """Return the families of motions of one kind of top."""
+    """Return all families of degenerate motions for one kind of top."""
     if kind == "kowalewski":
         return [*families_of_both(kind), *families_of_kowalewski()]
     return [
@@ -213,7 +214,7 @@ def families(kind):
 
 
 def entry_of(scene, rng):
-    """Return the text that the program prints for one scene."""
+    """Format the results for one scene."""
     try:
         top = kr.exact(scene)
     except ValueError as error:

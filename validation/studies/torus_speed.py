@@ -2,14 +2,15 @@
 
     python -m validation.studies.torus_speed [kowalewski|goryachev_chaplygin] [--tops 400]
 
-The tops are those of validation/benchmarks/kowalewski_speed.py. For each top, the plan, one state
-at a time, batches of states and kreisel's Taylor series are timed from C, alternately in one
-process. The times of states are drawn between 0 and 1000 tau of the top. The series is computed up
-to `--longest` tau. Its run time up to 1e6 tau is extrapolated linearly.
+The tops are drawn as in validation/benchmarks/kowalewski_speed.py. The preparation and the
+evaluation of closed forms are timed alternately with the Taylor method in C. Closed forms are
+evaluated at random times up to 1000 units of time, individually and in batches. The Taylor method
+is timed up to `--longest` units of time. The run time of the Taylor method is extrapolated linearly
+to 1e6 units of time.
 
-For the first `--heyoka` tops, kreisel.solve with 'auto' and heyoka's compiled integrator, which is
-reused for all runs, are timed alternately. heyoka runs to 1e4 tau, where its error and that of the
-closed form are compared with 30 digits. Its run time up to 1e6 tau is extrapolated as well.
+For some tops, kreisel.solve with the method 'auto' is also timed against heyoka. The errors of
+heyoka and of the closed form are measured after 1e4 units of time. The run time of heyoka is also
+extrapolated to 1e6 units of time.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ Row = tuple[float, float, float, float]
 
 
 class TorusBench:
-    """The compiled core with the timed loops of torus_speed.c."""
+    """Access to the C functions that are timed."""
 
     def __init__(self) -> None:
         self.folder = tempfile.TemporaryDirectory()
@@ -52,9 +53,9 @@ class TorusBench:
     def measure(
         self, kind: int, scene: kr.Scene, times: npt.NDArray[np.float64], end: float
     ) -> Row:
-        """Return the median seconds of a plan, a state, a state in batches, and a series to `end`.
+        """Return median run times of closed forms and of the Taylor method.
 
-        Raises ValueError if the closed form is refused.
+        Raises ValueError if the closed form is rejected.
         """
         block, out = ctypes.c_char_p(scene._block), np.empty((len(times), 8))
         taken, rounds = ctypes.c_double(), []
@@ -79,7 +80,7 @@ class TorusBench:
 def measure_tops(
     bench: TorusBench, kind: str, tops: int, longest: float, seed: int
 ) -> Iterator[Row]:
-    """Yield the times of the tops that are not refused, with the series to `LATE` tau."""
+    """Yield the run times of all tops that have a closed form."""
     rng = np.random.default_rng(seed)
     for _ in range(tops):
         scene, tau = draw_top(rng, RATIOS[kind])
@@ -92,7 +93,7 @@ def measure_tops(
 
 
 def print_times(kind: str, rows: list[Row]) -> None:
-    """Print the medians and the 99 % quantiles, and the ratios of the series to the closed form."""
+    """Print run times, and the speed of closed forms relative to the Taylor method."""
     plan, one, batch, series = np.array(rows).T
     print(f"{kind}: {len(rows)} tops")
     for name, seconds in (("plan", plan), ("one state", one), ("state in batches", batch)):
@@ -104,7 +105,7 @@ def print_times(kind: str, rows: list[Row]) -> None:
 
 
 def compare_with_heyoka(kind: str, tops: int, seed: int) -> None:
-    """Print the times of 'auto' and of heyoka for a state at `LATE`, and errors at `PEER_END`."""
+    """Print the run times and the errors of 'auto' and heyoka."""
     rng = np.random.default_rng(seed)
     for _ in range(tops):
         scene, tau = draw_top(rng, RATIOS[kind])

@@ -1,1 +1,1 @@
-"""The chapter on Bodack's thesis (2008), with its figures, sentences and errata recomputed."""
+"""Recomputation of the figures, statements and errata of a thesis on tops (Bodack 2008)."""

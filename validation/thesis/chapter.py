@@ -1,4 +1,4 @@
-"""The chapter on the thesis (Bodack 2008), which runs the experiments and writes thesis.html."""
+"""The chapter of the report on the thesis (Bodack 2008)."""
 
 import time
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ ERRATA = (  # 1 .. 15
 
 @dataclass(frozen=True)
 class ExperimentResults:
-    """The results of all experiments."""
+    """The results of all experiments in the thesis."""
 
     four: experiments.FourTops
     failing: experiments.FourTops
@@ -137,7 +137,7 @@ def check_sentences(results):
 
 
 def compute_errata():
-    """Return the errata in the order of their numbers."""
+    """Return all errata in order."""
     return [made() for made in ERRATA]
 
 
@@ -151,7 +151,7 @@ def draw_forms(forms, scene):
 
 
 def make_units_table():
-    """Return the units of section 4.2.1 for the cuboid, as printed and as corrected."""
+    """Return a table of the printed and the corrected units of section 4.2.1."""
     units = scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF
@@ -171,7 +171,7 @@ def make_units_table():
 
 
 def describe_run(results, seconds):
-    """Describe the machine, and the deviation of extrap from the reference in experiment 6.2."""
+    """Return a description of the computer, and of the accuracy of extrap in experiment 6.2."""
     timed = results.timed
     extrap = Trajectory(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
     return machine.describe_machine() | {

@@ -1,4 +1,4 @@
-"""Errata of the thesis: the printed text, the correction, and the numerical error of each."""
+"""Errata of the thesis, with the numerical errors of the printed text and of the correction."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Erratum:
     """An erratum.
 
-    `text` and `right` are the numerical errors of the printed text and of the correction. `measure`
-    describes how the error is measured.
+    The numerical errors of the printed text and of the correction are `text` and `right`. The text
+    `measure` describes how these errors are measured.
     """
 
     number: int
@@ -21,7 +21,7 @@ class Erratum:
 
 
 def register_erratum(number, where, says, is_right, measure):
-    """Decorate a function that computes the errors of the printed text and of the correction."""
+    """Register a function that computes the errors of the printed text and of the correction."""
 
     def make_erratum(compute):
         def compute_erratum():

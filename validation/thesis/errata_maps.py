@@ -67,9 +67,9 @@ def which_rotation():
 
 
 def integrate_alpha():
-    """Return I3 / I1 of the cuboid about the centre of its lower face, by Gauss quadrature.
+    """Return the ratio I3 / I1 for moments of the cuboid about the centre of its lower face.
 
-    The quadrature is exact, because the integrand is a polynomial.
+    Gauss quadrature is exact here, because the integrand is a polynomial.
     """
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))
@@ -90,7 +90,7 @@ def moments():
 
 
 def scale_scene(i1, alpha, p):
-    """Return the scene in scaled units: momentum m / i1, moments 1, 1 and alpha, gravity p."""
+    """Return the Lagrange top of the thesis in scaled units."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), unphysical=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0
@@ -137,7 +137,7 @@ def unit_of_momentum():
 
 
 def fit_order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
-    """Return the order at which the attitude error depends on the step."""
+    """Return the observed order of convergence of the attitude."""
     errors = [
         attitude_error_at(solve_theorem42(scene, h, end).path.q[-1], scene, end) for h in steps
     ]

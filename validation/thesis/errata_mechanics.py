@@ -51,7 +51,7 @@ def products():
 
 
 def moving(h=1e-4, t=3.0):
-    """Return Phi, the frame and their time derivatives at time `t`, for the top of the thesis."""
+    """Return the rotation Phi, the frame and their time derivatives at time `t`."""
     path = solve_truth(SCENE, [t - h, t, t + h]).path
     before, now, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
     return now, (after - before) / (2 * h), path.frame[1], (path.frame[2] - path.frame[0]) / (2 * h)
@@ -117,7 +117,7 @@ def rods():
 
 
 def action(angle, end, n=400):
-    """Return the relative difference between the actions of a swing and of the hanging top.
+    """Return the difference in action between a swinging and a hanging top.
 
     The swing angle is `angle` * sin(pi t / end). The difference is divided by the magnitude of the
     terms in the action.

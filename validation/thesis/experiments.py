@@ -1,4 +1,4 @@
-"""The experiments of chapter 6, and the quantities that they measure."""
+"""The experiments in chapter 6 of the thesis."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -29,23 +29,23 @@ def time_grid(step, end):
 
 
 class Comparison:
-    """Motions that are compared with the reference motion `true`, by their frame errors `L`."""
+    """Several trajectories that are compared with a reference trajectory."""
 
     @property
     def t(self):
         return self.true.t
 
     def until(self, name, t):
-        """Return the largest frame error up to the time `t`."""
+        """Return the largest frame error of a trajectory up to the time `t`."""
         return largest_until(self.t, self.L[name], t)
 
 
 @dataclass(frozen=True)
 class FourTops(Comparison):
-    """The trajectories of the four tops (6.1.1) and the reference trajectory, at multiples of eps2.
+    """The trajectories of the four tops in section 6.1.1, and a reference trajectory.
 
-    Bobenko-Suris is drawn in red with the step eps1 and in blue with eps2. Extrap is drawn in
-    yellow with eps1 and in green with eps2.
+    The Bobenko-Suris method is drawn in red with the step eps1 and in blue with eps2. The method
+    extrap is drawn in yellow with the step eps1 and in green with eps2.
     """
 
     scene: kr.Scene
@@ -60,7 +60,7 @@ class FourTops(Comparison):
 
     @cached_property
     def L(self):
-        """The frame errors of each trajectory: relative to the reference, and between pairs."""
+        """The frame errors of all trajectories, relative to the reference and to each other."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -70,9 +70,10 @@ class FourTops(Comparison):
 
     @cached_property
     def term(self):
-        """The energy error of the blue top, by the formula of section 6.1.4.
+        """The energy error of the Bobenko-Suris method, by the formula of section 6.1.4.
 
-        The error is -I1 eps2/2 <a x m, p> in scaled units, minus the initial value.
+        In scaled units, the energy error is the change of -I1 eps2/2 <a x m, p> since the initial
+        time.
         """
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
@@ -80,7 +81,7 @@ class FourTops(Comparison):
 
 
 def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Run experiment 6.1 with the values of the thesis or with other values."""
+    """Run experiment 6.1, by default with the values of the thesis."""
     ratio = round(eps2 / eps1)
     return FourTops(
         scene,
@@ -96,7 +97,7 @@ def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
 
 
 def measure_loose_tolerances(tolerances=(1e-4, 1e-3), end=600.0):
-    """Return the largest frame error of Extrap in experiment 6.1 with looser tolerances."""
+    """Return the largest frame error of extrap in experiment 6.1 for several tolerances."""
     true = solve_truth(SCENE, time_grid(0.2, end))
     return {
         tol: float(compute_frame_error(solve_with_restarts(SCENE, 0.2, end, tol), true).max())
@@ -105,15 +106,14 @@ def measure_loose_tolerances(tolerances=(1e-4, 1e-3), end=600.0):
 
 
 def run_failing():
-    """Run the failing experiment (6.1.5): g = 10, m = (5, 0, 0)."""
+    """Run the failing experiment of section 6.1.5, with g = 10 and m = (5, 0, 0)."""
     return run_four_tops(FAILING, 20.0)
 
 
 def measure_growth(end=20.0, eps=0.2):
-    """Return the frame error and the energy term of section 6.1.5 for several tops.
+    """Return the errors of the Bobenko-Suris method for several values of gravity and momentum.
 
-    Each row is (gravity, factor of m, largest |term|, largest L). Rows cover several values of
-    gravity and of the factor.
+    Each row is (gravity, factor of the momentum, largest energy error, largest frame error).
     """
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
@@ -133,7 +133,7 @@ def measure_growth(end=20.0, eps=0.2):
 
 @dataclass(frozen=True)
 class EqualTime(Comparison):
-    """Experiment 6.2: states at every fifth unit of time, compared with the reference."""
+    """Experiment 6.2, in which states are compared after every five units of time."""
 
     red: Trajectory
     blue: Trajectory
@@ -159,7 +159,7 @@ class EqualTime(Comparison):
 
 
 def solve_in_periods(substeps, end, method=None):
-    """Solve experiment 6.2 with theorem 4.2 or with a method of kreisel."""
+    """Integrate the motion of experiment 6.2 with theorem 4.2 or with a method of kreisel."""
     step = PERIOD / substeps
     return (
         solve_fixed_step(SCENE, method, step, end, substeps)
@@ -169,10 +169,9 @@ def solve_in_periods(substeps, end, method=None):
 
 
 def time_period(green, rounds=9, some=40):
-    """Return the run times of Bobenko-Suris (166 steps) and Extrap for five units of time [s].
+    """Return the run times of Bobenko-Suris and extrap for five units of time [s].
 
-    The run times do not include the overhead of a Python call. Each time is the shortest of all
-    rounds.
+    The overhead of a Python call is subtracted. The shortest run time of all rounds is used.
     """
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
@@ -203,9 +202,9 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return for each tolerance when Extrap's frame error first exceeds that of Bobenko-Suris.
+    """Return the times at which extrap becomes less accurate than Bobenko-Suris.
 
-    Each row is (tolerance, time or None, final error of Extrap).
+    Each row contains a tolerance, the time (None if there is none), and the final error of extrap.
     """
     end, rows = timed.t[-1], []
     for tol in tolerances:
@@ -222,9 +221,9 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 
 @dataclass(frozen=True)
 class EqualEvaluations(Comparison):
-    """Experiment 6.3, in which both methods evaluate the torque equally often.
+    """Experiment 6.3, in which two methods evaluate the torque equally often.
 
-    The step of Bobenko-Suris is therefore a quarter of the step of the other method.
+    The Bobenko-Suris method therefore uses a quarter of the step size of the Runge-Kutta method.
     """
 
     eps2: float
@@ -241,7 +240,7 @@ class EqualEvaluations(Comparison):
 
 
 def run_equal_evaluations(end=30.0):
-    """Run experiment 6.3 for each eps2."""
+    """Run experiment 6.3 for several step sizes."""
     return {
         h: EqualEvaluations(
             h,
@@ -254,7 +253,7 @@ def run_equal_evaluations(end=30.0):
 
 
 def measure_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Return Extrap's largest frame error in experiment 6.2 for each first step (section 6.2.1)."""
+    """Return the largest frame error of extrap in experiment 6.2 for several initial step sizes."""
     times = timed.t[timed.t <= end]
     true = solve_truth(SCENE, times)
     return {

@@ -16,7 +16,7 @@ TOPS = ("red", "blue", "yellow", "green")
 
 
 def cuboid_dimensions(kind, half=0.8):
-    """Return the half sides of the cuboid, and the fixed point relative to the cuboid's centre."""
+    """Return the dimensions of the cuboid, and the position of the fixed point."""
     return (STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2)
 
 
@@ -132,7 +132,7 @@ def draw_picture(four, t):
 
 
 def tabulate_integrals(four):
-    """Yield the rows of the table of integrals: the final values and their changes."""
+    """Yield the rows of a table with the final values and the changes of conserved quantities."""
     yield "top", "<m, p>", "<m, a>", "E"
     for name in TOPS:
         top = getattr(four, name)

@@ -1,7 +1,7 @@
 """The figures of chapter 6, redrawn.
 
-The left panel shows the curves as in the thesis. Some figures have a right panel with a logarithmic
-scale, the reference and more methods.
+The left panels show the same curves as the figures in the thesis. Some figures have a right panel
+on a logarithmic scale, with additional methods.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def cut_at(t, values, end):
 
 
 def draw_geodesic():
-    """Draw the sketch of figure 6.5."""
+    """Draw figure 6.5."""
     return Figure(
         "6.5",
         "L(E) is the length of the geodesic from E to N",
@@ -50,7 +50,7 @@ def draw_frame_chart(t, L, named, end):
 
 
 def draw_frame_log(t, L, named, improved, end):
-    """Draw running maxima of errors, which never vanish on the logarithmic scale."""
+    """Plot the running maxima of errors on a logarithmic scale."""
     both = [(label, L[name], colour, "-") for name, label, colour in named]
     both += [(name, error, IMPROVED[name], "--") for name, error in improved.items()]
     series = [

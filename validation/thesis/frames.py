@@ -1,6 +1,6 @@
-"""Pictures of cuboids with momentum and velocity, of rods and of traces.
+"""Pictures of rotating cuboids and of elastic rods.
 
-The pictures resemble those of Top Visualization, the program that accompanies the thesis.
+The pictures imitate those of Top Visualization, the program that accompanies the thesis.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ LIGHT = np.array((-0.4, -0.5, 0.77))
 
 @dataclass(frozen=True)
 class Top:
-    """A cuboid at one state of a path, with its style."""
+    """A cuboid in one state of motion, with the style of its picture."""
 
     path: kr.Path
     i: int
@@ -42,14 +42,14 @@ def project_to_plane(points):
 
 
 def hide_frame(axes):
-    """Remove the frame and the ticks, and set equal scales."""
+    """Hide the axes of a picture, and set equal scales."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
 
 
 def cuboid_faces(half, centre):
-    """Return the corners (6, 4, 3) of the faces, counterclockwise as seen from outside."""
+    """Return the corners of all faces, counterclockwise as seen from outside."""
     found = np.zeros((6, 4, 3))
     for i, face in enumerate(found):
         axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
@@ -60,7 +60,7 @@ def cuboid_faces(half, centre):
 
 
 def draw_cuboid(axes, corners, top):
-    """Draw the visible faces of a cuboid, and the hidden faces too if it is translucent."""
+    """Draw a cuboid, including the hidden faces if it is translucent."""
     base = np.array(to_rgb(top.colour))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -82,10 +82,10 @@ def draw_cuboid(axes, corners, top):
 
 
 def draw_vectors(axes, top, origin, behind):
-    """Draw momentum in green and angular velocity in blue, scaled by their maxima along the path.
+    """Draw the momentum in green and the angular velocity in blue.
 
-    If `behind` is true, only vectors that point away from the eye are drawn. Otherwise only vectors
-    that point towards the eye are drawn.
+    If `behind` is true, only vectors pointing away from the viewer are drawn, and otherwise only
+    those pointing towards the viewer.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
@@ -97,7 +97,7 @@ def draw_vectors(axes, top, origin, behind):
 
 
 def draw_tops(axes, tops, half, pivot, origin):
-    """Draw several tops with the same origin."""
+    """Draw several tops with the same fixed point."""
     body = cuboid_faces(np.array(half), -np.array(pivot))
     for top in tops:
         draw_vectors(axes, top, origin, behind=True)
@@ -108,7 +108,10 @@ def draw_tops(axes, tops, half, pivot, origin):
 
 
 def origin_of(side):
-    """Return the origin of the tops in the left (-0.5) or right (0.5) half of the picture."""
+    """Return the position of the fixed point in the left or right half of the picture.
+
+    The argument `side` is -0.5 for the left half and 0.5 for the right half.
+    """
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
 
@@ -118,10 +121,10 @@ def top_at_time(course, t, colour, width, opacity):
 
 
 def draw_four_tops(courses, t, half, pivot):
-    """Draw figures such as 6.1 to 6.4.
+    """Draw a picture like figures 6.1 to 6.4 of the thesis.
 
-    `courses` contains the trajectories of the red, blue, yellow and green top by name. The two tops
-    with the step eps2 are translucent.
+    The dictionary `courses` contains the trajectories of the red, blue, yellow and green tops. Two
+    of the four tops are translucent.
     """
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(layout="constrained")
@@ -140,7 +143,7 @@ def draw_four_tops(courses, t, half, pivot):
 
 
 def fit_height(figure, axes, width=STILL_WIDTH):
-    """Choose the height [inch] at which the content fills a picture with equal scales."""
+    """Adjust the height [inch] of a picture to its content."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     figure.set_size_inches(width, width * (high - low) / (right - left) + LINE)
 
@@ -150,7 +153,7 @@ def tops_at_start(scene, colour):
 
 
 def draw_one_top(scene, half, pivot, colour):
-    """Draw the body in its initial state, with momentum and angular velocity."""
+    """Draw the body in its initial state, with its momentum and angular velocity."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.6, 2.6), layout="constrained")
         draw_tops(axes, tops_at_start(scene, colour), half, pivot, np.zeros(3))
@@ -159,7 +162,7 @@ def draw_one_top(scene, half, pivot, colour):
 
 
 def draw_two_tops(scene, half, pivot, colours):
-    """Draw figure 5.10, which shows a top and its duplicate."""
+    """Draw figure 5.10, which shows a top and a copy of it."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(layout="constrained")
         for side, colour in zip((-0.5, 0.5), colours, strict=True):
@@ -170,7 +173,7 @@ def draw_two_tops(scene, half, pivot, colours):
 
 
 def draw_rod(rod, colour, azimuth=AZIMUTH):
-    """Draw a rod with a thickness that follows from the moments."""
+    """Draw a rod whose thickness is determined by the moments of inertia."""
     thickness = 0.045 * np.ptp(rod.centre, axis=0).max()
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")
@@ -179,7 +182,7 @@ def draw_rod(rod, colour, azimuth=AZIMUTH):
 
 
 def draw_trace(path):
-    """Draw the path of the axis."""
+    """Draw the path of the symmetry axis."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
         sphere_plots.draw_globe(axes)

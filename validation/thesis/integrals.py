@@ -1,4 +1,4 @@
-"""The fourth integrals of section 5.6.6, and both forms of the equations of section 3.4."""
+"""Computations with the fourth integral and with two forms of the equations of motion."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +16,7 @@ STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_
 
 
 def special_scene(kind, half=0.8):
-    """Return the initial cuboid of the thesis program, with C_B = `half` (section 5.6.6)."""
+    """Return the initial state that the program of the thesis uses if C_B equals `half`."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
@@ -24,7 +24,7 @@ def special_scene(kind, half=0.8):
 
 @dataclass(frozen=True)
 class FourthIntegral:
-    """A fourth integral, and the change of this integral along a path computed by Extrap."""
+    """The values of a fourth integral of motion along a path computed by extrap."""
 
     t: np.ndarray
     start: float
@@ -32,9 +32,9 @@ class FourthIntegral:
 
 
 def measure_fourth_integral(kind):
-    """Return the data of figure 5.5, or of the corresponding figure for G.
+    """Compute the data of figure 5.5, or of the corresponding figure for the integral G.
 
-    Extrap runs for 300 units of time, and is restarted every 0.1 units.
+    The method extrap integrates over 300 units of time and is restarted every 0.1 units.
     """
     course = solve_with_restarts(special_scene(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
@@ -42,9 +42,9 @@ def measure_fourth_integral(kind):
 
 
 def compute_k_values():
-    """Return {(C_B, units): initial value of K}.
+    """Return the Kowalewski integral of two cuboids in two systems of units.
 
-    The function H in the thesis has I1 = 1, and the unit of time is not specified.
+    The thesis sets I1 = 1 in the Hamiltonian, but it does not specify the unit of time.
     """
     found = {}
     for half in (0.8, 1.0):
@@ -59,7 +59,7 @@ def compute_k_values():
 
 @dataclass(frozen=True)
 class FormResult:
-    """The result of one form of the equations at one tolerance."""
+    """The error and the cost of one form of the equations of motion at one tolerance."""
 
     scene: str
     form: str
@@ -70,7 +70,7 @@ class FormResult:
 
 
 def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compare the equations in the rest frame and in the body frame (section 3.4)."""
+    """Compare the equations of motion in the inertial frame and in the body frame (section 3.4)."""
     return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
@@ -87,10 +87,9 @@ def compare_forms_on(name, end, rounds):
 
 
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
-    """Return the attitude error of a frame whose velocity is updated once per interval [rad].
+    """Return the attitude error [rad] if the angular velocity is updated only once per interval.
 
-    M and P are exact, but in each interval the frame rotates with its initial angular velocity. The
-    thesis describes the error that this procedure causes.
+    The angular velocity is exact at the beginning of each interval and constant until its end.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])
@@ -100,11 +99,11 @@ def frozen_frame_error(interval, end=100.0, scene=SCENE):
 
 
 def body_velocity(path):
-    """Return the components of the angular velocity along N, B and T."""
+    """Return the components of the angular velocity along the body axes."""
     return np.einsum("nij,nj->ni", path.frame, path.velocity)
 
 
 def rotation_quaternions(angles):
-    """Return one quaternion for each rotation vector (one vector per row)."""
+    """Convert rotation vectors to quaternions."""
     size = np.linalg.norm(angles, axis=1, keepdims=True)
     return np.hstack([np.cos(size / 2), 0.5 * np.sinc(size / (2 * np.pi)) * angles])

@@ -1,4 +1,4 @@
-"""Line charts over time and other plane figures, in the style of the report."""
+"""Line charts and other plane figures in the style of the report."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -13,7 +13,7 @@ POINTS = 500
 
 
 def thin_out(t, values, points=POINTS):
-    """Return the smallest and largest value in each of many short intervals of a long line."""
+    """Reduce a long curve to the smallest and the largest value in short intervals."""
     n = len(t)
     if n <= 2 * points:
         return t, values
@@ -32,7 +32,7 @@ def make_axes(size=(5.4, 3.1), **labels):
 
 
 def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1)):
-    """Draw series, each (label, t, values, colour, style)."""
+    """Plot several curves, each given as a tuple (label, t, values, colour, style)."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(size, xlabel=xlabel, ylabel=ylabel)
         for label, t, values, colour, style in series:
@@ -49,7 +49,7 @@ def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 
 
 
 def draw_scatter(groups, xlabel, ylabel):
-    """Draw groups, each (label, x, y, colour, marker), on logarithmic axes."""
+    """Plot groups (label, x, y, colour, marker) of points on logarithmic axes."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
         for label, x, y, colour, marker in groups:
@@ -59,7 +59,7 @@ def draw_scatter(groups, xlabel, ylabel):
 
 
 def draw_two_scales(t, left, right, labels, colours):
-    """Draw two quantities against the same time, each with its own vertical axis."""
+    """Plot two functions of time, each with its own vertical axis."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel="time")
         other = axes.twinx()
@@ -73,7 +73,7 @@ def draw_two_scales(t, left, right, labels, colours):
 
 
 def draw_geodesic():
-    """Draw figure 6.5: S3 as a sphere, the identity E, the north pole, and the shorter geodesic."""
+    """Draw figure 6.5, a sphere with the shorter geodesic between two points."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
     x, y = 0.8 * np.sin(end), np.cos(end)
@@ -99,7 +99,7 @@ def draw_mark(axes, point, text, offset, ha="left"):
 
 
 def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Draw figure 5.12: steps at multiples of eps1 and at multiples of eps2, with a common end."""
+    """Draw figure 5.12, the steps of two methods with a common final time."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (

@@ -14,30 +14,31 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Units:
-    """A unit of length [L] and a unit of mass [M]. The unit of time is unchanged.
+    """The units of length [L] and mass [M] in the Bobenko-Suris form of the equations.
 
-    units.into(scene) converts a scene to these units, and units.back(scene) converts it back.
+    The unit of time does not change. Call units.into(scene) to convert a scene to these units, and
+    units.back(scene) to convert it back.
     """
 
     length: float
     mass: float
 
     def into(self, scene: kr.Scene) -> kr.Scene:
-        """Return the scene converted to these units."""
+        """Convert a scene to these units."""
         return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
-        """Return a scene given in these units, converted back to the original units."""
+        """Convert a scene from these units back to the original units."""
         return _scale_scene(scene, self.length, self.mass)
 
 
 def scaled_units(body: kr.Body) -> Units:
-    """Return the units in which |a| = 1 and I1 = 1: length |com|, mass I1 / |com|^2.
+    """Return the units of length |com| and of mass I1 / |com|^2, in which |a| = 1 and I1 = 1.
 
-    For the cuboid of the thesis, I1 = M (C_N^2 + 4 C_T^2) / 3. Therefore alpha = I3 is 2 C_N^2 /
-    (C_N^2 + 4 C_T^2), and the factor of momenta is 1 / I1. The mass is not 1 but 3 C_T^2 / (C_N^2 +
-    4 C_T^2). In p, the thesis omits this factor. Raises ValueError if the body is not a Lagrange
-    top.
+    For the cuboid of the thesis, I1 = M (C_N^2 + 4 C_T^2) / 3. Therefore, alpha = 2 C_N^2 / (C_N^2
+    + 4 C_T^2), and momenta are multiplied by 1 / I1. The mass is not 1 but 3 C_T^2 / (C_N^2 + 4
+    C_T^2). In the thesis, the mass is omitted as a factor of p. Raises ValueError if the body is
+    not a Lagrange top.
     """
     i1, _ = _lagrange_moments(body)
     length = hypot(*body.com)
@@ -45,14 +46,14 @@ def scaled_units(body: kr.Body) -> Units:
 
 
 def h_eps(path: kr.Path, step: float) -> np.ndarray:
-    """Return the invariant H_eps of bobenko_suris for a step, (n,), in scaled units [T^-2].
+    """Return the conserved quantity H_eps of the Bobenko-Suris method in scaled units [T^-2].
 
     In the notation of the thesis (6.1.4),
 
         H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
 
     The energy is I1 times the sum of the first two terms and the constant (1 / alpha - 1) <m, a>^2
-    / 2. `path` may be in any units.
+    / 2. The path may be given in any units.
     """
     i1, i3 = _lagrange_moments(path.scene.body)
     kept: np.ndarray = (

@@ -1,4 +1,4 @@
-"""Sentences of the thesis, each with the result of its check."""
+"""Statements of the thesis with the results of numerical checks."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The quantitative sentences of sections 6.1 and 6.2, each with its check."""
+"""The quantitative statements of sections 6.1 and 6.2, with numerical checks."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def describe_errors(experiment, t):
 
 
 def explain_experiment1(loose):
-    """Return a sentence on the effect of a looser tolerance in experiment 6.1."""
+    """Describe the effect of a larger tolerance in experiment 6.1."""
     tol, error = max(loose.items())
     return (
         f"Extrap keeps its tolerance; with {tol:.0e} its error would be {error:.1g} rad. The "
@@ -29,7 +29,7 @@ def explain_experiment1(loose):
 
 
 def explain_experiment2(crossed, wanted=900.0):
-    """Return a sentence on the tolerances for which the curves of 6.2 cross as in the thesis."""
+    """Describe the tolerances for which the curves of experiment 6.2 cross as in the thesis."""
     late = [tol for tol, t, _ in crossed if t is None or t > wanted]
     early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
     return (
@@ -163,11 +163,11 @@ def check_energies(four):
 
 
 def correlate_errors(four, end=200.0):
-    """Return the correlation of the energy error with the oscillating part of the frame error.
+    """Return the correlation between the energy error and the oscillating part of the frame error.
 
-    Returns the correlation without delay, the largest correlation, and the delay of the largest
-    correlation. The oscillating part is L / t. Only delays shorter than half a nutation period are
-    tried.
+    Returns the correlation without delay, the largest correlation for any delay, and this delay.
+    The oscillating part of the frame error L is L / t. Only delays of less than half a nutation
+    period are considered.
     """
     kept = (four.t > 20) & (four.t <= end)
     swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]

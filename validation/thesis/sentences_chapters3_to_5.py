@@ -1,4 +1,4 @@
-"""The quantitative sentences of section 3.4 and of chapters 4 and 5, each with its check."""
+"""The quantitative statements of section 3.4 and of chapters 4 and 5, with numerical checks."""
 
 import kreisel as kr
 import numpy as np
@@ -23,9 +23,9 @@ SPECIAL = {  # the construction in the text, and (each of the equal moments) / (
 
 
 def check_chapter3(forms, frozen):
-    """Yield the sentences of section 3.4 on the two forms of the equations.
+    """Yield the statements of section 3.4 on two forms of the equations of motion.
 
-    `frozen` is {interval: attitude error of frozen_frame_error}.
+    The dictionary `frozen` maps intervals to the results of `frozen_frame_error`.
     """
 
     def at_tolerance(form, tol=1e-8):
@@ -89,7 +89,7 @@ def check_chapter4(four):
 
 
 def compute_map_residual(eps=0.2):
-    """Return the deviation of bobenko_suris from the printed theorem 4.1, in scaled units."""
+    """Return the deviation of the Bobenko-Suris method from theorem 4.1 as printed."""
     scaled = scaled_units(SCENE.body).into(SCENE)
     path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
@@ -167,10 +167,10 @@ def check_fourth_integrals(k, g, values):
 
 
 def measure_discrete_rod(eps=0.05, end=20.0):
-    """Return the distance of the discrete rod from the centre line, for eps and for eps / 2.
+    """Return the distance of the discrete rod from its centre line for two step sizes.
 
-    The distance is measured at the end of the rod. In the discrete rod, each frame is displaced
-    from the previous frame by eps along T.
+    The distance is measured at the end of the rod. Each frame of the discrete rod is displaced from
+    the previous one by eps along T.
     """
     errors = []
     for h in (eps, eps / 2):
@@ -220,7 +220,7 @@ def check_traces():
 
 
 def compare_with_rk4(target=1e-3, end=100.0):
-    """Return how many evaluations rk4 and extrap need for a frame error below the target."""
+    """Return the numbers of torque evaluations that rk4 and extrap need for the same accuracy."""
     true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):

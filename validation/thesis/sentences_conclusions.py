@@ -1,4 +1,4 @@
-"""The quantitative sentences of sections 6.3, 6.4 and Appendix A, each with its check."""
+"""The quantitative statements of sections 6.3 and 6.4 and of Appendix A, with numerical checks."""
 
 import numpy as np
 
@@ -108,9 +108,9 @@ def check_equal_time(timed):
 
 
 def find_overtaking(timed):
-    """Return the time at which Extrap's largest error first exceeds Bobenko-Suris', or None.
+    """Return the first time at which extrap is less accurate than Bobenko-Suris, or None.
 
-    The two methods have equal run times.
+    The two methods are compared at equal run time.
     """
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
     last = int(np.flatnonzero(ahead)[-1])

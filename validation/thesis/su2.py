@@ -1,4 +1,4 @@
-"""The algebra su(2) and the group SU(2) of the thesis (3.2), and theorem 4.2 with its errata."""
+"""The Lie algebra su(2) and the group SU(2) as in the thesis, and theorem 4.2 with its errata."""
 
 import numpy as np
 
@@ -12,30 +12,30 @@ BASIS = (E1, E2, E3)
 
 
 def to_matrix(x):
-    """Return the matrix of su(2) that represents the vector `x`."""
+    """Return the matrix in su(2) that represents a vector."""
     return x[0] * E1 + x[1] * E2 + x[2] * E3
 
 
 def to_vector(X):
-    """Return the vector of a matrix of su(2), from <X, e_i> = -2 tr(X e_i)."""
+    """Return the vector of a matrix X in su(2), whose components are -2 tr(X e_i)."""
     return np.array([-2 * np.trace(X @ e).real for e in BASIS])
 
 
 def rotate(Phi, x):
-    """Return the vector of the matrix Phi^-1 X Phi, where X is the matrix of `x`."""
+    """Return the vector of Phi^-1 X Phi, where X is the matrix of a given vector."""
     return to_vector(np.linalg.inv(Phi) @ to_matrix(x) @ Phi)
 
 
 def rotation_matrix(axis, angle):
-    """Return the matrix Phi of theorem 3.4, with the factor 2 that the thesis omits.
+    """Return the rotation matrix Phi of theorem 3.4.
 
-    With this factor, Phi^-1 X Phi rotates by -angle.
+    With the factor of 2 that the thesis omits, Phi^-1 X Phi is a rotation by -angle.
     """
     return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * to_matrix(axis)
 
 
 def to_quaternion(G):
-    """Return (w, x, y, z) for a matrix w Id + 2 hat(x, y, z)."""
+    """Convert a matrix w Id + 2 hat(x, y, z) to the quaternion (w, x, y, z)."""
     return np.array([np.trace(G).real / 2, *(to_vector(G) / 2)])
 
 
@@ -44,7 +44,7 @@ def from_quaternion(q):
 
 
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
-    """Return xi_k of theorem 4.2, from m = m_(k+1), a = a_k and b = a_(k+1).
+    """Return xi_k of theorem 4.2 from m = m_(k+1), a = a_k and b = a_(k+1).
 
     The thesis prints 2/c instead of 2/eps in the second form.
     """
@@ -56,18 +56,19 @@ def compute_xi(form, m, a, b, c, alpha, eps, second=None):
 
 
 def make_step(m, a, eps, g):
-    """Return m and a after one step of theorem 4.1, with p = g e3."""
+    """Return m and a after one step of the map in theorem 4.1, with p = g e3."""
     m = m + eps * np.cross((0.0, 0.0, g), a)
     X = ID + eps * to_matrix(m)
     return m, to_vector(X @ to_matrix(a) @ np.linalg.inv(X))
 
 
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
-    """Return the final attitude according to theorem 4.2.
+    """Return the final attitude computed with theorem 4.2.
 
-    `c_of` selects the vector in c = <m, .>: 'a', or 'p' as printed. `side` is the side on which w_k
-    multiplies the quaternion. If `side` is 'inverse', g rotates from the rest frame to the body
-    frame. If `text` is True, the second form uses the printed factor 2/c.
+    The argument `c_of` selects the vector in the formula for c: 'a', or 'p' as in the printed
+    thesis. The argument `side` is the side on which the quaternion is multiplied by w_k. If `side`
+    is 'inverse', the quaternion g rotates from the inertial frame to the body frame. If `text` is
+    True, the factor 2/c is used in the second form, as printed in the thesis.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity
@@ -88,5 +89,5 @@ def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
 
 
 def exact_attitude(scene, end):
-    """Return the exact final attitude (w, x, y, z)."""
+    """Return the exact final attitude as a quaternion (w, x, y, z)."""
     return solve_truth(scene, [end]).path.q[-1]

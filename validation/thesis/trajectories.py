@@ -1,4 +1,4 @@
-"""The tops of the thesis and the trajectories of its experiments."""
+"""Computation of the trajectories in the experiments of the thesis."""
 
 from dataclasses import dataclass, replace
 
@@ -18,7 +18,7 @@ IMPROVED = [
 
 @dataclass(frozen=True)
 class Trajectory:
-    """The states of one top at several times, with the thesis' names, and the cost of the run."""
+    """The states of a top at several times, in the notation of the thesis."""
 
     path: kr.Path
     evaluations: int
@@ -35,12 +35,12 @@ class Trajectory:
 
     @property
     def axial_momentum(self):
-        """The axial momentum <m, a>."""
+        """The angular momentum <m, a> about the symmetry axis."""
         return self.path.axial_momentum
 
     @property
     def vertical_momentum(self):
-        """The vertical momentum <m, e3>. In the thesis, <m, p> is gravity * <m, e3>."""
+        """The vertical angular momentum <m, e3>, which is <m, p> / gravity in the thesis."""
         return self.path.vertical_momentum
 
     @property
@@ -49,22 +49,22 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Solve by the closed form if there is one, otherwise with the tightest tolerance."""
+    """Compute a trajectory by a closed form if one exists, or else with the tolerance 1e-13."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
 def solve_fixed_step(scene, method, step, end, every=1):
-    """Return every `every`-th state of a run with a fixed step."""
+    """Integrate with a fixed step size, and record the state once per `every` steps."""
     path = kr.solve(scene, end, method=method, step=step, every=every)
     return Trajectory(path, path.stats.evaluations, path.stats.steps)
 
 
 def solve_theorem42(scene, step, end, every=1):
-    """Return a trajectory by the thesis' Bobenko-Suris discretization, with principal axes.
+    """Compute a trajectory with the Bobenko-Suris method as described in the thesis.
 
-    The values of a and m equal those of kreisel's bobenko_suris. The rotation about the axis is 2
-    atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. In kreisel the first term is h c / I3, so the
-    rotation about the axis is exact.
+    The axis a and the momentum m are the same as in kreisel's method bobenko_suris. The map rotates
+    the top about its axis by 2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. kreisel replaces the
+    first term by h c / I3, which makes this rotation exact.
     """
     course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
     path = course.path
@@ -77,10 +77,11 @@ def solve_theorem42(scene, step, end, every=1):
 
 
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
-    """Solve with Extrap as the thesis program does, with a restart after each interval.
+    """Integrate with extrap, and restart after each interval as the program of the thesis does.
 
-    An interval is the time between two pictures of the thesis program. Each restart begins with the
-    given first step. The states at the end of every `every`-th interval are returned.
+    An interval is the time between two pictures in the program of the thesis. After each restart,
+    the initial step size is used again. The state is recorded once per `every`
+    intervals.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
@@ -95,7 +96,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Return L of the thesis (6.1.3), which is half the angle between the attitudes [rad].
+    """Return half the angle [rad] between the attitudes, which the thesis calls L.
 
     Raises ValueError if the times differ.
     """

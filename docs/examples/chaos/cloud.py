@@ -1,9 +1,9 @@
 """
-Where will the top be if its start is uncertain?
-================================================
+Where will a top be if its initial state is uncertain?
+======================================================
 
-A thousand starts, whose momenta differ by about one per cent, become a cloud. Ensemble weather
-forecasts study the spreading of such clouds.
+A thousand tops, whose initial momenta differ by about one per cent, form a cloud of states.
+Ensemble weather forecasts study how clouds of initial states spread.
 """
 
 import kreisel as kr
@@ -26,8 +26,8 @@ for row, name in zip(axes, ("asymmetric_regular", "asymmetric"), strict=True):
 
 # %%
 # Each dot is the axis of one top, seen from above. The regular cloud stretches along its path and
-# stays narrow; the chaotic cloud spreads everywhere. The results of a top do not depend on the
-# other tops, to the last bit, even where chaos amplifies the last bit:
+# remains narrow, while the chaotic cloud spreads everywhere. To the last bit, the results for a top
+# do not depend on the other tops, even where chaos amplifies the last bit:
 
 few = kr.solve(cloud[7:9], times)
 print("bitwise equal in a smaller ensemble:", np.array_equal(few.apex[0], paths.apex[7]))

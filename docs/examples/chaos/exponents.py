@@ -3,8 +3,8 @@ Where is a heavy top chaotic?
 =============================
 
 A box with its fixed point on one face is tilted, spun about its axis, and released. Each point of
-the picture is one such top; its colour is the largest Lyapunov exponent, computed from one tangent.
-Dark is regular, bright is chaotic.
+the picture is one top, and its colour is the largest Lyapunov exponent, computed from one tangent.
+Dark points are regular, bright points are chaotic.
 """
 
 import kreisel as kr
@@ -26,9 +26,9 @@ axes.grid(False)
 figure.colorbar(field, label="largest exponent at t = 200")
 
 # %%
-# ``chaos.is_chaotic`` has the verdict for each top, and ``chaos.doubt`` the reason why a verdict is
-# in doubt. All verdicts use MEGNO, which tends to 2 for regular motion. The exponent of a regular
-# motion decreases as log(t) / t and never reaches zero.
+# ``chaos.is_chaotic`` classifies each top, and ``chaos.doubt`` gives the reason if a classification
+# is doubtful. The classification uses MEGNO, which tends to 2 for regular motion. The exponent of a
+# regular motion decreases as log(t) / t and never reaches zero.
 
 curves = [kr.megno(one, 1000) for one in (kr.scenes.thesis, kr.scenes.kowalewski)]
 wild = kr.megno(kr.scenes.asymmetric, 1000)

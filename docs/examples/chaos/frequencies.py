@@ -2,8 +2,8 @@
 Which frequencies are in a motion?
 ==================================
 
-A regular motion has three frequencies and their combinations. The spectrum of a path with equal
-steps shows them as sharp lines; a chaotic motion has no lines.
+The spectrum of a regular motion has sharp lines at three frequencies and their combinations. The
+spectrum of a chaotic motion has no lines. Both are computed from a path with equal time steps.
 """
 
 import kreisel as kr
@@ -28,7 +28,7 @@ axes[1].set_xlabel("angular frequency of the apex about the vertical")
 
 # %%
 # Laskar's frequency analysis finds the lines far more accurately than the resolution of the
-# spectrum. Compared with the closed form:
+# spectrum. The closed form confirms this:
 
 found = kr.frequencies(kr.solve(kr.scenes.cusps, t, "taylor"))
 truth = kr.exact(kr.scenes.cusps)

@@ -1,8 +1,8 @@
 r"""
-What is conserved where nothing seems to be?
-============================================
+What is conserved in the motion of Kowalewski's top?
+====================================================
 
-The apex of Kowalewski's top seems to move irregularly. But her top has a fourth integral,
+The apex of Kowalewski's top seems to move irregularly. However, her top has a fourth integral,
 :math:`K = |(\omega_1 + i \omega_2)^2 + c\,(\gamma_1 + i \gamma_2)|^2`, and its motion is regular.
 """
 
@@ -16,7 +16,8 @@ path = kr.solve(scene, t)
 kr.plot(path)
 
 # %%
-# The integral, beside the momentum about the axis, which only a Lagrange top conserves:
+# The lower chart shows that the integral is constant. The upper chart shows the momentum about the
+# axis, which only a Lagrange top conserves:
 
 figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4), layout="constrained")
 above.plot(t, path.axial_momentum, linewidth=0.7)
@@ -25,9 +26,9 @@ below.plot(t, path.kowalewski / path.kowalewski[0] - 1, linewidth=0.7, color="ta
 below.set(xlabel="time", ylabel="K, relative change")
 
 # %%
-# Nearby starts separate linearly, as in any regular motion: MEGNO tends to 2, or to 0 if they do
-# not separate at all. In the case of Goryachev and Chaplygin the integral exists only if the
-# vertical momentum is zero:
+# Nearby initial states separate linearly, as in any regular motion. MEGNO then tends to 2, or to 0
+# if they do not separate at all. In the case of Goryachev and Chaplygin, the additional integral
+# exists only if the vertical momentum is zero:
 
 print(f"Kowalewski: {kr.megno(scene, 20000).value:.3f}")
 case = kr.scenes.goryachev_chaplygin
@@ -36,6 +37,6 @@ x, y, _ = case.momentum
 print(f"with a vertical momentum: {kr.megno(case.replace(momentum=(x, y, 1.5)), 20000).value:.1f}")
 
 # %%
-# Her top in the viewer, which can also draw a chart of K:
+# The viewer shows Kowalewski's top and can also draw a chart of K:
 
 kr.view(scene, open=False)

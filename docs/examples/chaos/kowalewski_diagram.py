@@ -1,16 +1,16 @@
 r"""
-Where does the motion of Kowalewski's top change its kind?
-==========================================================
+Where does the motion of Kowalewski's top change qualitatively?
+===============================================================
 
-In units in which the moments are 2, 2, 1 and mass, gravity and lever arm are 1, a Kowalewski top
-has three constants besides its form: the energy :math:`h`, the vertical momentum :math:`l`, and
-:math:`k = \sqrt K` from her integral. Her variables :math:`w_1, w_2` move between zeros of
+In units in which the moments are 2, 2, 1 and mass, gravity and lever arm are 1, the motion of a
+Kowalewski top has three constants: the energy :math:`h`, the vertical momentum :math:`l`, and
+:math:`k = \sqrt K` from Kowalewski's integral. Her variables :math:`w_1, w_2` move between zeros of
 
 .. math:: (k^2 - w^2)\,\varphi(w), \qquad \varphi(w) = 2 (w + h)(w^2 + 1 - k^2) - l^2.
 
-The motion changes its kind where two zeros meet. There it is of one of Appelrot's classes: it is
-steady or periodic, or approaches such a motion. The lines below show where zeros meet: two zeros of
-phi (solid), one of them and k or -k (dashed), or k and -k.
+The motion changes qualitatively where two zeros coincide. There it belongs to one of Appelrot's
+classes: it is steady or periodic, or approaches a steady or periodic motion. The lines below show
+where two zeros of phi coincide (solid), where a zero of phi is k or -k (dashed), and where k = -k.
 """
 
 import kreisel as kr
@@ -36,8 +36,8 @@ def draw_curves(chart, vertical):
 
 
 # %%
-# Random tops with the same vertical momentum, coloured by the ratio of the two frequencies with
-# which their bodies move. The closed form has these frequencies:
+# The points are random tops with the same vertical momentum. Their colour is the ratio of the two
+# frequencies of the motion seen from the body, which the closed form provides:
 
 
 def draw_tops(chart, vertical):
@@ -70,6 +70,6 @@ charts[0].set_ylabel("k")
 figure.colorbar(points, label="log2 of the ratio of frequencies")
 
 # %%
-# Inside a region the ratio changes smoothly. At a separatrix one period becomes infinite, but only
-# as a logarithm of the distance. On both sides of a separatrix the tori are different, and so are
-# their angles: the colour jumps.
+# Within a region the ratio changes smoothly. At a separatrix one period becomes infinite, but only
+# as the logarithm of the distance from the separatrix. The tori on the two sides of a separatrix
+# differ, so the colour jumps there.

@@ -2,8 +2,9 @@
 How long can a chaotic top be predicted?
 ========================================
 
-Two tops that start a billionth of a radian apart have nothing in common after some time. The
-Lyapunov exponent predicts that time: the logarithm of the distance grows by 1 in each 1 / exponent.
+Two tops that start a billionth of a radian apart move completely differently after some time. The
+Lyapunov exponent predicts this time: the logarithm of their distance grows at the rate of the
+exponent.
 """
 
 import kreisel as kr
@@ -30,9 +31,9 @@ axes.set(xlabel="time", ylabel="angle between both tops [rad]", ylim=(1e-16, 10)
 axes.legend(title="distance at the start", loc="lower right")
 
 # %%
-# The reference has 30 digits, so its rounding errors stay below everything in the figure. In double
-# precision no method can predict this top for more than a few hundred units of time: the limit is a
-# property of the motion. A regular top stays predictable:
+# The reference has 30 digits, so its rounding errors are smaller than all errors in the figure. In
+# double precision, no method can predict this top for more than a few hundred units of time. This
+# limit is a property of the motion. A regular top remains predictable:
 
 calm = kr.scenes.asymmetric_regular
 for one in (scene, calm):

@@ -2,9 +2,9 @@
 What do regular and chaotic motions look like?
 ==============================================
 
-A Poincaré section consists of the states in which the apex is lowest. A regular motion meets it on
-a curve, a chaotic one in an area. Under weak gravity the body is nearly free, which is regular; as
-gravity grows, chaos spreads between the islands.
+This Poincaré section consists of the states in which the apex is lowest. The points of a regular
+motion lie on a curve, and those of a chaotic motion fill an area. Under weak gravity the body is
+nearly free, and its motion is regular. As gravity increases, chaos spreads between the islands.
 """
 
 import kreisel as kr
@@ -23,8 +23,8 @@ for chart, gravity in zip(axes, (0.05, 2.0, 4.0), strict=True):
 
 # %%
 # Each colour is one top. Every motion that is not steady meets this section, and no point is
-# missed, because the points are roots of the polynomial of each step. MEGNO tells the chaotic tops
-# from the regular ones. A verdict is in doubt if MEGNO is near the threshold:
+# missed, because the points are roots of the polynomial of each step. MEGNO distinguishes chaotic
+# tops from regular ones. The classification is doubtful if MEGNO is near the threshold:
 
 for gravity, section in sections.items():
     megno = kr.megno(section.tops, 1500)
@@ -32,7 +32,8 @@ for gravity, section in sections.items():
 section.plot(indicator=megno, y="axial_momentum")
 
 # %%
-# Spin angle and axial momentum are conjugate, so the section preserves areas in this plane. The
-# chaotic motions in the curves of the indicator leave the line to which regular motions tend:
+# The spin angle and the axial momentum are conjugate, so the Poincaré map preserves areas in this
+# plane. In a plot of the indicator over time, the curves of regular motions tend to a common value,
+# and those of chaotic motions grow:
 
 megno.plot()

@@ -2,10 +2,11 @@
 How strongly does the air slow a spinning top?
 ==============================================
 
-A top spins upright for 20 seconds. A tachometer measures its spin twice a second, with an error of
-1 rad/s, and a camera the tilt of its axis, with an error of 2 mrad. The spin decays exponentially,
-and the fit finds the damping about the axis to a few parts in a thousand. The damping across the
-axis acts only on the small nutations, and is known much less.
+A top spins upright for 20 seconds. A tachometer measures its spin twice a second with an error of 1
+rad/s, and a camera measures the tilt of its axis with an error of 2 mrad. The spin decays
+exponentially, and the fit determines the damping about the axis to a few parts in a thousand. The
+damping perpendicular to the axis affects only the small nutations, and is determined much less
+accurately.
 """
 
 import kreisel as kr
@@ -21,8 +22,8 @@ tachometer = kr.Record(t, {"spin": path.spin + rng.normal(size=len(t))}, sigma=1
 camera = kr.Record(t, {"nutation": path.nutation + 0.002 * rng.normal(size=len(t))}, sigma=0.002)
 
 # %%
-# Equal numbers of the scene stay equal, so the guess has one damping across the axis and another
-# about it.
+# Parameters that are equal in the guess remain equal in the fit. The guess has one damping
+# perpendicular to the axis and another about it.
 
 guess = truth.replace(damping=(2e-6, 2e-6, 1e-6))
 fit = kr.fit(guess, [tachometer, camera], free=("start", "damping"))

@@ -3,9 +3,9 @@ Can a chaotic motion be fitted?
 ===============================
 
 The attitudes of a chaotic top are measured with an error of 0.01 rad for 15 Lyapunov times, in
-which errors grow three million times. No single trajectory from a guessed start comes near all
-measurements. With the motion in pieces whose ends must meet, errors grow little within each piece,
-and the fit finds the moments to a few parts in ten thousand.
+which errors grow by a factor of three million. No trajectory from a guessed initial state fits all
+measurements. The fit therefore divides the motion into pieces whose ends must meet. Errors grow
+little within each piece, and the fit determines the moments to a few parts in ten thousand.
 """
 
 import kreisel as kr
@@ -23,7 +23,7 @@ error = (np.sqrt(1 - (turned**2).sum(axis=0)), *turned)
 measured = np.stack(kr.quaternion.multiply(tuple(path.q.T), error), axis=-1)
 
 # %%
-# The guess has moments that are wrong by up to half, and a wrong start.
+# The guess has moments that are wrong by up to 50 % and a wrong initial state.
 
 moments = np.array(top.body.moments)
 guess = top.replace(
@@ -37,8 +37,8 @@ for name, (value, sigma) in fit.moment_ratios.items():
     print(f"{name} = {value:.5f} +- {sigma:.5f}, truth {moments[i] / moments[j]:.5f}")
 
 # %%
-# The motion follows the measurements to the end. From the fitted start alone, it leaves them as
-# soon as the error of the start has grown to the size of the motion.
+# The fitted pieces follow the measurements to the end. A motion from the fitted initial state alone
+# departs from the measurements when the error of this state has grown to the size of the motion.
 
 alone = kr.solve(fit.scene, t)
 figure, axes = plt.subplots()

@@ -1,10 +1,10 @@
 """
-How far is the centre of mass of a gyroscope from its tip?
-==========================================================
+How far is the centre of mass of a gyroscope from its fixed point?
+==================================================================
 
 A camera follows the tip of a gyroscope's axis at 60 frames a second, with errors of 3 mm on an axis
-of 30 cm. The mass and the moment across the axis are known from a pendulum experiment. The fit
-finds the lever, the distance of the centre of mass from the fixed point.
+of 30 cm. The mass and the moment perpendicular to the axis are known from a pendulum experiment.
+The fit determines the lever, the distance of the centre of mass from the fixed point.
 """
 
 import kreisel as kr
@@ -20,8 +20,8 @@ noise = np.random.default_rng(1).normal(size=(len(t), 3))
 tip = kr.solve(released, t).apex + 0.01 * noise
 
 # %%
-# The scene has what is known, and rough values of the rest: nobody measured the spin. The first
-# guess of the motion comes from the frequencies of precession and nutation.
+# The scene contains the known values and rough values of the others. The spin was not measured. The
+# initial guess of the motion comes from the frequencies of precession and nutation.
 
 rough = kr.Body.symmetric(mass=0.5, i1=6e-3, i3=9e-4, height=0.06)
 scene = kr.Scene.spinning(rough, spin=100, tilt=1.0, gravity=gravity)
@@ -30,8 +30,8 @@ print(fit)
 print(f"lever: {100 * fit.values['lever']:.2f} +- {100 * fit.error['lever']:.2f} cm, truth 8 cm")
 
 # %%
-# The tip does not show the spin angle, and it shows only the product of spin and moment about the
-# axis. The product is known, since the moment is.
+# The tip determines neither the spin angle nor the spin itself, but only the product of the spin
+# and the moment about the axis.
 
 fine = np.linspace(0, 3, 2000)
 path = kr.solve(fit.scene, fine)

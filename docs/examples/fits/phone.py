@@ -1,11 +1,10 @@
 """
-What can a phone tell about itself when it is thrown into the air?
-==================================================================
+What can a phone learn about itself when it is thrown into the air?
+===================================================================
 
 A phone that is thrown into the air is a free body. Its gyroscope measures the angular velocity a
-hundred times a second. The fit finds the ratios of the moments of inertia to a few parts in a
-thousand, but not the moments: if all moments had twice their size, the phone would turn in the same
-way.
+hundred times a second. The fit determines the ratios of the moments of inertia to a few parts in a
+thousand, but not the moments: if all moments were doubled, the phone would rotate in the same way.
 """
 
 import kreisel as kr
@@ -19,7 +18,7 @@ noise = np.random.default_rng(5).normal(size=(len(t), 3))
 measured = kr.solve(toss, t).body_velocity + 0.05 * noise + (0.03, -0.05, 0.02)
 
 # %%
-# The gyroscope has an unknown bias, which the fit estimates, too. The noise is found from the
+# The fit also estimates the unknown bias of the gyroscope. The noise is estimated from the
 # residuals.
 
 record = kr.Record(t, {"body_velocity": measured}, free="bias")
@@ -28,8 +27,8 @@ fit = kr.fit(guess, record)
 print(fit)
 
 # %%
-# The ratios are those of a cuboid. The fit says that the phone is almost a plate: its largest
-# moment is nearly the sum of the others.
+# The ratios agree with those of a cuboid. The phone is almost a plate, because its largest moment
+# is nearly the sum of the other two.
 
 for name, (value, error) in fit.moment_ratios.items():
     i, j = int(name[1]) - 1, int(name[6]) - 1

@@ -3,13 +3,13 @@ What are the moments of inertia of a tumbling asteroid?
 =======================================================
 
 The asteroid Toutatis tumbles: it rotates about its long axis and precesses at the same time. In
-December 1992 radar determined its attitude and angular velocity on 17 days. The fit finds the
-ratios of its moments of inertia, and both periods. The moments themselves are not identified,
-because a free body moves in the same way with all moments multiplied by one factor.
+December 1992 radar determined its attitude and angular velocity on 17 days. The fit determines the
+ratios of its moments of inertia and both periods. The moments themselves are not determined,
+because a common factor of all moments does not change the motion of a free body.
 
 The measurements are from Y. Takahashi, M. W. Busch and D. J. Scheeres, *The Astronomical Journal*
-146 (2013) 95, who found the ratios 3.0836 and 3.235 from five flybys, with the torques of Earth and
-Sun.
+146 (2013) 95, who obtained the ratios 3.0836 and 3.235 from five flybys, including the torques of
+the Earth and the Sun.
 """
 
 import kreisel as kr
@@ -54,8 +54,8 @@ def attitude(precession, nutation, spin):
 
 # %%
 # The noise of the measurements is not given, so the fit estimates it from the residuals. The scene
-# has only rough moments of a body that is longer along its third axis; the first guess of the
-# motion comes from the measurements.
+# contains only rough moments of a body that is elongated along its third axis. The initial guess of
+# the motion comes from the measurements.
 
 record = kr.Record(
     t,
@@ -69,8 +69,8 @@ for ratio, (value, error) in fit.moment_ratios.items():
     print(f"{ratio} = {value:.3f} +- {error:.3f}")
 
 # %%
-# The closed form of the fitted motion has both periods: Hudson and Ostro (*Science* 270, 1995)
-# found 5.41 and 7.35 days.
+# The closed form of the fitted motion gives both periods. For comparison, Hudson and Ostro
+# (*Science* 270, 1995) found 5.41 and 7.35 days.
 
 motion = kr.exact(fit.scene)
 days = {name: 2 * np.pi / abs(getattr(motion, name)) for name in ("spin", "precession")}

@@ -2,8 +2,8 @@
 How do I describe a body of my own?
 ===================================
 
-From parts with known moments: a hammer is a cylinder across a rod. Place the parts, add them, and
-choose the fixed point of the whole.
+Compose the body of parts with known moments. For example, a hammer is a cylinder mounted across the
+end of a rod. Place the parts relative to the fixed point of the whole body, and add them.
 """
 
 import kreisel as kr
@@ -17,8 +17,8 @@ print(hammer)
 print("kind", hammer.kind, "moments", np.round(hammer.moments, 6), "kg m^2")
 
 # %%
-# The hammer is held at the end of its handle, spun about it, pushed sideways and released. It moves
-# as a top without symmetry. The film shows a box with the same moments:
+# The hammer is held at the end of its handle, spun about the handle, pushed sideways and released.
+# It moves like a top without symmetry. The animation shows a box with the same moments:
 
 scene = kr.Scene.from_euler(
     hammer, angles=(0, 75, 0), rates=(180, 0, 3000), degrees=True, gravity=9.81
@@ -27,12 +27,12 @@ path = kr.solve(scene, np.linspace(0, 1.5, 900))
 path.animate(fps=20, size=320)
 
 # %%
-# The path of its handle:
+# A plot shows the path of the handle:
 
 kr.plot(path)
 
 # %%
-# Impossible bodies are refused with a reason:
+# Bodies that are physically impossible are refused with a reason:
 
 try:
     kr.Body(mass=1, inertia=(1, 1, 3), com=(0, 0, 1))

@@ -3,8 +3,8 @@ How can a free body tumble?
 ===========================
 
 Seen from the body, the angular momentum of a free body stays on a sphere, because its size is
-constant, and on an ellipsoid, because the energy is constant. The curves in which both intersect
-are Poinsot's polhodes: all possible motions.
+constant, and on an ellipsoid, because the energy is constant. The intersections of the sphere and
+the ellipsoid are Poinsot's polhodes, which represent all possible motions.
 """
 
 import kreisel as kr
@@ -42,9 +42,9 @@ axes.set_box_aspect((1, 1, 1), zoom=1.4)
 axes.set_axis_off()
 
 # %%
-# Blue curves surround the axis of the largest moment, green ones that of the least. The orange
-# separatrix divides them and crosses itself at the unstable middle axis. At the same momentum, the
-# energy alone decides which curve a body follows:
+# Blue curves surround the axis of the largest moment, and green curves the axis of the smallest
+# moment. The orange separatrix divides them and crosses itself at the unstable middle axis. At a
+# given magnitude of the momentum, the energy determines the curve:
 
 for axis, name in ((long, "long"), (middle, "middle"), (short, "short")):
     scene = kr.Scene(body, body_momentum=size * axis, gravity=0.0)

@@ -1,9 +1,10 @@
 """
-What has a top to do with a bent wire?
-======================================
+What does a top have to do with a bent wire?
+============================================
 
-Kirchhoff's analogy: the tangent of an elastic rod in equilibrium turns along the rod as the axis of
-a top turns in time. Every motion of a top is therefore the shape of a rod.
+According to Kirchhoff's analogy, the tangent of an elastic rod in equilibrium turns along the rod
+as the axis of a top turns in time. Every motion of a top therefore corresponds to the shape of a
+rod.
 """
 
 import kreisel as kr
@@ -25,8 +26,8 @@ for chart, (name, scene) in zip(axes, starts.items(), strict=True):
 
 # %%
 # In a plane the rod is Euler's elastica, and the top is a pendulum. The rod of a body without
-# symmetry is stiffer in one direction than in the other, so its section is an ellipse. A dot marks
-# the start, and a bar the scale:
+# symmetry is stiffer in one direction than in the other, so it is drawn with an elliptical
+# cross-section. A dot marks the beginning of the rod, and a bar shows the scale:
 
 flat = kr.Body.cuboid(half=(0.9, 0.35, 1), pivot=(0, 0, -1))
 path = kr.solve(kr.Scene(flat, momentum=(1.2, -3, 7)), np.linspace(0, 14, 900))
@@ -35,7 +36,8 @@ print(rod)
 rod.plot(elevation=15)
 
 # %%
-# The elastic energy of the rod corresponds to the kinetic energy of the top. Its sum with the load
-# is constant along the rod, as the energy of the top is in time:
+# The elastic energy of the rod corresponds to the kinetic energy of the top. The sum of the elastic
+# energy and the energy of the load is constant along the rod, as the energy of the top is constant
+# in time:
 
 print(np.ptp(rod.elastic_energy_density + path.potential) / rod.elastic_energy_density.max())

@@ -2,8 +2,8 @@
 Why does a tumbling satellite turn over?
 ========================================
 
-A free body that spins about the axis of its middle moment flips over periodically: cosmonaut
-Dzhanibekov's nut, a tennis racket, and any satellite that has lost its thrusters.
+A free body that spins about the axis of its middle moment flips over periodically. Examples are the
+cosmonaut Dzhanibekov's nut, a tennis racket, and a satellite that has lost its thrusters.
 """
 
 import kreisel as kr
@@ -25,8 +25,9 @@ axes.legend(loc="upper right", ncol=3)
 axes.set_ylim(-3.5, 4.5)
 
 # %%
-# Between two turnovers the motion seems steady. The waiting time grows with the logarithm of the
-# initial deviation. The closed form gives it even for deviations too small to integrate:
+# Between two flips the motion seems steady. The time between flips grows with the logarithm of the
+# inverse of the initial deviation. The closed form gives this time even for deviations that are too
+# small for numerical integration:
 
 for offset in (1e-1, 1e-3, 1e-6, 1e-9):
     one = kr.exact(scene.replace(body_velocity=(offset, 3.0, 0.0)))

@@ -2,8 +2,9 @@ r"""
 Which parameter of my model matters most?
 =========================================
 
-A motion depends on the start, on gravity, on the moments and on the centre of mass. The Taylor
-method computes all these derivatives along with the path, without finite differences.
+A motion depends on its initial state, on gravity, on the moments and on the centre of mass. The
+Taylor method computes the derivatives with respect to all these parameters together with the path,
+without finite differences.
 """
 
 import kreisel as kr
@@ -17,8 +18,8 @@ path = kr.solve(scene, t, tangents=("start", "moments", "com", "gravity"))
 print(path.tangents.shape)
 
 # %%
-# The first three rows of a tangent are the rotation of the attitude. A column, scaled by one per
-# cent of its parameter, tells how far that change turns the body:
+# The first three rows of a tangent are the rotation of the attitude. A column multiplied by one per
+# cent of its parameter tells how far this change of the parameter rotates the body:
 
 turn = np.linalg.norm(path.tangents[:, :3], axis=1)
 scale = 0.01 * np.abs([*book.moments, *book.principal_com, scene.gravity])
@@ -32,7 +33,7 @@ axes.set(xlabel="time [s]", ylabel="turn of the body by 1 % [degrees]", ylim=(1e
 axes.legend(ncol=2)
 
 # %%
-# A finite difference of two runs agrees, up to its own error:
+# A finite difference of two runs agrees with the tangent, up to the error of the difference:
 
 other = kr.solve(scene.replace(gravity=9.81 + 1e-6), t)
 apart = kr.attitude_error(other.q, kr.solve(scene, t).q) / 1e-6

@@ -1,9 +1,9 @@
 """
-Can I run it backwards?
-=======================
+Can I run a motion backwards?
+=============================
 
-A reversible method undoes its own steps; other methods return only approximately. Here each method
-runs forward and back to the start, with a step that is not small:
+A reversible method can undo its own steps, while other methods return to the initial state only
+approximately. Here each method runs forwards and back to the initial state with a large step:
 """
 
 import kreisel as kr
@@ -28,7 +28,7 @@ axes.set(
 axes.legend()
 
 # %%
-# Each method lists its properties:
+# The properties of each method are listed in ``kr.methods``:
 
 for name in names:
     method = kr.methods[name]

@@ -2,8 +2,8 @@
 Which method is cheapest at a given error?
 ==========================================
 
-``kr.compare`` runs methods against a reference solution with 20 digits and reports error and run
-time. Here a top without a closed form is computed by a method of each family.
+``kr.compare`` runs methods against a reference solution with 20 digits and reports errors and run
+times. Here a method of each family computes a top without a closed form.
 """
 
 import kreisel as kr
@@ -24,10 +24,10 @@ axes.set(xlabel="run time [ms]", ylabel="attitude error [rad]", ylim=(1e-14, 10)
 axes.legend(loc="upper right", ncol=2)
 
 # %%
-# Lower left is better. The Taylor series is fastest at every useful error. The
+# Methods at the lower left are better. The Taylor series is fastest at every useful error. The
 # structure-preserving methods are for runs so long that conserved quantities matter more than the
-# exact attitude (see the next examples). Given an error bound, kreisel chooses such a method and
-# its step, and explains the choice:
+# exact attitude (see the next examples). Given an error bound, kreisel chooses a
+# structure-preserving method and its step, and explains the choice:
 
 path = kr.solve(scene, 20.0, "geometric", error=1e-4)
 print(path.plan)

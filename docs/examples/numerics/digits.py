@@ -1,9 +1,10 @@
 """
-What do 30 digits buy?
-======================
+What are 30 digits good for?
+============================
 
-Time. For this chaotic top each digit extends the predictable time by about ten units. A path with
-30 digits is right long after double precision has lost the motion, at a moderate cost.
+More digits extend the time over which a motion can be predicted. For this chaotic top, each digit
+adds about ten units of time. At a moderate cost, a path with 30 digits remains accurate long after
+double precision has become useless.
 """
 
 from time import perf_counter
@@ -29,7 +30,7 @@ axes.legend()
 print(f"estimated error of the reference: {truth.error:.1e} rad")
 
 # %%
-# ``path.q_low`` holds the digits that doubles cannot store:
+# ``path.q_low`` contains the digits that do not fit into the doubles of ``path.q``:
 
 high, low = truth.q[-1], truth.q_low[-1]
 print("w =", high[0], "+", low[0])

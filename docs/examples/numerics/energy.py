@@ -2,8 +2,8 @@
 Does my simulation lose energy?
 ===============================
 
-With the classical Runge-Kutta method it does, steadily. With symplectic methods the energy error
-oscillates, and the integrable map of Bobenko and Suris conserves a modified energy exactly.
+With the classical Runge-Kutta method, it loses energy steadily. With symplectic methods, the energy
+error oscillates. The integrable map of Bobenko and Suris conserves a modified energy exactly.
 """
 
 import kreisel as kr
@@ -30,7 +30,7 @@ right.legend()
 
 # %%
 # The modified energy of the Bobenko-Suris map, :math:`E + \tfrac{h}{2 I_1} \langle p \times a, m
-# \rangle M`, is constant to rounding, after any number of steps:
+# \rangle M`, is constant up to rounding errors after any number of steps:
 
 path = kr.solve(scene, 30000.0, "bobenko_suris", step=step, every=1000)
 kept = path.modified_energy(step)

@@ -4,7 +4,7 @@ What is an integrable map good for?
 
 A top without spin that swings in a plane is a pendulum. With a step of a sixth of its period, a
 symplectic method becomes the standard map, the textbook example of chaos. The map of Bobenko and
-Suris is integrable, as the top is: every motion stays on its curve, whatever the step.
+Suris is integrable, like the top itself: every motion remains on a curve, for any step.
 """
 
 import kreisel as kr
@@ -31,7 +31,7 @@ axes[0].set_ylabel("momentum")
 
 # %%
 # The closed form of the Bobenko-Suris map gives the state after any number of steps directly, here
-# a billion:
+# after a billion steps:
 
 scene = kr.scenes.cusps
 map = kr.exact(scene, map="bobenko_suris", step=0.4)
@@ -42,6 +42,6 @@ difference = kr.attitude_error(walked.q, map(steps).q).max()
 print(f"4000 steps and the closed form differ by {difference:.1e} rad")
 
 # %%
-# Two methods side by side in the viewer; press the space bar:
+# The viewer shows two methods side by side. Press the space bar to start them:
 
 kr.view(scene, methods=["bobenko_suris", "strang"], step=0.4, open=False)

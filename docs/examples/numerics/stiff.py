@@ -1,9 +1,9 @@
 """
-Which step may I take where the scene is stiff?
-===============================================
+Which step can I use for a stiff scene?
+=======================================
 
 A fast top nutates a thousand times during one precession. Methods that integrate the free motion
-exactly are not limited by the spin; other methods must resolve it.
+exactly are not limited by the spin. Other methods must resolve the spin.
 """
 
 import kreisel as kr
@@ -32,7 +32,7 @@ axes[0].set_ylabel("attitude error at t = 20 [rad]")
 axes[0].legend(fontsize=8)
 
 # %%
-# A line ends where the method refuses the step or fails. Each refusal gives its reason:
+# A line ends where the method refuses the step or fails. The exception states the reason:
 
 try:
     kr.solve(kr.scenes.strong_gravity, 20.0, "bobenko_suris4", step=0.5)

@@ -2,8 +2,8 @@
 How do I make a film of my top?
 ===============================
 
-``path.animate()`` draws the moving body with the trace of its axis. A notebook displays the film,
-and ``path.animate("top.gif")`` writes a file.
+``path.animate()`` draws the moving body with the trace of its axis. A notebook displays the
+animation, and ``path.animate("top.gif")`` writes it to a file.
 """
 
 import kreisel as kr
@@ -15,12 +15,12 @@ path = kr.solve(scene, np.linspace(0, 0.5, 900))
 path.animate(fps=20, size=360, time_unit="s")
 
 # %%
-# A still picture of the same path:
+# ``kr.plot`` draws a still picture of the same path:
 
 kr.plot(path, time_unit="s")
 
 # %%
-# The spin looks slower than it is, because the top turns more than once between two frames. The
-# viewer shows it at any speed, and the top can be dragged:
+# In the animation the spin looks too slow, because the top turns more than once between two frames.
+# The viewer shows the motion at any speed, and lets you drag the top:
 
 kr.view(scene, speed=0.05, open=False)

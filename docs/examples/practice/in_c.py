@@ -2,8 +2,9 @@
 How do I put a top into my own program in C?
 ============================================
 
-Include ``kreisel.h`` and link a library that needs only libc and libm. It has no global state,
-prints nothing, and allocates memory once for each top: suitable for games and controllers.
+Include ``kreisel.h`` and link the library, which needs only libc and libm. It is suitable for games
+and controllers, because it has no global state, prints nothing, and allocates memory only once for
+each top.
 """
 
 import os
@@ -59,4 +60,5 @@ axes[1].plot(t, z)
 axes[1].set(xlabel="time", title="height of the apex")
 
 # %%
-# The header works in C++ too. With CMake use ``find_package(kreisel)`` and ``kreisel::kreisel``.
+# The header can also be used in C++. With CMake, use ``find_package(kreisel)`` and
+# ``kreisel::kreisel``.

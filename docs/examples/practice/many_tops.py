@@ -1,9 +1,10 @@
 """
-How do I sweep over more tops than memory holds?
+How do I compute more tops than fit into memory?
 ================================================
 
-A sweep writes its parts into a folder and resumes after Ctrl-C, after a crash, or on another
-machine. This example has 60,000 tops in small parts; a billion tops are described in the same way.
+A sweep computes its tops in parts, which are written to a folder. It can be resumed after Ctrl-C,
+after a crash, or on another machine. This example has 60,000 tops in small parts. A billion tops
+are described in the same way.
 """
 
 from pathlib import Path
@@ -22,8 +23,8 @@ options = {"reduce": {"nutation": ("max", "mean")}, "part_size": 10000}
 print(kr.sweep(source, np.linspace(0, 20, 201), folder=runs, parts=range(2), **options))
 
 # %%
-# Repeating the call computes only the missing parts. The results do not depend on which worker
-# computes which part, when, or on how many threads:
+# Repeating the call computes only the missing parts. The results do not depend on the order of the
+# parts, the workers that compute them, or the number of threads:
 
 done = kr.sweep(source, np.linspace(0, 20, 201), folder=runs, **options)
 print(done)
@@ -39,7 +40,7 @@ for chart, (name, title) in zip(axes, titles.items(), strict=True):
 axes[0].set_ylabel("spin")
 
 # %%
-# In the shell, as separate jobs: ``kreisel sweep plan.toml --folder runs --parts 0:8``. The folder
-# contains Parquet files, which many tools read.
+# In a shell, ``kreisel sweep plan.toml --folder runs --parts 0:8`` computes some of the parts, for
+# example in one of many jobs. The folder contains Parquet files, which many tools can read.
 
 folder.cleanup()

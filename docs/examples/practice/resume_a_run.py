@@ -2,8 +2,8 @@
 How do I continue a run tomorrow?
 =================================
 
-A run can be saved at any time and resumed later. The resumed run is bitwise equal to an
-uninterrupted one. Its memory does not grow with its length.
+A run can be saved at any time and resumed later. The results are bitwise identical to those of an
+uninterrupted run. The memory of a run does not grow with its length.
 """
 
 from pathlib import Path
@@ -31,7 +31,7 @@ axes.set(xlabel="time", ylabel="nutation [rad]")
 figure.legend(loc="outside upper right", ncol=2)
 
 # %%
-# A stream yields paths of bounded size, so memory stays constant however long it runs:
+# A stream yields paths of bounded size, so its memory is constant for runs of any length:
 
 highest = 0.0
 for piece in kr.stream(kr.scenes.asymmetric, 2000.0, "strang", step=0.01, every=10):

@@ -3,7 +3,7 @@ Why does every top fall in the end?
 ===================================
 
 Air drag slows the spin. The top stands while its spin exceeds the critical spin, and falls soon
-after the spin drops below it.
+after the spin has dropped below the critical spin.
 """
 
 import kreisel as kr
@@ -28,9 +28,9 @@ below.plot(path.t, np.degrees(path.nutation), linewidth=0.7)
 below.set(xlabel="time [s]", ylabel="nutation [degrees]")
 
 # %%
-# A damped top has no closed form, so ``auto`` takes the Taylor series. Its polynomials give the
-# event that ends the path to the last digit. Only drag acts about the axis,
-# :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so the spin decays exponentially:
+# A damped top has no closed form, so ``auto`` uses the Taylor series. The polynomials of the series
+# determine the time of the final event to the last digit. The only torque about the axis is the
+# drag, :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so the spin decays exponentially:
 
 rate = drag / cone.moments[2]
 print("spin, largest relative deviation from an exponential:", end="")

@@ -2,8 +2,8 @@
 When exactly is the axis lowest?
 ================================
 
-Events are roots of the polynomials of the Taylor method: none is missed, and their times are as
-accurate as the path.
+Events are roots of the polynomials of the Taylor method. No event is missed, and the times of
+events are as accurate as the path.
 """
 
 import kreisel as kr
@@ -27,7 +27,7 @@ print(f"{(path.events.which == 1).sum()} times the precession reverses: twice in
 
 # %%
 # Any quadratic function of the state can be an event and can end the path. Here the path ends when
-# the axis crosses a plane for the third time in one direction.
+# the axis crosses a plane for the third time in the same direction:
 
 east = kr.events.plane((1, 0, 0), of="apex", direction=1, max_count=3, terminal=True)
 print(kr.solve(scene, 100, events=east).events.t)

@@ -3,8 +3,8 @@ How does a spinning wheel find north?
 =====================================
 
 A gyrocompass is a wheel with a horizontal axle, in a housing whose centre of mass is below its
-pivot. The Earth turns under it. Weight and spin together drive the axle towards the meridian, and
-drag lets it come to rest there.
+pivot. The Earth turns under the compass. The weight and the spin together drive the axle towards
+the meridian, and drag brings the axle to rest there.
 """
 
 import kreisel as kr
@@ -17,7 +17,8 @@ turning = 7.292e-5 * (np.cos(latitude) * north + np.sin(latitude) * up)  # of th
 
 # %%
 # The housing has its centre of mass 1 cm below the pivot. A motor keeps the momentum of the wheel
-# constant: it is the ``rotor`` of the body. The axle first points to the east, at rest.
+# constant, so the wheel is the ``rotor`` of the body. At the start the axle is at rest and points
+# to the east.
 
 housing = kr.Body(1.0, (0.010, 0.012, 0.012), (0, 0, -0.01))
 compass = housing.with_rotor(spin=500, inertia=1e-4, axis=(1, 0, 0))
@@ -33,9 +34,9 @@ axes.set(xlabel="time [minutes]", ylabel="axle, from north [degrees]")
 print(f"after {path.t[-1] / 60:.0f} minutes: {heading[-1]:+.4f} degrees from north")
 
 # %%
-# Small swings about the meridian have the period
-# :math:`2\pi\sqrt{(I + h^2 / (M g l)) / (h\,\Omega \cos\varphi)}`, where :math:`h` is the momentum
-# of the wheel and :math:`I` the moment about the vertical. Without drag the axle swings on:
+# Small oscillations about the meridian have the period :math:`2\pi\sqrt{(I + h^2 / (M g l)) /
+# (h\,\Omega \cos\varphi)}`, where :math:`h` is the momentum of the wheel and :math:`I` the moment
+# about the vertical. Without drag the oscillation does not decay:
 
 momentum = compass.rotor[0]
 stiff = compass.moments[2] + momentum**2 / (9.81 * 0.01)

@@ -2,8 +2,8 @@ r"""
 Can shaking keep a pendulum upright?
 ====================================
 
-Kapitza's pendulum stands on its head if its pivot is shaken fast enough. A top needs less shaking
-the faster it spins.
+Kapitza's pendulum stands upright if its pivot is shaken fast enough. The faster a top spins, the
+less shaking it needs.
 """
 
 import kreisel as kr
@@ -22,10 +22,10 @@ axes.set(xlabel="time [s]", ylabel="nutation [degrees]")
 axes.legend(title="amplitude")
 
 # %%
-# Averaged over a period, the shaking adds the potential
-# :math:`(M l A r)^2 \sin^2\vartheta / (4 I_1)`. Hence a top with the spin
-# :math:`\omega_3` stands if :math:`(I_3\,\omega_3)^2 + 2 (M l A r)^2 > 4 I_1 M g l`. Each point of
-# the map is the motion of one top during two seconds, and the line is this border:
+# Averaged over a period, the shaking adds the potential :math:`(M l A r)^2 \sin^2\vartheta / (4
+# I_1)`. Hence a top with the spin :math:`\omega_3` stands if :math:`(I_3\,\omega_3)^2 + 2 (M l A
+# r)^2 > 4 I_1 M g l`. Each point of the map is one top, integrated for two seconds, and the line is
+# the limit of this condition:
 
 spins, amplitudes = np.linspace(0, 1300, 40), np.linspace(0, 0.006, 31)
 tops = upright.vary(

@@ -2,8 +2,9 @@
 Why does a top draw loops, cusps or waves?
 ==========================================
 
-An axis released from rest falls and comes to rest again in cusps. Pushed forwards it moves in
-waves, pushed backwards in loops. Only the initial precession differs.
+An axis that is released from rest falls, and comes to rest again in cusps. An axis that is pushed
+forwards moves in waves, and one that is pushed backwards moves in loops. Only the initial
+precession differs.
 """
 
 import kreisel as kr
@@ -20,8 +21,8 @@ t = np.linspace(0, 1.3, 3000)
 kr.plot([kr.solve(start_top(rate), t) for rate in (-12, 0, 3)], time_unit="s")
 
 # %%
-# The dashed lines are the angles between which the axis moves. They come from the closed form, not
-# from the path, and so does the type of motion:
+# The dashed lines are the angles between which the axis moves. The closed form provides these
+# angles and the type of motion:
 
 for rate in (-12, 0, 3):
     motion = kr.exact(start_top(rate))
@@ -29,6 +30,6 @@ for rate in (-12, 0, 3):
     print(f"{rate:3} rad/s: {motion.motion_type:6} between {low:.2f} and {high:.2f} degrees")
 
 # %%
-# An interactive top that starts with cusps:
+# The viewer shows a top that starts with cusps:
 
 kr.view(start_top(0), speed=0.3, open=False)

@@ -2,8 +2,9 @@
 Is a hanging top a pendulum?
 ============================
 
-Without spin it is a spherical pendulum and swings in a plane. With a little spin the plane of the
-swing turns, as that of Foucault's pendulum does. With more spin it misses the lowest point by more.
+Without spin, a hanging top is a spherical pendulum and swings in a plane. With a little spin, the
+plane of oscillation turns, like that of Foucault's pendulum. The faster the spin, the farther the
+top passes from its lowest point.
 """
 
 import kreisel as kr
@@ -26,8 +27,8 @@ for chart, spin in zip(axes, (0, 20, 60, 400), strict=True):
 figure.supxlabel("the apex from above", fontsize=9.5)
 
 # %%
-# The closed form gives the rate at which the plane of the swing turns. In one period of the height
-# the plane turns by the angle about the vertical minus half a turn.
+# The closed form gives the rate at which the plane of oscillation turns. In one period of the
+# height, the plane turns by the precession of the axis minus half a turn:
 
 for spin in (20, 60, 400):
     scene = kr.Scene.spinning(bob, spin, tilt=np.radians(160), gravity=9.81)

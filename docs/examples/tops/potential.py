@@ -1,10 +1,10 @@
 r"""
-Between which angles does a top nod?
-====================================
+Between which angles does the axis of a top oscillate?
+======================================================
 
-Energy and both momenta are constant, which leaves one equation for the nutation:
-:math:`\tfrac12 I_1 \dot\vartheta^2 + U(\vartheta) = E`. The axis moves where the effective
-potential is below the energy.
+The energy and the momenta about the vertical and about the axis are constant, which leaves one
+equation for the nutation: :math:`\tfrac12 I_1 \dot\vartheta^2 + U(\vartheta) = E`. The axis moves
+where the effective potential is below the energy.
 """
 
 import kreisel as kr

@@ -3,7 +3,7 @@ When does a wheel stop?
 =======================
 
 Air drag alone never stops a spin, because it vanishes with the spin. The dry friction of a bearing
-does not: it stops the wheel at a certain time.
+does not vanish, and stops the wheel in a finite time.
 """
 
 import kreisel as kr
@@ -32,13 +32,14 @@ above.set_ylabel("spin [rad/s]")
 below.set(xlabel="time [s]", ylabel="nutation [degrees]")
 
 # %%
-# About the axis only drag and friction act, :math:`I_3 \dot\omega_3 = - d\,\omega_3 - f`. This
-# gives the times :math:`I_3\,\omega_3 / f` and :math:`(I_3 / d) \ln(1 + d\,\omega_3 / f)`:
+# The only torques about the axis are drag and friction, :math:`I_3 \dot\omega_3 = - d\,\omega_3 -
+# f`. The wheel therefore stops after :math:`I_3\,\omega_3 / f` without drag, and with drag after
+# :math:`(I_3 / d) \ln(1 + d\,\omega_3 / f)`:
 
 moment = wheel.moments[2]
 print(f"friction: {moment * 300 / friction:.6f} s")
 print(f"drag and friction: {moment / drag * np.log1p(drag * 300 / friction):.6f} s")
 
 # %%
-# Friction acts about the axis only, so it does not stop the swing of the wheel. A wheel without
+# Friction acts only about the axis, so it does not stop the swinging of the wheel. A wheel without
 # spin is a spherical pendulum.

@@ -3,8 +3,8 @@ How fast must a top spin to stand?
 ==================================
 
 An upright top *sleeps* if its spin exceeds the critical spin :math:`2 \sqrt{I_1 m g l} / I_3`.
-Below it the smallest push makes it fall. The picture shows how far each of many thousand tops
-falls, over the spin and the initial tilt.
+Below the critical spin, the smallest push makes the top fall. The picture shows how far many
+thousands of tops fall, depending on their spin and initial tilt.
 """
 
 import kreisel as kr
@@ -32,14 +32,15 @@ axes.grid(False)
 figure.colorbar(field, label="falls by [degrees]")
 
 # %%
-# Nothing was integrated: the turning points have a closed form. ``toy.vary`` names the axes of the
-# ensemble, and each of its members is a scene:
+# No motion was integrated, because the turning points have a closed form. ``toy.vary`` names the
+# axes of the ensemble, and each member of the ensemble is a scene:
 
 print(tops, tops.axes)
 print(np.degrees(kr.exact(tops[200, 20]).greatest_nutation), "degrees at most")
 
 # %%
-# Two tops on either side of the critical spin, both released at two degrees:
+# The next figure compares two tops with spins above and below the critical spin, both released at a
+# tilt of two degrees:
 
 pair = [
     kr.Scene.spinning(cone, spin=factor * critical, tilt=np.radians(2), gravity=9.81)

@@ -1,9 +1,10 @@
 """
-How do I start as my textbook does?
-===================================
+How do I enter the initial state of a textbook problem?
+=======================================================
 
 Textbooks use Euler's angles and their rates, engineers use degrees or quaternions with the scalar
-last, and a sensor measures the angular velocity in the body. All describe the same scene.
+last, and a sensor measures the angular velocity in the body frame. All these descriptions can
+define the same scene:
 """
 
 import kreisel as kr
@@ -25,12 +26,12 @@ print(f"the two differ by {kr.attitude_error(one.q, other.q).max():.1e} rad")
 kr.plot(one)
 
 # %%
-# The path returns the angles as given, z-x-z, and tables can contain them:
+# The path returns Euler's angles in the same z-x-z convention, and tables can contain these angles:
 
 print(one.euler(degrees=True)[0].round(9))
 print(one.to_pandas("nutation", "spin", degrees=True).head(3))
 
 # %%
-# The scene as a file for the shell: ``kreisel solve top.toml --t 2 --want nutation``.
+# A file with the scene can be used in the shell: ``kreisel solve top.toml --t 2 --want nutation``.
 
 print(first.to_toml())

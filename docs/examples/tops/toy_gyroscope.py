@@ -2,9 +2,9 @@ r"""
 How fast does a toy gyroscope precess?
 ======================================
 
-A disk on a light axle spins at 3000 turns a minute, tilted by 60 degrees. The textbook rule for
-the precession of a fast top is :math:`\dot\varphi = m g l / (I_3 \omega)`. How accurate is the
-rule, and at which spin does it fail?
+A disk on a light axle spins at 3000 revolutions per minute, and its axis is tilted by 60 degrees.
+The textbook rule for the precession of a fast top is :math:`\dot\varphi = m g l / (I_3 \omega)`.
+How accurate is the rule, and at which spin does it fail?
 """
 
 import kreisel as kr
@@ -19,15 +19,16 @@ scene = kr.Scene.spinning(gyroscope, spin, tilt=np.radians(60), steady=True, gra
 kr.plot(kr.solve(scene, np.linspace(0, 3, 600)), time_unit="s")
 
 # %%
-# ``steady=True`` chooses the start without nutation. Its precession, compared with the rule:
+# ``steady=True`` chooses the initial state without nutation. The following output compares its
+# precession with the rule:
 
 across, _, along = gyroscope.moments
 torque = gyroscope.mass * 9.81 * gyroscope.com[2]
 print(f"closed form {kr.exact(scene).precession:.4f} rad/s, rule {torque / along / spin:.4f} rad/s")
 
 # %%
-# One call computes all spins. The rule is the limit of fast tops; below a least spin no steady
-# precession exists.
+# One call computes the precession for all spins. The rule is the limit for fast tops. Below a
+# minimum spin, no steady precession exists.
 
 least = 2 * np.sqrt(across * torque * np.cos(np.radians(60))) / along
 spins = np.linspace(1.001 * least, 600, 300)
@@ -43,6 +44,6 @@ axes.set(xlabel="spin [rad/s]", ylabel="precession [rad/s]", xlim=(0, 600), ylim
 axes.legend()
 
 # %%
-# The same gyroscope in the viewer, where the top and its momentum can be dragged:
+# The viewer shows the same gyroscope. The top and its momentum can be dragged:
 
 kr.view(scene, speed=0.2, open=False)

@@ -2,9 +2,9 @@ r"""
 What does a spinning wheel do on a turntable?
 =============================================
 
-Balanced and free to turn, it does not notice the turntable: it keeps its direction in the space at
-rest. If the bearings of its frame rub, they drag the wheel along, and its axle rises until it is
-parallel to the axis of the turntable.
+A balanced wheel that is free to turn in all directions keeps its direction in the inertial frame.
+If the bearings of its frame have friction, they drag the wheel along. Its axle then rises until it
+is parallel to the axis of the turntable.
 """
 
 import kreisel as kr
@@ -32,10 +32,10 @@ axes.set(xlabel="time [s]", ylabel="elevation of the axle [degrees]")
 axes.legend()
 
 # %%
-# Seen from the turntable, the wheel first turns backwards. The drag of this motion is a vertical
-# torque. It changes the vertical part of the momentum :math:`h` of the wheel,
+# Seen from the turntable, the wheel first turns backwards. The drag on this motion is a vertical
+# torque, which changes the vertical component of the momentum :math:`h` of the wheel,
 # :math:`h\,\dot\alpha \cos\alpha = d\,\Omega \cos^2\alpha`, so the axle rises at the rate
-# :math:`d\,\Omega / h` at first. It rises to the side of the axis of rotation, as a gyrocompass
+# :math:`d\,\Omega / h` at first. The axle turns towards the axis of rotation, as a gyrocompass
 # turns to the north.
 
 momentum = wheel.rotor[2]

@@ -65,23 +65,24 @@ class Apex:
     def azimuth(self) -> Array:
         """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
 
-        The angle is undefined where the trace passes through the vertical. Beyond such a point, the
-        angle is known only up to multiples of 2 pi.
+        The azimuth is undefined where the trace passes through the vertical. After each passage
+        through the vertical, the azimuth is known only up to multiples of 2 pi.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:
         """Return the nutation and precession of a Lagrange top, averaged over complete periods.
 
-        The averages extend from the first to the last minimum of the apex height. The function
-        kreisel.exact computes the same values directly from a scene. Turning points between states
-        are found by cubic interpolation. With 50 states per nutation period, the averages are
-        accurate to four digits; with 400, to seven. If the height varies by less than 1e-9, the
-        motion is a steady precession and the period is NaN.
+        The averages are taken over the interval from the first to the last minimum of the apex
+        height. The function kreisel.exact computes the same values directly from a scene. The
+        minima and maxima of the height are found by cubic interpolation between the states. The
+        averages are accurate to four digits for 50 states per nutation period, and to seven digits
+        for 400 states. If the height varies by less than 1e-9, the motion is a steady precession
+        and the period is NaN.
 
-        Raises ValueError for a moving support, and for a body other than a Lagrange top, whose
-        nutation is generally not periodic. Also raises ValueError if the path contains no complete
-        nutation period, or if its states are more than a quarter of a period apart.
+        Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
+        raises ValueError if the path contains no complete nutation period, or fewer than four
+        states per period.
         """
         body = self.scene.body
         refuse_disturbances(
@@ -98,9 +99,9 @@ class Apex:
         if not len(self.t):
             raise ValueError("a path without states has no nutation: call solve with times")
         if np.ptp(self.height) < _LEVEL:
-            return self._steady_nutation()
+            return self._measure_steady_nutation()
         self._check_sampling()
-        low, high = self._turning_times(1.0), self._turning_times(-1.0)
+        low, high = self._find_turning_times(1.0), self._find_turning_times(-1.0)
         if len(low) < 2:
             raise ValueError(
                 f"the apex has {len(low)} lowest points in this path, but two are needed to "
@@ -112,11 +113,11 @@ class Apex:
             self.azimuth, last
         ) - self._interpolate_between_states(self.azimuth, first)
         greatest, least = (
-            float(np.mean([self._nutation_at(t) for t in times])) for times in (low, high)
+            float(np.mean([self._interpolate_nutation(t) for t in times])) for times in (low, high)
         )
         return Nutation(least, greatest, period, turned / (last - first))
 
-    def _steady_nutation(self) -> Nutation:
+    def _measure_steady_nutation(self) -> Nutation:
         nutation = np.arctan2(np.hypot(*self.trace[:, :2].T), self.height)
         turned, took = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
         rate = float(turned / took) if took else math.nan
@@ -135,25 +136,23 @@ class Apex:
                 f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
             )
 
-    def _turning_times(self, sign: float) -> list[float]:
+    def _find_turning_times(self, sign: float) -> list[float]:
         """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
         rise = sign * self.rate[:, 2]
         after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
-        return [_find_zero(*self._nearest_four_states(i, rise)) for i in after.tolist()]
+        return [_find_zero(*self._find_nearest_states(i, rise)) for i in after.tolist()]
 
-    def _nearest_four_states(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return the times and values of the four states nearest to the interval [t[i - 1], t[i]].
-
-        If the path has fewer than four states, all states are returned.
-        """
+    def _find_nearest_states(self, i: int, values: Array) -> tuple[Array, Array]:
+        """Return four times around t[i], and the values at these times."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
-    def _nutation_at(self, t: float) -> float:
+    def _interpolate_nutation(self, t: float) -> float:
         """Return the nutation angle at a time between two states, by interpolation.
 
-        The angle is computed from the interpolated height and squared distance of the apex from the
-        vertical. Both functions are smooth, so the result is accurate even near the vertical.
+        The nutation angle is computed from the height of the apex and its squared distance from the
+        vertical. Both the height and the squared distance are smooth functions, so the result is
+        accurate even near the vertical.
         """
         square = self._interpolate_between_states(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(
@@ -162,15 +161,15 @@ class Apex:
 
     def _interpolate_between_states(self, values: Array, t: float) -> float:
         return _interpolate_polynomial(
-            *self._nearest_four_states(int(np.searchsorted(self.t, t)), values), t
+            *self._find_nearest_states(int(np.searchsorted(self.t, t)), values), t
         )
 
 
 def apex(path: Path) -> Apex:
     """Return the curve traced on the unit sphere by the direction of the centre of mass.
 
-    If the centre of mass coincides with the fixed point, the trace of the principal axis T is
-    returned.
+    If the centre of mass coincides with the fixed point, return the trace of the third principal
+    axis.
     """
     check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
@@ -186,7 +185,7 @@ def _interpolate_polynomial(t: Array, values: Array, at: float) -> float:
 
 
 def _find_zero(t: Array, values: Array) -> float:
-    """Return the root at which the polynomial through the points (t, values) is increasing."""
+    """Return the point at which an interpolating polynomial changes from negative to positive."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):

@@ -56,7 +56,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows in the order of the methods and, within each method, of its step sizes or tolerances."""
+    """A table with one row for each step size or tolerance of each method."""
 
     rows: tuple[Row, ...]
 
@@ -117,8 +117,8 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 
 @dataclass
-class _Run:
-    """A run of one method at one step size or tolerance: its path, run times and any failure."""
+class _RunWithTimings:
+    """A repeated run of one method at one step size or tolerance."""
 
     scene: Scene
     t: Numbers
@@ -190,8 +190,8 @@ def compare(
         [('exact', None, True), ('rk4', 0.1, True), ('rk4', 0.05, True)]
 
     Raises the same exceptions as kreisel.solve for invalid arguments, before any run starts. If a
-    run fails later, the field `failure` of its row describes the failure. Ctrl-C raises
-    kreisel.CompareInterrupted, whose attribute `table` contains the rows completed so far.
+    run fails, the reason is stored in the field `failure` of the table row. Ctrl-C raises
+    kreisel.CompareInterrupted, whose attribute `table` contains the completed runs.
     """
     check_type("scene", scene, Scene)
     by_step, by_tol = _parse_settings("steps", steps), _parse_settings("tols", tols)
@@ -200,7 +200,9 @@ def compare(
     tell = parse_progress(progress)
     reference: Path | None = None
     try:
-        reference = truth if isinstance(truth, Path) else _solve_truth(scene, t, truth, by_step)
+        reference = (
+            truth if isinstance(truth, Path) else _compute_reference_path(scene, t, truth, by_step)
+        )
         for done in range(rounds * len(runs)):
             runs[done % len(runs)].repeat_run()
             if tell is not None:
@@ -212,8 +214,8 @@ def compare(
     return _make_table(scene, runs, reference)
 
 
-def _make_table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """Return the table of all completed runs, or an empty table if `truth` is None."""
+def _make_table(scene: Scene, runs: Iterable[_RunWithTimings], truth: Path | None) -> Table:
+    """Return a table of all completed runs, or an empty table if there is no reference solution."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]
@@ -239,7 +241,7 @@ def _list_runs(
     methods: Iterable[MethodName] | None,
     by_step: list[float],
     by_tol: list[float],
-) -> list[_Run]:
+) -> list[_RunWithTimings]:
     """Return one run for each step size or tolerance of each method."""
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
@@ -254,9 +256,9 @@ def _list_runs(
             )
         if method.adaptive:
             tols = by_tol if by_tol and not method.exact else [None]
-            runs += [_Run(scene, t, name, tol=tol) for tol in tols]
+            runs += [_RunWithTimings(scene, t, name, tol=tol) for tol in tols]
         else:
-            runs += [_Run(scene, t, name, step=step) for step in by_step]
+            runs += [_RunWithTimings(scene, t, name, step=step) for step in by_step]
     return runs
 
 
@@ -265,7 +267,9 @@ def _max_attitude_error(path: Path, truth: Path) -> float:
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 
 
-def _solve_truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[float]) -> Path:
+def _compute_reference_path(
+    scene: Scene, t: Numbers, method: MethodName, by_step: list[float]
+) -> Path:
     chosen = resolve_method(method, scene)
     if chosen.digits:
         return solve(scene, t, method, digits=20)

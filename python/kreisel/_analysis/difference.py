@@ -8,33 +8,32 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._results.error_estimate import angles_between
+from .._results.error_estimate import compute_angles_between
 from .._results.path import Path
 from .._utils.validation import Array
 
 if TYPE_CHECKING:
-    from .._plot.charts import AngleDifference
+    from .._plot.charts import AngleBetweenPaths
 
 
-def compute_difference(a: Path, b: Path) -> AngleDifference:
+def compute_difference(a: Path, b: Path) -> AngleBetweenPaths:
     """Return the angle between the attitudes along two paths at common times.
 
-    If a path does not store its attitude, the angle between the two apexes is returned. Paths with
-    different times are compared where their time intervals overlap, at the times of the path with
-    more states there. The other path is recomputed at these times. If this other path is the
-    closed-form solution of a map, which is defined only at whole steps, the roles are exchanged.
+    If a path does not store its attitude, the angle between the two apexes is returned. If the
+    paths have different times, they are compared in the time interval that both cover. One of the
+    paths is recomputed at the times of the other.
     """
-    from .._plot.charts import AngleDifference
+    from .._plot.charts import AngleBetweenPaths
 
     a, b = _restrict_to_common_times(a, b)
     if all(path.want is None or "q" in path.want for path in (a, b)):
-        return AngleDifference(
+        return AngleBetweenPaths(
             a.t,
-            angles_between(_attitudes_and_low_words(a), _attitudes_and_low_words(b)),
+            compute_angles_between(_get_precise_attitudes(a), _get_precise_attitudes(b)),
             "attitudes",
         )
     across = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
-    return AngleDifference(a.t, np.arctan2(across, (a.apex * b.apex).sum(axis=1)), "apexes")
+    return AngleBetweenPaths(a.t, np.arctan2(across, (a.apex * b.apex).sum(axis=1)), "apexes")
 
 
 def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
@@ -54,7 +53,7 @@ def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
     return a[i], b[j]
 
 
-def _attitudes_and_low_words(path: Path) -> tuple[Array, Array]:
-    """Return the attitudes of a path and their low-order words, or zeros if the path has none."""
+def _get_precise_attitudes(path: Path) -> tuple[Array, Array]:
+    """Return the attitudes along a path, and their digits beyond double precision."""
     has_low = path.want is None or "q_low" in path.want
     return path.q, path.q_low if has_low else np.zeros_like(path.q)

@@ -4,12 +4,12 @@ For an axis of the body, usually the apex, let
     z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
-For a regular motion, each of these signals is a sum of spectral lines: terms a exp(i f t) with
-amplitude a and frequency f. Let v be the nutation frequency. The frequencies of h are the integer
-multiples of v. The frequencies of z are the mean rate of precession_angle plus integer multiples of
-v. The frequencies of u are the mean rate of spin_angle plus integer multiples of v. The strongest
-line is located at the maximum of the Fourier transform of the windowed signal. This line is
-subtracted, and the next line is sought in the remainder.
+For a regular motion, z, u and h are sums of spectral lines a exp(i f t) with amplitude a and
+frequency f. The frequencies in h are integer multiples of the nutation frequency v. The frequencies
+in z differ from the mean precession rate by integer multiples of v. The frequencies in u differ
+from the mean spin rate by integer multiples of v. The strongest line is located at the maximum of
+the Fourier transform of the windowed signal. After the strongest line has been subtracted, the next
+line is sought in the remainder.
 
 Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
 The signal is multiplied by a Kaiser window, whose side lobes are at the level of rounding errors.
@@ -91,9 +91,9 @@ class Frequencies(ReadOnlyArrays):
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex motion with matplotlib, and return the axes.
 
-        Each line is marked by a dot at its amplitude. The number above a line is its distance from
-        the precession frequency in multiples of the nutation frequency. The line at the precession
-        frequency is dashed.
+        A dot marks the amplitude of each spectral line. Each line is labelled with its offset from
+        the precession frequency, divided by the nutation frequency. A dashed line marks the
+        precession frequency.
 
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scene is described, for the labels
@@ -105,9 +105,9 @@ class Frequencies(ReadOnlyArrays):
 
         Raises ImportError if matplotlib is not installed.
         """
-        from .._plot.spectrum import draw_lines
+        from .._plot.spectrum import draw_spectral_lines
 
-        return draw_lines(self, axes, as_unit("time_unit", time_unit))
+        return draw_spectral_lines(self, axes, as_unit("time_unit", time_unit))
 
     def _repr_html_(self) -> str | None:
         """Return an image of the spectrum for display in notebooks."""
@@ -117,18 +117,16 @@ class Frequencies(ReadOnlyArrays):
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies and the `n` strongest spectral lines of an evenly sampled path.
 
-    For a path computed with method='exact', the rates are derived from the closed form, even for a
-    motion on an invariant torus. If the axis of a top on a torus can approach a pole, its
-    precession rate need not be an integer combination of ExactTorus.frequencies. With other
-    methods, two lines are resolved if their phase difference changes by more than 23 turns over the
+    If the path was computed with method='exact', the rates are derived from the closed form. Two
+    spectral lines are resolved if their phase difference changes by more than 23 turns over the
     path. The path should span many nutation periods, with more than two states per turn of the
-    fastest angle. For a regular motion, each rate is as accurate as the path. If the axis passes
-    near a pole (the reference direction or its opposite), additional states are computed until its
-    turns can be counted.
+    fastest angle. For a regular motion, each rate is as accurate as the path. Additional states are
+    computed where the body axis comes close to the vertical or, without torque, to the angular
+    momentum.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
-    rates describe the body axis that circulates about the angular momentum, as in kreisel.exact. If
-    the support turns about e3, the precession rate and the lines are measured relative to the
+    rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
+    support turns about e3, the precession rate and the spectral lines are measured relative to the
     support.
 
         >>> import kreisel as kr
@@ -141,8 +139,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
     Raises TypeError if `path` is not a Path object. Raises ValueError if there are fewer than 64
     states, or if the times are not evenly spaced. Raises ValueError for damping, friction, or a
-    support that shakes or turns about an axis other than e3. The support of a torque-free body must
-    not turn, and its rotor must be aligned with its axis of symmetry.
+    support that shakes or turns about an axis other than e3. For a torque-free body, the support
+    must not turn, and the rotor must be aligned with the axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -150,7 +148,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._has_damping:
         raise ValueError("a damped top has no frequencies, because its motion decays")
-    _refuse_support(path.scene)
+    _refuse_varying_support(path.scene)
     _refuse_free_rotor(path)
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
@@ -161,7 +159,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
             "numpy.linspace(0.0, t, n), or use a method of fixed step"
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
-    lines, amplitudes, rest = _strongest_lines(t, seen, count)
+    lines, amplitudes, rest = _find_strongest_lines(t, seen, count)
     spectrum = lines, amplitudes, rest
     freeze_arrays(spectrum)
     turning = path.scene.turning[2]
@@ -171,8 +169,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     return Frequencies(precession - turning, nutation, spin, *spectrum, rates is not None)
 
 
-def _refuse_support(scene: Scene) -> None:
-    """Raise ValueError for friction, or for a support motion that makes the rates vary."""
+def _refuse_varying_support(scene: Scene) -> None:
+    """Raise ValueError for friction, or for a support whose motion makes the rates vary."""
     is_free = not (scene.gravity and any(scene.body.com))
     is_upright = not (any(scene.turning[:2]) or is_free)
     refuse_disturbances(
@@ -195,7 +193,7 @@ def _to_inertial_frame(path: Path, turning: float) -> Path:
 
 
 def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
-    """Return the precession, nutation and spin rates from the closed form, or None."""
+    """Return the precession, nutation and spin rates of a closed-form solution, if they exist."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
     return form.precession, math.tau / form.period, form.spin
@@ -211,7 +209,7 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
     level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:
-        [line], _, _ = _strongest_lines(t, level.astype(np.complex128), 1)
+        [line], _, _ = _find_strongest_lines(t, level.astype(np.complex128), 1)
         nutation = abs(float(line))
     if not np.abs(motion.z).max() > _LEVEL:
         return math.nan, nutation, math.nan
@@ -221,32 +219,32 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
         return math.nan, nutation, math.nan
     is_through = span * float(window[turns.through > 0].sum()) > _SMOOTH
     part = 0.5 * nutation if is_through else nutation
-    precession = _mean_rate(t, motion.z, turns.precession, part)
-    return precession, nutation, _mean_rate(t, about, turns.spin, part)
+    precession = _estimate_mean_rate(t, motion.z, turns.precession, part)
+    return precession, nutation, _estimate_mean_rate(t, about, turns.spin, part)
 
 
-def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from `turned`, the array of its increments between states.
+def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
+    """Compute the mean rate of an angle from its increments `turned` between successive states.
 
-    The frequency of the strongest line in `signal` differs from the mean rate by an integer
-    multiple of `part`. Subtracting this multiple gives a more accurate rate than the mean of
-    `turned`; this rate is returned if the multiple is certain. Otherwise, the mean is returned if
-    the angle varies smoothly, and NaN if it does not.
+    The mean rate differs from the frequency of the signal's strongest line by an integer multiple
+    of `part`. If the multiple is known with certainty, the mean rate is computed from the frequency
+    of the line. If the multiple is uncertain, the mean of the increments is used, provided that the
+    angle varies smoothly. If the angle does not vary smoothly either, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
-    is_smooth = span * _aliasing_error_bound(turned / step) < _SMOOTH
-    [line], _, _ = _strongest_lines(t, signal, 1)
+    is_smooth = span * _estimate_aliasing_bound(turned / step) < _SMOOTH
+    [line], _, _ = _find_strongest_lines(t, signal, 1)
     found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
     if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
         return found
     return mean if is_smooth else math.nan
 
 
-def _aliasing_error_bound(rate: Array) -> float:
-    """Return an upper bound on the aliasing error in the mean of `rate`.
+def _estimate_aliasing_bound(rate: Array) -> float:
+    """Return an upper bound on the aliasing error of the average of a sampled rate.
 
-    The bound is the largest spectral amplitude in the upper half of the resolved frequency range.
+    The returned bound is the largest amplitude in the upper half of the frequency spectrum.
     """
     strengths = np.abs(np.fft.rfft(_kaiser_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())
@@ -264,9 +262,9 @@ def _refuse_free_rotor(path: Path) -> None:
 
 
 def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
-    """Return the direction in space and the body axis to which the rates refer.
+    """Return the reference direction in space, and the body axis that moves about this direction.
 
-    The axis is given by its components along the principal axes.
+    The body axis is given by its components along the principal axes.
     """
     com = np.array(path.scene.body.principal_com)
     if not path.m[0].any() and not (path.scene.gravity and com.any()):
@@ -303,8 +301,8 @@ def _kaiser_window(n: int) -> Array:
     return made
 
 
-def _strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
-    """Return the frequencies and amplitudes of the strongest lines, and the relative residual."""
+def _find_strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
+    """Return the frequencies, amplitudes and relative residual of the strongest spectral lines."""
     window, left = _kaiser_window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):

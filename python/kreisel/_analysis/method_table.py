@@ -1,4 +1,4 @@
-"""Table of the methods, with the measured cost per step relative to a step of `rk4`."""
+"""A table of all methods, with their measured costs per step relative to `rk4`."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _format_ratio(ratio: float) -> str:
 
 
 def _measure_costs(methods: Methods) -> dict[str, list[float]]:
-    """Measure the run time per step [s] of each method for each of three tops."""
+    """Measure the run time per step [s] of each method for three different tops."""
     tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
     timed = [(method, top) for method in methods.values() for top in tops]
     samples = [[_measure_cost(method, top) for method, top in timed] for _ in range(_ROUNDS)]
@@ -65,7 +65,7 @@ def _measure_costs(methods: Methods) -> dict[str, list[float]]:
 
 
 def _measure_cost(method: Method, top: Scene) -> float:
-    """Measure the run time per step [s]; return 0 if the method does not apply or has no steps."""
+    """Measure the run time per step [s], or return 0 if the method cannot integrate the top."""
     if method.exact or not method.applies_to(top.body):
         return 0.0
     begin = time.perf_counter()

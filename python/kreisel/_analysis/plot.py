@@ -27,7 +27,7 @@ def plot(
 ) -> Picture:
     """Plot the apex trace on a sphere, and nutation and precession over time, using matplotlib.
 
-    Returns the axes, three per path. A notebook displays the returned axes as an image.
+    Returns three matplotlib axes for each path. A notebook displays the returned axes as an image.
 
     path       one path or up to 8 paths, as a list or as separate arguments. Several paths are
                drawn side by side
@@ -36,9 +36,9 @@ def plot(
     degrees    False: angles in radians instead of degrees
     time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds
 
-    For two paths, a seventh chart shows the angle between their attitudes on a logarithmic scale.
-    If a path does not store its attitude, the chart shows the angle between the apexes. If the
-    times of the paths differ, one of the paths is recomputed at common times.
+    For two paths, an additional chart shows the angle between their attitudes on a logarithmic
+    scale. If a path does not store its attitude, the chart shows the angle between the apexes. If
+    the times of the paths differ, one of the paths is recomputed at common times.
 
     Dashed lines mark the least and greatest nutation if the closed-form solution has turning
     points. Dots mark the initial state and the events of a path. The precession curve is
@@ -73,10 +73,7 @@ def plot(
 def _list_paths_and_axes(
     path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
 ) -> tuple[Sequence[Path], Any]:
-    """Return the paths and the axes that the arguments contain.
-
-    Raises TypeError if `path` is neither a path nor a list, or if `more` is invalid.
-    """
+    """Return the paths and the axes given by the arguments of `plot`."""
     if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
         return [path, *cast(tuple[Path, ...], more)], axes
     if len(more) > 1 or (more and axes is not None):

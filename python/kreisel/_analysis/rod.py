@@ -37,7 +37,7 @@ class Rod:
     load       vector b = -mass * gravity * |com| * e3, along which a force acts on the ends
                [M L^2 T^-2]
 
-    Source: Bodack 2008, theorems 3.8 and 3.9. Compared with these theorems, alpha1 and alpha2 are
+    Source: Bodack 2008, theorems 3.8 and 3.9. Compared with Bodack (2008), alpha1 and alpha2 are
     interchanged, and the load has the opposite sign.
     """
 
@@ -55,7 +55,7 @@ class Rod:
 
     @property
     def isotropic(self) -> bool:
-        """True if the bending stiffness is the same in all directions, within a tolerance of 7e-15.
+        """True if the bending stiffness is the same in all directions, up to rounding errors.
 
         The rod of a Lagrange top is isotropic.
         """
@@ -77,19 +77,19 @@ class Rod:
     def lagrangian_density(self) -> Array:
         """(n,) elastic_energy_density + <load, T> [M L^2 T^-2].
 
-        The density equals the Lagrangian of the top. The shape of the rod makes the integral of
-        this density stationary.
+        The Lagrangian density of the rod is the Lagrangian of the top, with time replaced by arc
+        length. In equilibrium, the integral of the Lagrangian density along the rod is stationary.
         """
         total: Array = self.elastic_energy_density + self.frame[:, 2] @ np.array(self.load)
         return total
 
     @property
     def section(self) -> tuple[float, float]:
-        """The thicknesses of the cross-section along N and B, relative to the larger one.
+        """The thicknesses of the cross-section along N and B, divided by the larger of the two.
 
         For elliptical and rectangular cross-sections, the bending stiffness in a direction is
-        proportional to the squared thickness in this direction. Hence the ratio of the thicknesses
-        is sqrt(alpha1) : sqrt(alpha2).
+        proportional to the squared thickness in this direction. The thicknesses are therefore
+        proportional to the square roots of alpha1 and alpha2.
         """
         one, two, _ = self.stiffness
         largest = max(one, two)
@@ -107,8 +107,8 @@ class Rod:
     ) -> Axes:
         """Draw the rod as a solid body with matplotlib, and return the axes.
 
-        The cross-section of an isotropic rod is a circle. Other cross-sections are ellipses whose
-        axes have the ratio `section`. A dot marks the start of the rod, and a bar shows the scale.
+        The cross-section is a circle if the rod is isotropic, and an ellipse otherwise. A dot marks
+        the start of the rod, and a bar shows the scale.
 
         axes                the axes to draw in; default: a new figure
         thickness           the larger diameter [T]; default: a thirtieth of the rod's extent
@@ -122,20 +122,27 @@ class Rod:
             >>> [text.get_text() for text in kr.rod(path).plot(length_unit="m").texts]
             ['start', '2 m']
 
-        The states must be so close together that the rod bends only slightly between neighbouring
-        states. Raises ValueError if the rod has fewer than two states, and ImportError if
-        matplotlib is not installed.
+        The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
+        has fewer than two states, and ImportError if matplotlib is not installed.
         """
-        from .._plot.panels import new_axes
-        from .._plot.solids import ORANGE, check_axes, draw_scale, draw_tube, parallel_normals
+        from .._plot.panels import create_axes
+        from .._plot.solids import (
+            ORANGE,
+            check_axes,
+            compute_parallel_normals,
+            draw_scale,
+            draw_tube,
+        )
 
-        drawn = new_axes() if axes is None else check_axes(axes)
+        drawn = create_axes() if axes is None else check_axes(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
         unit = as_unit("length_unit", length_unit)
         if len(self.s) < 2:
             raise ValueError(f"a rod of {len(self.s)} states cannot be drawn: solve for more times")
-        normals = parallel_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
+        normals = (
+            compute_parallel_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
+        )
         section = (1.0, 1.0) if self.isotropic else self.section
         along = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)  # as the tangents point
         draw_tube(
@@ -145,7 +152,7 @@ class Rod:
         return drawn
 
     def _repr_html_(self) -> str | None:
-        """Return an image of the rod, or None if there is nothing to draw."""
+        """Return an image of the rod, or None if the rod has fewer than two states."""
         return display_picture(self.plot, repr(self)) if len(self.s) > 1 else None
 
 
@@ -157,8 +164,7 @@ def rod(path: Path) -> Rod:
     point.
 
     Raises ValueError if there is damping, friction, a rotor or a moving support. Also raises
-    ValueError if the centre of mass lies on no principal axis. In this case, gravity has no
-    counterpart among the forces at the ends of a rod.
+    ValueError if the centre of mass lies on no principal axis.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
@@ -180,7 +186,7 @@ def rod(path: Path) -> Rod:
     weight = body.mass * path.scene.gravity * hypot(*body.com)
     return Rod(
         s=path.t,
-        centre=_integrate_cubics(path.t, frame[:, 2], bent),
+        centre=_integrate_cubic_interpolant(path.t, frame[:, 2], bent),
         frame=frame,
         curvature=np.stack([about_b, -about_n], axis=-1),
         torsion=about_t,
@@ -190,7 +196,7 @@ def rod(path: Path) -> Rod:
 
 
 def _choose_rod_axes(body: Body) -> Array:
-    """Return the rod's axes N, B, T as rows, in components along the principal axes.
+    """Return the principal-axis components of the rod's two cross-section axes and of its tangent.
 
     Raises ValueError if the centre of mass lies on no principal axis.
     """
@@ -209,8 +215,8 @@ def _choose_rod_axes(body: Body) -> Array:
     return np.stack([n, np.cross(t, n), t])
 
 
-def _integrate_cubics(t: Array, values: Array, slopes: Array) -> Array:
-    """Return the integrals of the cubic Hermite interpolant from the first time to each time."""
+def _integrate_cubic_interpolant(t: Array, values: Array, slopes: Array) -> Array:
+    """Integrate a cubic Hermite interpolant from the first time to every other time."""
     h = np.diff(t)[:, None]
     pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
     return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])

@@ -1,16 +1,17 @@
 """Mean rates of a top that moves on an invariant torus, computed from its closed-form solution.
 
-Let chi1 and chi2 be the angle coordinates on the torus, which grow at the rates w1 and w2. Let z be
-the projection of the axis onto the horizontal plane. Apart from a rotation about the vertical,
-whose mean rate is known, z is a function of chi1 and chi2. Its argument grows at the mean rate
+Let chi1 and chi2 be the angle coordinates on the torus, and w1 and w2 their rates of change. Let z
+be the projection of a body axis onto the horizontal plane. Apart from a rotation about the
+vertical, whose mean rate is known, z is a function of chi1 and chi2. Its argument grows at the mean
+rate
 
     w1 n1 + w2 n2,
 
 where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
-likewise. If z has no zeros on the torus, n1 and n2 are integers. At a zero of z, the axis is
-vertical. The winding number of z along a loop changes by one when the loop is moved across a zero.
-If z has zeros, n1 and n2 depend on the positions of the zeros. In this case, the mean rate need not
-be an integer combination of the frequencies.
+likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The body
+axis is vertical where z is zero. The winding number of z along a loop changes by one when the loop
+is moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the
+positions of the zeros, and the mean rate is generally not an integer combination of w1 and w2.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """
@@ -35,15 +36,15 @@ _SETTLED = 1e-13  # size of the last Newton step [turns]
 
 
 class TorusRates(NamedTuple):
-    """Mean rates of precession and spin, and the frequency of the strongest line of the height."""
+    """Mean rates of precession and spin, and the nutation frequency."""
 
     precession: float
     nutation: float
     spin: float
 
 
-class _Signals(NamedTuple):
-    """The direction of the body axis at given angles on the torus.
+class _AxisDirections(NamedTuple):
+    """The direction of a body axis, as a function of the two angles on the torus.
 
     z       projection of the axis onto the horizontal plane, without the heading
     about   sin(nutation) exp(i spin_angle)
@@ -56,15 +57,15 @@ class _Signals(NamedTuple):
 
 
 def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
-    """Compute the mean rates of the axis through the centre of mass.
+    """Compute the mean precession and spin rates and the nutation frequency.
 
-    Returns None if the motion is too close to a separatrix to separate the zeros of z.
+    Returns None if the motion is too close to a separatrix.
     """
     rates, known = np.array(form.frequencies), -1
     for n in _GRIDS:
         turns = (np.arange(n) + _OFFSET) / n
         grid = np.stack(np.meshgrid(turns, turns, indexing="ij"), axis=-1)
-        signals = _compute_signals(form, grid)
+        signals = _compute_axis_directions(form, grid)
         cells, index = _find_cells_with_zeros(signals.z)
         if len(cells) == known:
             break
@@ -78,15 +79,17 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     since = zeros - _OFFSET / n
     # Only the sum of precession and spin is smooth at the upper pole, only the difference at the
     # lower one.
-    side = -np.sign(_compute_signals(form, zeros).height)
-    precession = _mean_winding_numbers(signals.z, since, index) @ rates[:2]
-    spin = _mean_winding_numbers(signals.about, since, side * index) @ rates[:2]
-    return TorusRates(float(rates[2] + precession), _strongest_rate(signals, rates), float(spin))
+    side = -np.sign(_compute_axis_directions(form, zeros).height)
+    precession = _compute_mean_winding_numbers(signals.z, since, index) @ rates[:2]
+    spin = _compute_mean_winding_numbers(signals.about, since, side * index) @ rates[:2]
+    return TorusRates(
+        float(rates[2] + precession), _find_strongest_rate(signals, rates), float(spin)
+    )
 
 
-def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
-    """Compute the signals for angle pairs [turns], given as an array of shape (..., 2)."""
-    states = form._states_at(turns.reshape(-1, 2))
+def _compute_axis_directions(form: ExactTorus, turns: Array) -> _AxisDirections:
+    """Compute the direction of the body axis at given pairs of torus angles [turns]."""
+    states = form._compute_states_at_angles(turns.reshape(-1, 2))
     w, x, y, z = states[:, 1:5].T
     axis = np.array(form.scene.body.com)
     axis /= np.linalg.norm(axis)
@@ -100,30 +103,30 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
         level = level * np.exp(-1j * np.arctan2(states[:, 6], states[:, 5]))
     shape = turns.shape[:-1]
     about = two[2] + 1j * one[2]
-    return _Signals(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
+    return _AxisDirections(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
 
 
 def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
-    """Return the grid cells around which z has a nonzero winding number, and these numbers."""
-    one, two = _phase_steps(z, 0), _phase_steps(z, 1)
+    """Find the grid cells around which a complex function has a nonzero winding number."""
+    one, two = _compute_phase_differences(z, 0), _compute_phase_differences(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
     cells = np.argwhere(index)
     return cells, index[tuple(cells.T)]
 
 
-def _phase_steps(z: Waves, axis: int) -> Array:
-    """Return the phase differences of z between adjacent grid points."""
+def _compute_phase_differences(z: Waves, axis: int) -> Array:
+    """Return the phase differences between adjacent points of a complex grid along one axis."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
 
 
 def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
-    """Return the zero of z near the centre of a cell [turns], or NaN if Newton's method fails."""
+    """Find the zero near the centre of a grid cell by Newton's method [turns]."""
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
-        z = _compute_signals(form, at + offsets).z
+        z = _compute_axis_directions(form, at + offsets).z
         one, two = (z[1] - z[2]) / (2.0 * _STEP), (z[3] - z[4]) / (2.0 * _STEP)
         area = float((one.conjugate() * two).imag)
         if area == 0.0:
@@ -138,19 +141,19 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
     return np.full(2, np.nan)
 
 
-def _mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
-    """Return the mean winding numbers of z along the loops of the first and the second angle.
+def _compute_mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
+    """Return the mean winding numbers along loops in the first and in the second angle.
 
     `since` contains the positions of the zeros relative to the first grid point [turns].
     """
-    first = round(float(_phase_steps(z, 0)[:, 0].sum()) / math.tau)
-    second = round(float(_phase_steps(z, 1)[0].sum()) / math.tau)
+    first = round(float(_compute_phase_differences(z, 0)[:, 0].sum()) / math.tau)
+    second = round(float(_compute_phase_differences(z, 1)[0].sum()) / math.tau)
     one = first - float((index * (1.0 - since[:, 1])).sum())
     two = second + float((index * (1.0 - since[:, 0])).sum())
     return np.array([one, two])
 
 
-def _strongest_rate(signals: _Signals, rates: Array) -> float:
+def _find_strongest_rate(signals: _AxisDirections, rates: Array) -> float:
     strengths = np.abs(np.fft.fft2(signals.height))
     strengths[0, 0] = 0.0
     n = len(strengths)

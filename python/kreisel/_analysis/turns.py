@@ -1,12 +1,11 @@
-"""Turns of a body axis about a direction in space, counted between the states of a path.
+"""The number of turns of a body axis about a fixed direction between successive states.
 
-Let z = sin(nutation) exp(i precession_angle) be the projection of the axis onto the plane
-perpendicular to the direction. The poles are the direction and its opposite; z is zero if the axis
-points to a pole. Between two states, z moves along an arc. The arc subtends the same angle at 0 as
-its chord, unless 0 lies between the arc and its chord. The velocities at both endpoints bound the
-distance between arc and chord. If 0 may lie between arc and chord, the arc is bisected. The state
-at the midpoint of the time interval is computed, and both halves of the arc are treated in the same
-way.
+Let z = sin(nutation) exp(i precession_angle) be the projection of a body axis onto the plane
+perpendicular to a fixed direction. At a pole, z = 0 and the axis is parallel or antiparallel to the
+fixed direction. Between two states, the projection z moves along an arc in the complex plane. An
+arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and the chord. The
+distance between an arc and its chord is bounded using the velocities at both endpoints. If 0 may
+lie between an arc and its chord, the arc is bisected at its midpoint in time.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ _STRAIGHT = 0.1  # largest distance of arc and chord, per length, if an arc ends
 
 
 class AxisMotion(NamedTuple):
-    """States of an axis relative to a direction.
+    """The motion of a body axis relative to a fixed direction.
 
     z        projection of the axis onto the plane perpendicular to the direction
     rate     time derivative of z
@@ -48,7 +47,7 @@ class AxisMotion(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """Angles of rotation between n states.
+    """The angles by which a body turns between n consecutive states.
 
     precession  (n - 1,) angle by which the axis turns about the direction [rad]
     spin        (n - 1,) angle by which the body turns about the axis [rad]
@@ -65,8 +64,7 @@ class Turns(NamedTuple):
 class _Arcs(NamedTuple):
     """Arcs between states.
 
-    `parent` is the index of the state that precedes the arc; `begin` and `end` are times relative
-    to this state.
+    `begin` and `end` are times relative to the state with index `parent`.
     """
 
     parent: Indices
@@ -82,7 +80,7 @@ class _Arcs(NamedTuple):
         return _Arcs(*columns)
 
     def halve_arcs(self, z: Waves, rate: Waves) -> _Arcs:
-        """Return both halves of each arc, given z and its derivative at the intermediate time."""
+        """Split each arc in two at its midpoint in time."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
         second = self._replace(begin=middle, z0=z, rate0=rate)
@@ -91,11 +89,10 @@ class _Arcs(NamedTuple):
 
 
 class _ArcAngles(NamedTuple):
-    """The angles that arcs subtend at 0, and the distances of the arcs from the poles.
+    """The angles that arcs subtend at 0, and the distances of their chords from 0.
 
-    `is_known` is True if the angle is certain. `through` is 1 if the arc passes through a pole, at
-    its starting point or in its interior. `distance` is the smallest distance of the chord from a
-    pole.
+    `is_known` is True if the angle is known with certainty. `through` is 1 if the arc starts at 0
+    or passes through 0. `distance` is the smallest distance between the chord and 0.
     """
 
     angle: Array
@@ -105,13 +102,15 @@ class _ArcAngles(NamedTuple):
 
 
 def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> AxisMotion:
-    """Compute the motion of the body axis `along`, in principal-axis components, about `up`.
+    """Compute the motion of a body axis about a fixed direction.
 
-    `east` is the direction perpendicular to `up` in which z is real.
+    `along` contains the components of the body axis along the principal axes, and `up` is the fixed
+    direction. The projection is a real number if the axis lies in the plane spanned by `up` and
+    `east`.
     """
     axis, velocity = along @ path.frame, path.velocity
     return AxisMotion(
-        *_horizontal_components(axis, velocity, up, east),
+        *_project_onto_horizontal_plane(axis, velocity, up, east),
         axis @ up,
         velocity @ up,
         np.asarray((velocity * axis).sum(axis=-1)),
@@ -121,7 +120,7 @@ def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> Axi
 def count_turns(
     path: Path, motion: AxisMotion, about: Waves, up: Array, along: Array, east: Array
 ) -> Turns:
-    """Count the turns between the states of `path`; `about` is sin(nutation) exp(i spin_angle)."""
+    """Count the turns about the body axis and about a fixed direction between successive states."""
     z, rate, n = motion.z, motion.rate, len(motion.z) - 1
     apart = np.diff(path.t)
     arcs = _Arcs(np.arange(n), np.zeros(n), apart, z[:-1], rate[:-1], z[1:], rate[1:])
@@ -139,7 +138,9 @@ def count_turns(
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
         half, whole = _compute_arc_points(path, arcs.parent, times, up, along, east)
         if k == 0:
-            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_gaps(arcs, whole)
+            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_state_gaps(
+                arcs, whole
+            )
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
         arcs = arcs.halve_arcs(*half)
     # The errors of a path add up, so a pass is uncertain if its distance from the pole is less than
@@ -147,16 +148,16 @@ def count_turns(
     is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
     unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
     unknown[arcs.parent] = True
-    return Turns(angle, _spin_angles(motion, about, apart, angle, through), through, unknown)
+    return Turns(
+        angle, _compute_spin_angles(motion, about, apart, angle, through), through, unknown
+    )
 
 
-def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
-    """Compute the gap between each state of a path and the state computed from its predecessor.
+def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
+    """Compare each state of a path with the state obtained by integrating from the previous one.
 
-    Returns three arrays with one entry per gap: the angle subtended at 0, a flag, and the size of
-    the gap. The flag is 1 if a pole lies between the two points. The size exceeds rounding errors
-    if the path was computed with coarse steps. The size is inf if the sense of rotation about a
-    pole is uncertain.
+    For each pair of states, return the angle, the number of poles between the states (0 or 1), and
+    the distance. The returned distance is inf if the sense of rotation about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -171,21 +172,20 @@ def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indic
 
 
 def _distance_to_line(z: Waves, rate: Waves) -> Array:
-    """Return the distance from 0 to the line through z in the direction of `rate`."""
+    """Return the distance of a line in the complex plane from the origin."""
     size = np.abs(rate)
     across: Array = np.abs((z * rate.conj()).imag)
     start: Array = np.abs(z)
     return np.divide(across, size, out=start, where=size > 0.0)
 
 
-def _spin_angles(
+def _compute_spin_angles(
     motion: AxisMotion, about: Waves, apart: Array, turned: Array, through: Indices
 ) -> Array:
-    """Return the angles by which the body turns about its axis between states.
+    """Return the angles by which the body turns about the given axis between successive states.
 
-    Near a pole, the spin and precession rates each have a peak, but their sum is smooth (at the
-    opposite pole, their difference). The number of complete turns is computed from this smooth
-    rate.
+    Near a pole, the spin and precession rates each have a peak, but their sum (or difference) is
+    smooth. The number of complete turns is computed from the smooth sum or difference of the rates.
     """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
@@ -201,13 +201,15 @@ def _spin_angles(
 
 
 def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
-    """Compare arcs with their chords, in the given frame and in a frame that turns with the arc."""
+    """Compare each arc with its chord in a fixed frame and in a rotating frame."""
     angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
-    pace = 0.5 * (_angular_rate(arcs.z0, arcs.rate0) + _angular_rate(arcs.z1, arcs.rate1))
+    pace = 0.5 * (
+        _compute_angular_rate(arcs.z0, arcs.rate0) + _compute_angular_rate(arcs.z1, arcs.rate1)
+    )
     pace = np.where(np.abs(pace * length) < np.pi, pace, 0.0)
-    other, far, bent = _measure_chords(_to_turning_frame(arcs, pace))
+    other, far, bent = _measure_chords(_transform_to_rotating_frame(arcs, pace))
     in_frame = far > _SAFETY * bent
     passes = (distance < THROUGH) & (bend < THROUGH) & ~at_rest
     from_pole, to_pole = np.abs(arcs.z0) < THROUGH, np.abs(arcs.z1) < THROUGH
@@ -225,10 +227,10 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
     return _ArcAngles(angle, known, through, np.where(at_rest, distance, far))
 
 
-def _to_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
-    """Transform the arcs to a frame that turns about 0 at the rate `pace`.
+def _transform_to_rotating_frame(arcs: _Arcs, pace: Array) -> _Arcs:
+    """Transform the arcs to a frame that rotates about 0 with the angular velocity `pace`.
 
-    The two frames coincide at the midpoint of each arc.
+    The rotating frame coincides with the fixed frame at the midpoint of each arc.
     """
     half = np.exp(0.5j * pace * (arcs.end - arcs.begin))
     return arcs._replace(
@@ -240,9 +242,9 @@ def _to_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
 
 
 def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
-    """Return the angle that each chord subtends at 0, its distance from 0, and a bound on the bend.
+    """For each chord, return its angle at 0, its distance from 0, and its distance from the arc.
 
-    The bend is the distance between an arc and its chord.
+    For the distance between the chord and the arc, an upper bound is returned.
     """
     chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
     size = np.abs(chord) ** 2
@@ -254,8 +256,8 @@ def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
     return np.angle(arcs.z1 * arcs.z0.conj()), np.abs(arcs.z0 + foot * chord), bend
 
 
-def _angular_rate(z: Waves, rate: Waves) -> Array:
-    """Return the angular rate of z about 0, or 0 if |z| is at most THROUGH."""
+def _compute_angular_rate(z: Waves, rate: Waves) -> Array:
+    """Return the angular velocity of a complex number about 0, or 0 if it is nearly zero."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
@@ -264,20 +266,20 @@ def _angular_rate(z: Waves, rate: Waves) -> Array:
 def _compute_arc_points(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute z and its time derivative for each column of `times`.
+    """Compute the projection of the body axis and its time derivative for each column of `times`.
 
-    Row i of `times` contains times relative to state `parent[i]` of the path. If a run fails, z is
-    NaN.
+    Row i of `times` contains times relative to state `parent[i]`. The projection is NaN where the
+    integration fails.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
     axis = along @ came.frame
-    z, rate = _horizontal_components(axis, came.velocity, up, east)
+    z, rate = _project_onto_horizontal_plane(axis, came.velocity, up, east)
     z[came.status != 0] = np.nan
     return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
 
 
-def _horizontal_components(
+def _project_onto_horizontal_plane(
     axis: Array, velocity: Array, up: Array, east: Array
 ) -> tuple[Waves, Waves]:
     """Return the horizontal projection of an axis as complex numbers, and its time derivative."""

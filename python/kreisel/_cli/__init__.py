@@ -1,4 +1,4 @@
-"""Command-line interface, with commands and options named like Python functions and arguments."""
+"""Command-line interface, whose commands and options are named after Python functions."""
 
 from .main_command import main
 

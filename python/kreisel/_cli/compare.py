@@ -20,7 +20,7 @@ from .parsers import (
     SEVERAL,
     method,
     numbers,
-    several_methods,
+    parse_method_list,
     translate_errors,
 )
 from .parsers import scene as a_scene
@@ -35,13 +35,13 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 )
 @click.option(
     "--methods",
-    type=several_methods,
+    type=parse_method_list,
     metavar="NAME[,...]",
     shell_complete=METHODS,
     help="Names of methods; default: all that apply to the body.",
 )
-@click.option("--steps", type=numbers, metavar=SEVERAL, help="The step, for methods of fixed step.")
-@click.option("--tols", type=numbers, metavar=SEVERAL, help="The tolerance, for adaptive methods.")
+@click.option("--steps", type=numbers, metavar=SEVERAL, help="The step of fixed-step methods.")
+@click.option("--tols", type=numbers, metavar=SEVERAL, help="The tolerance of adaptive methods.")
 @click.option(
     "--truth",
     type=method,

@@ -1,4 +1,4 @@
-"""Events on the command line: NAME[:ARGUMENT...][:WORD=VALUE...], named as in kreisel.events."""
+"""Parsing of events given on the command line as NAME[:ARGUMENT...][:WORD=VALUE...]."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _parse_event(scene: Scene, word: str) -> Event:
         raise UsageError(f"unknown event {name!r}; {suggest_name(name, MAKERS)}")
     maker = MAKERS[name]
     given: dict[str, object] = {}
-    free = _positional_names(maker)
+    free = _list_positional_arguments(maker)
     if "scene" in free:
         free.remove("scene")
         given["scene"] = scene
@@ -43,14 +43,13 @@ def _parse_event(scene: Scene, word: str) -> Event:
         raise UsageError(f"--events {word}: {said}") from None
 
 
-def _positional_names(maker: Callable[..., Event]) -> list[str]:
-    """Return the names of the arguments of `maker` that can be passed by position."""
+def _list_positional_arguments(maker: Callable[..., Event]) -> list[str]:
+    """Return the names of the positional arguments of a function."""
     parameters = inspect.signature(maker).parameters.values()
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
 def _parse_value(key: str, value: str) -> object:
-    """Parse the value of an event argument, whose type is determined by its name `key`."""
     if key == "terminal":
         if value:
             raise ValueError("terminal takes no value")

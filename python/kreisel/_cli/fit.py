@@ -16,7 +16,7 @@ from .._fit.records import INSTRUMENT, InstrumentName, Record
 from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write
 from .output_files import FILE, check_outputs
-from .parsers import A_SCENE, UsageError, complete_list, names, numbers, translate_errors
+from .parsers import A_SCENE, UsageError, make_list_completer, names, numbers, translate_errors
 from .parsers import scene as a_scene
 
 _OPTIONS = ("free", "sigma", "loss", "pieces", "point")
@@ -31,7 +31,7 @@ def _parse_assignment(option: str, words: str) -> tuple[str, str]:
 
 
 def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
-    """Return a dict that maps each quantity to its columns, or None if no columns were given."""
+    """Return a dict that maps each quantity to its column names, or None if none were given."""
     columns: dict[str, str | list[str]] = {}
     for words in given:
         quantity, value = _parse_assignment("--column", words)
@@ -40,7 +40,7 @@ def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
 
 
 def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
-    """Return one standard deviation, a dict of one for each quantity, or None."""
+    """Return a single standard deviation, or one for each quantity."""
     try:
         if len(given) == 1 and "=" not in given[0]:
             return float(given[0])
@@ -59,7 +59,7 @@ def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
     default="start,moments",
     show_default=True,
     metavar="NAME[,...]",
-    shell_complete=complete_list(FREE),
+    shell_complete=make_list_completer(FREE),
     help="The parameters to estimate.",
 )
 @click.option(
@@ -74,25 +74,27 @@ def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
     "--sigma",
     multiple=True,
     metavar="[QUANTITY=]NUMBER",
-    help="Standard deviation of the errors; default: estimated from the residuals.",
+    help="Standard deviation of the measurements; default: estimated from the residuals.",
 )
 @click.option(
     "--instrument",
     type=names,
     default="",
     metavar="NAME[,...]",
-    shell_complete=complete_list(INSTRUMENT),
+    shell_complete=make_list_completer(INSTRUMENT),
     help="Properties of the instrument to estimate: bias, scale, mounting, delay.",
 )
 @click.option(
     "--point",
     type=numbers,
     metavar="X,Y,Z",
-    help="Place of an accelerometer, which measures specific_force, in the frame of the body.",
+    help="Position of an accelerometer (specific_force) in the frame of the body.",
 )
 @click.option("--degrees", is_flag=True, help="Angles and rates in the file are in degrees.")
-@click.option("--loss", type=click.Choice(LOSSES), default="linear", help="soft: with outliers.")
-@click.option("--pieces", type=int, help="Pieces of a chaotic motion; default: as needed.")
+@click.option("--loss", type=click.Choice(LOSSES), default="linear", help="soft: for outliers.")
+@click.option(
+    "--pieces", type=int, help="Number of pieces of a chaotic motion; default: as needed."
+)
 @click.option("--save", type=FILE, help="Write the fitted scene as TOML.")
 @click.option("--csv", "csv_file", type=FILE, help="Write the parameters as a table.")
 @click.option("--plot", type=click.Path(), help="Draw data and residuals: .png, .svg or .pdf.")
@@ -115,7 +117,7 @@ def fit(
     """Estimate a body and its initial state from the CSV file RECORD, starting from SCENE.
 
     If the motion of SCENE disagrees with the record, the initial guess is computed from the record.
-    If interrupted, print the best fit found so far.
+    If the fit is interrupted, the best fit found so far is printed.
     """
     places = [("fit --save", save), ("--csv", csv_file), ("fit --plot", plot)]
     check_outputs(places, (record,))
@@ -155,7 +157,7 @@ def _read_record(
 
 
 def _write_results(found: Fit, save: str | None, csv_file: str | None, plot: str | None) -> None:
-    """Print the summary, unless another output is standard output, and write the files."""
+    """Write the output files, and print a summary unless a file is written to standard output."""
     if "-" not in (save, csv_file):
         click.echo(str(found))
     if save is not None:

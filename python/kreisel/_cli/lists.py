@@ -15,7 +15,7 @@ from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
 from .._utils.errors import suggest_name
 from ..scenes import about, get_scene
-from .parsers import UsageError, complete_one
+from .parsers import UsageError, make_name_completer
 
 
 def _print_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
@@ -28,14 +28,14 @@ def _print_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> N
 
 
 @click.command()
-@click.argument("name", required=False, shell_complete=complete_one(known))
+@click.argument("name", required=False, shell_complete=make_name_completer(known))
 @click.option(
     "--markdown",
     is_flag=True,
     help="Print a Markdown table with measured costs of a step (METHODS.md).",
 )
 def methods(name: str | None, markdown: bool) -> None:
-    """List the methods of this build, or describe one."""
+    """List the methods available in this build, or describe a single method."""
     if markdown:
         click.echo(format_methods_page(known), nl=False)
     elif name is None:
@@ -48,7 +48,6 @@ def methods(name: str | None, markdown: bool) -> None:
 
 
 def _print_method(method: Method) -> None:
-    """Print the properties of a method."""
     console = Console(markup=False, highlight=False)
     for word, value in {
         "name": method.name,
@@ -72,9 +71,9 @@ def _list_properties(method: Method) -> str:
 
 
 @click.command()
-@click.argument("name", required=False, shell_complete=complete_one(about))
+@click.argument("name", required=False, shell_complete=make_name_completer(about))
 def scenes(name: str | None) -> None:
-    """List the named scenes, or print one of them as a TOML template."""
+    """List all named scenes, or print the one called NAME in TOML format."""
     if name is None:
         _print_table(("scene", "description"), list(about.items()))
     elif name not in about:

@@ -1,4 +1,4 @@
-"""The command `kreisel`, which reports each failure as one line of text and an exit code."""
+"""The command `kreisel`, which reports errors as a single line of text."""
 
 from __future__ import annotations
 
@@ -24,9 +24,7 @@ Exit codes
   130  stopped by Ctrl-C or SIGTERM; results so far are kept"""
 
 
-class _MainGroup(click.Group):
-    """The command group that contains all commands."""
-
+class _MainCommandGroup(click.Group):
     def make_context(
         self,
         info_name: str | None,
@@ -34,16 +32,20 @@ class _MainGroup(click.Group):
         parent: click.Context | None = None,
         **extra: object,
     ) -> click.Context:
-        with one_line_errors():
+        with print_errors_on_one_line():
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> None:
-        with one_line_errors(), sigterm_as_interrupt(), _one_line_warnings():
+        with (
+            print_errors_on_one_line(),
+            convert_sigterm_to_interrupt(),
+            _print_warnings_on_one_line(),
+        ):
             super().invoke(ctx)
 
 
 @contextmanager
-def one_line_errors() -> Iterator[None]:
+def print_errors_on_one_line() -> Iterator[None]:
     """Return a context manager that prints an exception as a single line and sets the exit code."""
     try:
         yield
@@ -70,7 +72,7 @@ def one_line_errors() -> Iterator[None]:
 
 
 @contextmanager
-def sigterm_as_interrupt() -> Iterator[None]:
+def convert_sigterm_to_interrupt() -> Iterator[None]:
     """Return a context manager that treats SIGTERM like Ctrl-C, unless the signal is ignored."""
     if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
         yield
@@ -87,7 +89,7 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 
 @contextmanager
-def _one_line_warnings() -> Iterator[None]:
+def _print_warnings_on_one_line() -> Iterator[None]:
     """Return a context manager that prints each warning as a single line on standard error."""
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)
@@ -97,7 +99,7 @@ def _one_line_warnings() -> Iterator[None]:
 def drop_unwritable_stdout() -> None:
     """Redirect standard output to the null device if its buffer cannot be flushed.
 
-    Without the redirection, the interpreter would fail again on exit.
+    Without this redirection, the interpreter would report the same error again on exit.
     """
     try:
         sys.stdout.flush()
@@ -108,7 +110,7 @@ def drop_unwritable_stdout() -> None:
 
 @click.group(
     "kreisel",
-    cls=_MainGroup,
+    cls=_MainCommandGroup,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=_CODES,
 )
@@ -117,7 +119,7 @@ def main() -> None:
     """Compute the motion of spinning tops.
 
     A SCENE is a TOML file, the name of a scene (see `kreisel scenes`), or - for TOML from standard
-    input. The file name - denotes standard output.
+    input. Use - as the file name to write to standard output.
     """
 
 

@@ -1,4 +1,4 @@
-"""Validation of a command's output files before any computation starts."""
+"""Validation of the output files of a command."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class OutputFile(NamedTuple):
 
     @property
     def is_stdout(self) -> bool:
-        """True if the output goes to standard output."""
+        """True if the output is written to standard output."""
         return self.file == "-"
 
 
@@ -49,18 +49,17 @@ def check_outputs(
 ) -> list[OutputFile]:
     """Validate the requested output files and return them.
 
-    `places` contains pairs (option, file); the file is None if the option was not given. Raises
-    UsageError if a file cannot be written, if two outputs share a file, or if an output is also an
-    input file in `read`.
+    `places` lists each option with its file name, which is None if the option was not given. Raises
+    UsageError if a file cannot be written, or if the same file is used twice.
     """
     asked = [
         _append_extension(OutputFile(option, file)) for option, file in places if file is not None
     ]
-    taken = {_real_path(file): file for file in read if file != "-"}
+    taken = {_resolve_output_path(file): file for file in read if file != "-"}
     for place in asked:
         if not place.is_stdout:
             _check_writable(place.file)
-        same = _real_path(place.file)
+        same = _resolve_output_path(place.file)
         if same in taken and not _is_device(place.file):
             raise UsageError(f"{place.option} {place.file}: {taken[same]} is the same file")
         taken[same] = f"{place.option} {place.file}"
@@ -68,16 +67,16 @@ def check_outputs(
 
 
 def _append_extension(place: OutputFile) -> OutputFile:
-    """Return `place`, appending the extension .npz if the name of an archive lacks it.
+    """Add the extension .npz to the file name of an archive if it is missing.
 
-    Raises UsageError if the file has the extension of another format.
+    Raises UsageError if the file name has the extension of a different format.
     """
     _check_extension(place)
     whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
     return place if whole else OutputFile(place.option, f"{place.file}.npz")
 
 
-def _real_path(file: str) -> str:
+def _resolve_output_path(file: str) -> str:
     return "-" if file in ("-", "/dev/stdout") else os.path.realpath(file)
 
 

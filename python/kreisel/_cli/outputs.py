@@ -1,4 +1,4 @@
-"""Output files for the states or requested quantities of a run, and the printed summary."""
+"""Writers of the output files of a run, and of the printed summary."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .._results.state_quantities import NO_STATES
 from .._results.tables import columns, quantity_rows
 from .._utils.atomic_io import atomic_open, atomic_write
 from .._utils.validation import Array
-from .table import AngleOptions, StateTable
+from .table import AngleOptions, StateTablePrinter
 
 _MET = "which", "direction"
 _SHOWN = 20  # largest number of events in the summary
@@ -38,8 +38,8 @@ Columns = Mapping[str, Sequence[object]]
 class Output(Protocol):
     """An output that receives a path in consecutive chunks."""
 
-    def add_piece(self, piece: Path) -> None:
-        """Add the states of the next chunk to the output."""
+    def add_path_piece(self, piece: Path) -> None:
+        """Add the states of the next part of the path."""
 
 
 def write_bytes(file: str, data: bytes) -> None:
@@ -53,18 +53,17 @@ def write_bytes(file: str, data: bytes) -> None:
     sys.stdout.buffer.flush()
 
 
-def output_names(path: Path) -> tuple[str, ...]:
-    """Return the names of the quantities to be written in addition to t."""
+def list_output_quantities(path: Path) -> tuple[str, ...]:
+    """Return the names of the quantities that are written for each state."""
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
 def columns_as_lists(table: Mapping[str, Array]) -> dict[str, list[float]]:
-    """Return the columns of a table as lists."""
     return {name: column.tolist() for name, column in table.items()}
 
 
-def as_csv(table: Columns, head: bool = True) -> bytes:
-    """Return a table as CSV in full precision, preceded by a header line if `head` is True."""
+def encode_csv(table: Columns, head: bool = True) -> bytes:
+    """Return a table in CSV format, with all digits."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     if head:
@@ -74,16 +73,15 @@ def as_csv(table: Columns, head: bool = True) -> bytes:
 
 
 class CsvOutput:
-    """A CSV file to which the rows of each chunk are appended, using constant memory."""
+    """A CSV file that is written in chunks, so that memory use stays constant."""
 
     def __init__(self, file: str, angles: AngleOptions, files: ExitStack) -> None:
         self._file, self._angles, self._files = file, angles, files
         self._grow: Callable[[bytes], None] | None = None
 
-    def add_piece(self, piece: Path) -> None:
-        """Write the rows of the next chunk."""
-        table = columns_as_lists(self._angles.columns(piece, output_names(piece)))
-        rows = as_csv(table, head=self._grow is None)
+    def add_path_piece(self, piece: Path) -> None:
+        table = columns_as_lists(self._angles.columns(piece, list_output_quantities(piece)))
+        rows = encode_csv(table, head=self._grow is None)
         if self._grow is None:
             self._grow = self._open_file()
         self._grow(rows)
@@ -96,17 +94,17 @@ class CsvOutput:
 
 @dataclass
 class PathCollector:
-    """An output that collects all chunks of a path."""
+    """An output that stores all parts of a path in memory."""
 
     pieces: list[Path] = field(default_factory=list)
 
-    def add_piece(self, piece: Path) -> None:
+    def add_path_piece(self, piece: Path) -> None:
         """Append the next piece."""
         self.pieces.append(piece)
 
     @property
     def whole_path(self) -> Path:
-        """The path obtained by joining all chunks."""
+        """The path that is obtained by joining all parts."""
         last, rest = self.pieces[-1], self.pieces[:-1]
         return last if not rest else _join_paths([*rest, last])
 
@@ -129,18 +127,17 @@ def _join_paths(pieces: list[Path]) -> Path:
 
 @dataclass
 class EventCollector:
-    """An output that collects events, labelled as the user specified them on the command line."""
+    """An output that collects the events of a run."""
 
     words: tuple[str, ...]
     degrees: bool
     parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
 
-    def add_piece(self, piece: Path) -> None:
-        """Append the events of the next chunk."""
-        self.parts.append((piece.events, output_names(piece)))
+    def add_path_piece(self, piece: Path) -> None:
+        self.parts.append((piece.events, list_output_quantities(piece)))
 
     def table(self) -> dict[str, list[object]]:
-        """Return a table with one row per event: its name, time, direction and quantities."""
+        """Return a table with one row for each event."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
             table = columns_as_lists(columns(events.path, names, self.degrees))
@@ -154,7 +151,7 @@ class EventCollector:
         return whole
 
     def print_output(self) -> None:
-        """Print the first events to standard output."""
+        """Print a table of the first events to standard output."""
         table = self.table()
         names = ("event", "t", "direction")
         rows = list(zip(*(table[name] for name in names), strict=True))
@@ -167,20 +164,19 @@ class EventCollector:
 
 
 class Summary:
-    """An output that prints a table of the states and the largest energy error over all states."""
+    """An output that prints a table of states and the largest energy error."""
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
-        self._table = StateTable(angles, is_whole)
+        self._table = StateTablePrinter(angles, is_whole)
         self._change = self._size = 0.0
         self._last: Path | None = None
 
-    def add_piece(self, piece: Path) -> None:
-        """Add the states of the next chunk."""
+    def add_path_piece(self, piece: Path) -> None:
         if not len(piece):
             self._last = self._last or piece
             return
         self._last = piece
-        self._table.add_states(piece, output_names(piece))
+        self._table.add_states(piece, list_output_quantities(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy_scale(piece)
             self._change = max(self._change, piece.energy_error * size)
@@ -210,12 +206,12 @@ def _energy_scale(path: Path) -> float:
     return max(at_start, float(path.kinetic.max())) + lever
 
 
-def as_json(
+def encode_json(
     path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
 ) -> bytes:
-    """Return a path as a JSON object: scene, method and options, then the quantities as lists.
+    """Return a path in JSON format, together with its scene and options.
 
-    `stopped` states why the run ended early; it is None otherwise.
+    `stopped` is the reason why the run ended early, or None.
     """
     head = {
         "kreisel": version,
@@ -228,14 +224,16 @@ def as_json(
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in quantity_rows(path, output_names(path), angles.degrees, angles.unwrap):
+    for quantity, values in quantity_rows(
+        path, list_output_quantities(path), angles.degrees, angles.unwrap
+    ):
         found[quantity.name] = _replace_nonfinite(values.tolist())
     events = {} if met is None else {"events": _replace_nonfinite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
 
 
 def _replace_nonfinite(value: object) -> object:
-    """Return `value` with infinities and NaN replaced by None, which JSON represents as null."""
+    """Replace infinities and NaN by None, because JSON cannot represent them."""
     if isinstance(value, dict):
         return {name: _replace_nonfinite(part) for name, part in value.items()}
     if isinstance(value, list):
@@ -243,6 +241,6 @@ def _replace_nonfinite(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def as_npz(path: Path) -> bytes:
-    """Return the bytes that path.save would write to a file."""
-    return dump_path(path, path._core_events)
+def encode_npz(path: Path) -> bytes:
+    """Return the contents of the file that path.save would write."""
+    return dump_path(path, path._events_for_archive)

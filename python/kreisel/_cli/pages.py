@@ -20,13 +20,13 @@ _REPORT = "validation.__main__"
 
 @click.command()
 @click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
-@click.option("--save", "file", type=FILE, help="Write the viewer to a file, and open nothing.")
+@click.option("--save", "file", type=FILE, help="Write the viewer to a file instead of opening it.")
 def view(scene: Scene, file: str | None) -> None:
-    """Open the scene in the interactive viewer in a browser.
+    """Open an interactive viewer of the scene in a browser.
 
     The viewer shows the moving top, lets you change it, and compares methods. The viewer is a
-    single, self-contained HTML file. Its location is printed. Without a browser or display, open
-    the file on another computer, or save it under a name of your choice with --save.
+    single, self-contained HTML file. Its location is printed. If no browser is available, save the
+    page with --save and open it on another computer.
     """
     check_outputs([("view --save", file)])
     with translate_errors(()):
@@ -54,8 +54,8 @@ def view(scene: Scene, file: str | None) -> None:
 def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     """Report the accuracy, speed and stability of all methods.
 
-    The measurements use the standard scenes of the report, or the given SCENE.toml files. Run this
-    command in the root folder of the source tree, because it needs the programs in validation/. The
+    By default, the measurements use standard scenes; SCENE.toml files replace these. Run this
+    command in the root folder of the source tree, which contains the programs that it needs. The
     report takes minutes. In the source tree, --help describes these options in full:
 
     \b

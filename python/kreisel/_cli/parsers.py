@@ -47,7 +47,7 @@ def names(words: str) -> list[str]:
 
 
 def scene(word: str) -> Scene:
-    """Return the scene named `word` or read from the file `word`, where - means standard input."""
+    """Return a named scene, or read a scene from a file or from standard input."""
     if word in about:
         return get_scene(word)
     with warnings.catch_warnings(record=True) as said:
@@ -74,19 +74,19 @@ def _read_scene(word: str) -> Scene:
 
 
 def method(name: str) -> str:
-    """Return `name` if it is the name of a method."""
+    """Return `name`; raise BadParameter if no method has this name."""
     if name in methods or name in _AUTO:
         return name
     raise click.BadParameter(unknown_method_message(name))
 
 
-def several_methods(words: str) -> list[str]:
+def parse_method_list(words: str) -> list[str]:
     """Parse a comma-separated list of method names."""
     return [method(name) for name in names(words)]
 
 
-def complete_one(known: Iterable[str], files: bool = False) -> Completer:
-    """Return a function that completes a word to one of the `known` names or to a file name."""
+def make_name_completer(known: Iterable[str], files: bool = False) -> Completer:
+    """Return a function that completes one of the `known` names or, optionally, a file name."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
@@ -96,8 +96,8 @@ def complete_one(known: Iterable[str], files: bool = False) -> Completer:
     return complete
 
 
-def complete_list(known: Iterable[str]) -> Completer:
-    """Return a function that completes the last word of a comma-separated list."""
+def make_list_completer(known: Iterable[str]) -> Completer:
+    """Return a function that completes the last name in a comma-separated list."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
@@ -107,17 +107,17 @@ def complete_list(known: Iterable[str]) -> Completer:
     return complete
 
 
-A_METHOD = complete_one([*_AUTO, *methods])
-METHODS = complete_list(methods)
-QUANTITIES = complete_list(RECORDABLE)
-A_SCENE = complete_one(about, files=True)
+A_METHOD = make_name_completer([*_AUTO, *methods])
+METHODS = make_list_completer(methods)
+QUANTITIES = make_list_completer(RECORDABLE)
+A_SCENE = make_name_completer(about, files=True)
 
 
 @contextmanager
 def translate_errors(options: Collection[str]) -> Iterator[None]:
-    """Return a context manager that converts exceptions of kreisel into command-line errors.
+    """Return a context manager that converts exceptions to command-line errors.
 
-    In the messages, arguments are replaced by the corresponding command-line options.
+    In the error messages, Python arguments are replaced by command-line options.
     """
     try:
         yield
@@ -130,7 +130,7 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
 
 
 def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
-    """Return `message` with arguments rewritten as options: step=0.01 becomes --step 0.01."""
+    """Replace arguments in an error message by options: step=0.01 becomes --step 0.01."""
     if not options:
         return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))

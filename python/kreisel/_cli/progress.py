@@ -1,4 +1,4 @@
-"""Progress bars and signal handling during runs, and transfer of computed states to the outputs."""
+"""Progress bars, signal handling and output during a run."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .outputs import Output
 
 
 class SignalHandler:
-    """Handler for Ctrl-C and SIGTERM during a run.
+    """A handler for Ctrl-C and SIGTERM during a run.
 
-    After the first signal, the run ends at its last valid state, and the outputs are completed. A
-    second signal terminates the process.
+    After a first signal, the run stops, and all results obtained so far are written. A second
+    signal terminates the process immediately.
     """
 
     def __init__(self, end: float) -> None:
@@ -29,7 +29,7 @@ class SignalHandler:
 
     @contextmanager
     def defer_signals(self) -> Iterator[None]:
-        """Return a context manager that records signals instead of raising exceptions."""
+        """Return a context manager that records signals instead of raising KeyboardInterrupt."""
         before = {
             number: signal.getsignal(number)
             for number in (signal.SIGINT, signal.SIGTERM)
@@ -64,7 +64,7 @@ class SignalHandler:
             yield
 
     def progress(self, t: float) -> None:
-        """Report the time reached by the run. Raises KeyboardInterrupt if a signal was received."""
+        """Update the progress bar. Raises KeyboardInterrupt if a signal was received."""
         if self._bar is not None:
             self._bar.update(self._task, completed=abs(t))
         if self.asked and t != self._end:
@@ -73,21 +73,21 @@ class SignalHandler:
 
 @dataclass
 class RunOutcome:
-    """The outcome of a run: the exception that stopped it, if any, and a checkpoint to resume it.
+    """The exception that stopped a run, if any, and a checkpoint for resuming the run.
 
-    The checkpoint is taken at the last state received by all outputs.
+    The checkpoint corresponds to the last state that was written to all outputs.
     """
 
     stopped: BaseException | None = None
     checkpoint: bytes | None = None
 
 
-def feed_outputs(
+def write_pieces_to_outputs(
     outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
 ) -> RunOutcome:
-    """Add all pieces of a path to the outputs, and return how the run ended.
+    """Write all parts of a path to the outputs, and return the outcome of the run.
 
-    `run` provides the checkpoint. If `run` is None, no checkpoint is made.
+    `run` provides the checkpoint.
     """
     while True:
         checkpoint = run.checkpoint if run else None
@@ -100,7 +100,7 @@ def feed_outputs(
             return RunOutcome(None, checkpoint)
         try:
             for output in outputs:
-                output.add_piece(piece)
+                output.add_path_piece(piece)
         except OSError as error:
             return RunOutcome(error, checkpoint)
         if stopped is None and stops.asked:

@@ -1,4 +1,4 @@
-"""Outputs of a run: files, and a printed summary unless a file is written to standard output."""
+"""Output files and printed summary of a run."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from .outputs import (
     Output,
     PathCollector,
     Summary,
-    as_csv,
-    as_json,
-    as_npz,
+    encode_csv,
+    encode_json,
+    encode_npz,
     write_bytes,
 )
 from .parsers import UsageError
@@ -74,15 +74,14 @@ _OPTIONS = (
 )
 
 
-def output_options(command: _Command) -> _Command:
-    """Add the output-file options to a command."""
+def add_output_options(command: _Command) -> _Command:
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
 
 
 class RunOutputs:
-    """The outputs of one run, which receive the path in chunks and are completed at the end."""
+    """The outputs of a run, to which the path is written in chunks."""
 
     def __init__(
         self, where: OutputOptions, read: tuple[str, ...], events: tuple[str, ...]
@@ -113,11 +112,11 @@ class RunOutputs:
 
     @property
     def needs_whole_path(self) -> bool:
-        """True if an output needs the whole path in memory."""
+        """True if the whole path must be kept in memory."""
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def create_outputs(self) -> list[Output]:
-        """Return the outputs, starting with those that cannot fail."""
+        """Create the outputs of the run."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
@@ -128,16 +127,16 @@ class RunOutputs:
         return outputs
 
     def discard_files(self) -> None:
-        """Discard all output, and leave existing files unchanged."""
+        """Discard the output, and leave existing files unchanged."""
         refused = ValueError()
         self._open.__exit__(ValueError, refused, None)
 
     def finish_outputs(self, end: RunOutcome) -> None:
-        """Finish each output, even if another output fails, and save the run.
+        """Finish all outputs, even if one of them fails, and save the run.
 
-        The run is saved at the last state contained in all outputs. If an output fails, the run is
-        not saved. Raises the exception that stopped the run, or else the first exception raised by
-        an output.
+        The saved state is the last one that has been written to all outputs. The run is not saved
+        if an output fails. Raises the exception that stopped the run or, if there is none, the
+        first error of an output.
         """
         failures = [end.stopped] if end.stopped else []
         for write in (self._open.close, lambda: self._write_whole_path(end), self._write_events):
@@ -161,10 +160,12 @@ class RunOutputs:
         path = self._collector.whole_path
         why = str(end.stopped) if end.stopped else None
         if "--npz" in self.files:
-            write_bytes(self.files["--npz"], as_npz(path))
+            write_bytes(self.files["--npz"], encode_npz(path))
         if "--json" in self.files:
-            write_bytes(self.files["--json"], as_json(path, self._met, self._angle_options(), why))
+            write_bytes(
+                self.files["--json"], encode_json(path, self._met, self._angle_options(), why)
+            )
 
     def _write_events(self) -> None:
         if self._met and "--events-csv" in self.files:
-            write_bytes(self.files["--events-csv"], as_csv(self._met.table()))
+            write_bytes(self.files["--events-csv"], encode_csv(self._met.table()))

@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from .._model.scene import Scene
-from .._options.solve_options import parse_every
+from .._options.solve_options import parse_recording_interval
 from .._options.times import check_horizon, check_memory, time_array
 from .._results.path import Path
 from .._solve.run import Run, start
@@ -26,21 +26,19 @@ from .parsers import (
     A_SCENE,
     QUANTITIES,
     UsageError,
-    complete_one,
+    make_name_completer,
     method,
     names,
     translate_errors,
 )
 from .parsers import scene as a_scene
-from .progress import SignalHandler, feed_outputs
-from .run_outputs import OutputOptions, RunOutputs, output_options
+from .progress import SignalHandler, write_pieces_to_outputs
+from .run_outputs import OutputOptions, RunOutputs, add_output_options
 
 _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much smaller
 
 
-class _SolveArguments(OutputOptions):
-    """Options of `kreisel solve`: the arguments of kreisel.solve, and the output options."""
-
+class _SolveCommandOptions(OutputOptions):
     method: str
     step: float | None
     tol: float | None
@@ -52,9 +50,7 @@ class _SolveArguments(OutputOptions):
     events: tuple[str, ...]
 
 
-class _ResumeArguments(OutputOptions):
-    """Options of `kreisel resume`, including the output options."""
-
+class _ResumeCommandOptions(OutputOptions):
     every: int | None
     max_steps: int | None
 
@@ -63,7 +59,7 @@ _OPTIONS = (
     "t",
     *(
         word
-        for word in _SolveArguments.__annotations__
+        for word in _SolveCommandOptions.__annotations__
         if word not in OutputOptions.__annotations__
     ),
 )
@@ -87,10 +83,10 @@ _EVERY = click.option(
     shell_complete=A_METHOD,
     help="One of `kreisel methods`, auto, or geometric, which chooses a method that meets --error.",
 )
-@click.option("--step", type=float, help="The step, for methods of fixed step.")
-@click.option("--tol", type=float, help="The tolerance, for adaptive methods.")
-@click.option("--digits", type=int, help="For taylor, instead of --tol: 16, 20 or 30.")
-@click.option("--error", type=float, help="For geometric: the largest attitude error [rad].")
+@click.option("--step", type=float, help="The step of fixed-step methods.")
+@click.option("--tol", type=float, help="The tolerance of adaptive methods.")
+@click.option("--digits", type=int, help="The digits of taylor, instead of --tol: 16, 20 or 30.")
+@click.option("--error", type=float, help="The largest attitude error for geometric [rad].")
 @_EVERY
 @click.option(
     "--max-steps", type=int, default=0, help="Fail after this number of steps; 0: no limit."
@@ -107,16 +103,16 @@ _EVERY = click.option(
     "--events",
     multiple=True,
     metavar="NAME[:ARGUMENT...][:WORD=VALUE...]",
-    shell_complete=complete_one(MAKERS),
+    shell_complete=make_name_completer(MAKERS),
     help="An event to search for, as in kreisel.events; repeatable: nutation, "
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
-@output_options
-def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) -> None:
+@add_output_options
+def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveCommandOptions]) -> None:
     """Compute the motion of a scene.
 
     If the run fails or is interrupted, the output files contain all states up to the last valid
-    one. Only --json and --npz keep all states in memory.
+    one. Memory use is constant unless --json or --npz is given.
     """
     top, stops = a_scene(scene), SignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])
@@ -131,7 +127,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
                 raise UsageError(
                     "--events need taylor, and cannot be combined with geometric or --error"
                 )
-            _run_and_write_outputs(_solve_whole(top, t, words, stops), None, left, stops)
+            _run_and_write_outputs(_yield_whole_path(top, t, words, stops), None, left, stops)
             return
         begin: Callable[..., Run] = start  # start itself checks the types of the options
         run = begin(
@@ -146,7 +142,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
             back=t.end < 0.0,
         )
         _run_and_write_outputs(
-            _iterate_pieces(run, t, words["every"], left, stops), run, left, stops
+            _iterate_path_pieces(run, t, words["every"], left, stops), run, left, stops
         )
 
 
@@ -155,12 +151,12 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
 @_T
 @_EVERY
 @click.option("--max-steps", type=int, help="A new limit on the number of steps.")
-@output_options
-def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) -> None:
+@add_output_options
+def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeCommandOptions]) -> None:
     """Continue a saved RUN; the results are bitwise identical to those of an uninterrupted run.
 
-    RUN is a file written by --save. Times before the saved state are ignored, so --t can be the
-    same as for the whole run. --save can overwrite the file RUN.
+    RUN is a file written by --save. Times up to the saved state are ignored, so --t can be the same
+    as for the whole run. --save can overwrite the file RUN.
     """
     stops = SignalHandler(t.end)
     with translate_errors(_OPTIONS):
@@ -168,18 +164,18 @@ def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) ->
         sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
         left = RunOutputs(words, (), sought)
         _run_and_write_outputs(
-            _iterate_pieces(top, t, words["every"], left, stops), top, left, stops
+            _iterate_path_pieces(top, t, words["every"], left, stops), top, left, stops
         )
 
 
 def _run_and_write_outputs(
     pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: SignalHandler
 ) -> None:
-    """Compute all chunks of a path, and write the outputs."""
+    """Compute a path, and write it to the outputs."""
     with stops.defer_signals():
         try:
             with stops.show_progress():
-                end = feed_outputs(
+                end = write_pieces_to_outputs(
                     left.create_outputs(), pieces, run if "--save" in left.files else None, stops
                 )
         except MemoryError:
@@ -191,10 +187,10 @@ def _run_and_write_outputs(
         left.finish_outputs(end)
 
 
-def _solve_whole(
-    scene: Scene, t: time_option.Times, words: _SolveArguments, stops: SignalHandler
+def _yield_whole_path(
+    scene: Scene, t: time_option.Times, words: _SolveCommandOptions, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Yield the whole path as one chunk: method='geometric' needs trial runs of the whole path."""
+    """Yield the whole path at once, because method='geometric' cannot be used for a run."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,
@@ -211,10 +207,10 @@ def _solve_whole(
     )
 
 
-def _iterate_pieces(
+def _iterate_path_pieces(
     run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Return an iterator over the chunks of a run's path, without the times already passed."""
+    """Return an iterator over the parts of a path, starting at the current time of the run."""
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.select_later_times(run.t)
     if not rest.grids:
@@ -234,11 +230,11 @@ def _iterate_pieces(
 
 
 def _remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
-    """Return the grid times that a run has not yet passed.
+    """Return those times of a grid that are later than the current time of the run.
 
-    Raises MemoryError if the states at these times would not fit in memory.
+    Raises MemoryError if the states would not fit in memory.
     """
-    whole = time_array(end, run.step, parse_every(run._options.method, every), size)
+    whole = time_array(end, run.step, parse_recording_interval(run._options.method, every), size)
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 

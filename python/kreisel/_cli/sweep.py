@@ -19,7 +19,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemaining
 
 from .._sweep.store import DONE, MISSING
 from .._sweep.sweep import sweep as run_sweep
-from .._sweep.sweep_result import SweepResult, list_gaps, read_sweep
+from .._sweep.sweep_result import SweepResult, list_missing_ranges, read_sweep
 from .._utils.optional import optional_dependency
 from .parsers import UsageError, translate_errors
 
@@ -29,7 +29,7 @@ Watch = Callable[[float], object]
 
 
 class _SweepGroup(click.Group):
-    """The command group `kreisel sweep`, in which the word `run` may be omitted."""
+    """The command group `kreisel sweep`, whose default command is `run`."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
@@ -39,14 +39,15 @@ class _SweepGroup(click.Group):
 
 @click.group("sweep", cls=_SweepGroup)
 def sweep() -> None:
-    """Compute many tops in parts that are stored on disk: kreisel sweep PLAN --folder FOLDER.
+    """Run a task on many tops, and store the results in parts: kreisel sweep PLAN --folder FOLDER.
 
-    The command name run can be omitted. Repeating the command resumes an interrupted sweep.
+    The name of the default command `run` can be omitted. To resume an interrupted sweep, repeat the
+    command.
     """
 
 
 def _parse_parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
-    """Parse A:B, which denotes the parts A to B - 1."""
+    """Parse a range of parts such as 0:100, which excludes part 100."""
     if word is None:
         return None
     first, colon, last = word.partition(":")
@@ -77,7 +78,7 @@ def _parse_parts(_: click.Context, __: click.Parameter, word: str | None) -> ran
     help="Compute on the workers of the Dask scheduler at this address.",
 )
 def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: str | None) -> None:
-    """Compute those parts of PLAN (a TOML file) that are not yet in the folder."""
+    """Compute all missing parts of the sweep described in the TOML file PLAN."""
     if workers is not None and dask is not None:
         raise UsageError("give either --workers or --dask")
     with (
@@ -94,7 +95,7 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
 
 @contextmanager
 def _translate_folder_errors() -> Iterator[None]:
-    """Return a context manager that converts folder and executor errors to command-line errors."""
+    """Return a context manager that converts exceptions of a sweep to command-line errors."""
     try:
         yield
     except (FileExistsError, FileNotFoundError) as error:
@@ -105,7 +106,7 @@ def _translate_folder_errors() -> Iterator[None]:
 
 @contextmanager
 def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
-    """Return a context manager that yields the executor of the parts, or None to use threads."""
+    """Return a context manager that opens an executor if one is requested."""
     if dask is not None:
         with optional_dependency("'kreisel[dask]'"):
             import distributed
@@ -118,7 +119,7 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
             try:
                 yield pool
             except BaseException:
-                threading.excepthook = thread_excepthook
+                threading.excepthook = report_thread_exception
                 pool.shutdown(wait=False, cancel_futures=True)
                 for child in multiprocessing.active_children():
                     child.terminate()
@@ -127,7 +128,7 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
         yield None
 
 
-def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
+def report_thread_exception(failure: threading.ExceptHookArgs) -> None:
     """Report an uncaught exception of a thread, but ignore InvalidStateError.
 
     A process pool may raise InvalidStateError during shutdown, if a worker process exits after its
@@ -138,16 +139,16 @@ def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
 
 
 def ignore_sigint() -> None:
-    """Ignore Ctrl-C in a worker process, since the parent process handles it."""
+    """Ignore Ctrl-C in a worker process, because the parent process handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
 def _open_progress_bar() -> Iterator[Watch | None]:
-    """Return a context manager that yields a function for updating a progress bar.
+    """Return a context manager that opens a progress bar and yields a function to update it.
 
-    If standard error is not a terminal, the context manager yields None. The remaining time is
-    estimated from the average speed since the command started.
+    If standard error is not a terminal, no progress bar is shown. The remaining time is estimated
+    from the average speed since the command started.
     """
     console = Console(stderr=True)
     columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
@@ -163,13 +164,15 @@ def _open_progress_bar() -> Iterator[Watch | None]:
 @sweep.command()
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
-    """Verify the parts in FOLDER, and report how many are done, missing or damaged."""
+    """Verify the parts in FOLDER, and count the complete, missing and damaged ones."""
     with translate_errors(_OPTIONS), _translate_folder_errors():
         found = read_sweep(folder, partial=True)
         stand, there = found._verify_existing_parts()
     click.echo(_summary_text(found, stand[DONE]))
     if left := found.parts - len(there):
-        click.echo(f"{MISSING}: {left} parts, {_format_ranges(list_gaps(there, found.parts))}")
+        click.echo(
+            f"{MISSING}: {left} parts, {_format_ranges(list_missing_ranges(there, found.parts))}"
+        )
     for how, parts in stand.items():
         if how != DONE:
             click.echo(f"{how}: {len(parts)} parts, {_format_ranges(_split_ranges(parts))}")
@@ -192,13 +195,13 @@ def _summary_text(found: SweepResult, done: list[int]) -> str:
 
 
 def _split_ranges(numbers: list[int]) -> Iterator[range]:
-    """Yield the ranges of consecutive integers in the ascending sequence `numbers`."""
+    """Yield the ranges of consecutive integers in an ascending list."""
     breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
     for a, b in pairwise([0, *breaks, len(numbers)]):
         yield range(numbers[a], numbers[b - 1] + 1)
 
 
 def _format_ranges(runs: Iterator[range]) -> str:
-    """Return the first ranges as text, for example 3:7 for the numbers 3 to 6."""
+    """Return the first few ranges as text, such as 3:7 for the numbers 3 to 6."""
     first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
     return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

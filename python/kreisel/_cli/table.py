@@ -1,4 +1,4 @@
-"""Tables of states for standard output, and unwrapping of angles across the chunks of a path."""
+"""Tables of states that are printed to standard output."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Row = tuple[float, ...]
 
 
 class AngleOptions:
-    """Conversion of path quantities to columns, chunk by chunk, with options for angles.
+    """Options for the representation of angles in tables.
 
     degrees  True: angles are in degrees
     unwrap   True: jumps of whole turns are removed, also between consecutive pieces
@@ -33,7 +33,7 @@ class AngleOptions:
         self._before: dict[str, float] = {}
 
     def columns(self, piece: Path, names: Iterable[str]) -> dict[str, Array]:
-        """Return t and the components of the quantities in `names` as columns."""
+        """Return the time and the components of the given quantities as columns."""
         table = columns(piece, names, self.degrees)
         if self.unwrap and len(piece):
             period = 360.0 if self.degrees else 2.0 * np.pi
@@ -45,8 +45,8 @@ class AngleOptions:
         return table
 
 
-class StateTable:
-    """A table of states for standard output, with all rows or only the first and last rows.
+class StateTablePrinter:
+    """A table of states that is printed to standard output.
 
     is_whole  True: all rows are kept in memory and printed at the end
     """
@@ -61,12 +61,11 @@ class StateTable:
         self.rows = 0
 
     def add_states(self, piece: Path, names: tuple[str, ...]) -> None:
-        """Add the states of a chunk."""
         table = self._angles.columns(piece, names)
         if not self._heads:
             of = units(piece, names, self._angles.degrees)
             self._heads = {name: f"{name} [{of[name]}]" if of[name] else name for name in table}
-        self._note_jumps(table)
+        self._detect_angle_jumps(table)
         count = len(piece)
         self.rows += count
         head = min(count, _ENDS - len(self._first))
@@ -74,7 +73,7 @@ class StateTable:
         begin = head if self._last.maxlen is None else max(head, count - _ENDS)
         self._last.extend(_select_rows(table, slice(begin, None)))
 
-    def _note_jumps(self, table: dict[str, Array]) -> None:
+    def _detect_angle_jumps(self, table: dict[str, Array]) -> None:
         half_turn = 180.0 if self._angles.degrees else np.pi
         for name in ANGLES & table.keys():
             values = np.append(self._before.get(name, []), table[name])
@@ -82,7 +81,7 @@ class StateTable:
             self._before[name] = values[-1:]
 
     def print_table(self) -> None:
-        """Print the table; one or two states are printed as columns in full precision."""
+        """Print the table of states."""
         if self.rows <= 2:
             self._print_first_and_last_rows()
             return

@@ -1,4 +1,4 @@
-"""Times on the command line: comma-separated numbers and grids start:end:step."""
+"""Times given on the command line as comma-separated numbers and grids start:end:step."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import numpy as np
 
 from .._utils.validation import Array
 
-HELP = "The final time, or the times to record: numbers and grids start:end:step, with commas."
+HELP = "The final time, or the times to record: comma-separated numbers and grids start:end:step."
 METAVAR = "TIME[,...]"
 _COUNTABLE = 2.0**53
 
 
 @dataclass(frozen=True)
-class Grid:
+class TimeGrid:
     """The times first + k * step for 0 <= k < count.
 
-    Each time is computed by a single multiplication, so rounding errors do not accumulate.
+    Each time is computed directly from its index, so rounding errors do not accumulate.
     """
 
     first: float
@@ -31,20 +31,17 @@ class Grid:
     def __getitem__(self, k: int) -> float:
         return self.first + k * self.step
 
-    def select_later_times(self, t: float) -> Grid:
-        """Return the times of the grid with |time| > |t|."""
+    def select_later_times(self, t: float) -> TimeGrid:
+        """Return the part of the grid with |time| > |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
-        return Grid(self[k], self.step, self.count - k) if k else self
+        return TimeGrid(self[k], self.step, self.count - k) if k else self
 
 
 @dataclass(frozen=True)
 class Times:
-    """A sequence of grids whose times all have the same sign and increase in magnitude.
+    """Requested times, given as one or more grids."""
 
-    A single number is stored as a grid with one time.
-    """
-
-    grids: tuple[Grid, ...]
+    grids: tuple[TimeGrid, ...]
     one: bool  # True if the user gave a single number, the time to reach
 
     def __len__(self) -> int:
@@ -63,11 +60,11 @@ class Times:
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def to_solve_argument(self) -> float | Array:
-        """Return the times as the argument t of kreisel.solve."""
+        """Return the times in the form that kreisel.solve accepts."""
         return self.end if self.one else self.to_array()
 
     def select_later_times(self, t: float) -> Times:
-        """Return the times with |time| > |t|."""
+        """Return the requested times whose absolute value exceeds |t|."""
         left = (grid.select_later_times(t) for grid in self.grids)
         return Times(tuple(grid for grid in left if grid.count), self.one)
 
@@ -79,7 +76,7 @@ def times(words: str) -> Times:
     return Times(grids, len(grids) == 1 and ":" not in words)
 
 
-def _parse_grid(word: str) -> Grid:
+def _parse_grid(word: str) -> TimeGrid:
     try:
         given = [float(part) for part in word.split(":")]
     except ValueError:
@@ -91,12 +88,12 @@ def _parse_grid(word: str) -> Grid:
     if not all(map(math.isfinite, given)):
         raise click.BadParameter(f"t must be finite, not {word!r}")
     if len(given) == 1:
-        return Grid(given[0], 0.0, 1)
+        return TimeGrid(given[0], 0.0, 1)
     return _make_grid(word, *given)
 
 
-def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
-    """Return the grid from start to end, including the end if a whole number of steps fits."""
+def _make_grid(word: str, start: float, end: float, step: float) -> TimeGrid:
+    """Return the grid of times from start to end."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
         raise click.BadParameter(f"{word!r} cannot go from {start:g} to {end:g} with this step")
@@ -106,7 +103,7 @@ def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
     whole = math.floor(steps + 0.5)
     slack = 2.0 * np.finfo(float).eps * max(abs(start), abs(end))
     count = whole + 1 if whole * abs(step) - abs(length) <= slack else whole
-    return Grid(start, math.copysign(step, length), count)
+    return TimeGrid(start, math.copysign(step, length), count)
 
 
 def _refuse_unordered_grids(ends: Sequence[float]) -> None:

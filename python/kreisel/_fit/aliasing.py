@@ -1,6 +1,6 @@
-"""Spin aliases: faster or slower motions that fit sparsely sampled records equally well.
+"""Alternative spins that fit sparsely sampled measurements equally well.
 
-Rotations that differ by a whole turn between two samples cannot be distinguished.
+Measured attitudes cannot distinguish motions that differ by a full turn between samples.
 """
 
 from __future__ import annotations
@@ -12,23 +12,25 @@ from dataclasses import replace
 import numpy as np
 
 from .._utils.validation import Array
-from .parameters import Parameters, Point
+from .parameters import FitPoint, Parameters
 from .records import Record
 
 _FEW = 4.0  # samples per turn from which an angular velocity is determined
 
 
-def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]) -> list[Point]:
+def list_alternative_spins(
+    parameters: Parameters, point: FitPoint, records: Sequence[Record]
+) -> list[FitPoint]:
     """Return the parameters of motions with one turn more or one turn less between two samples.
 
-    The list is empty if the body does not rotate fast about any axis. A faster spin in the same
-    direction is included only if there are fewer than two samples per turn. If the moments of
-    inertia are free, each alias also has a variant with the same momentum. The moment of inertia
-    about the rotation axis of this variant is changed accordingly.
+    Returns an empty list if the body rotates too slowly to be ambiguous. A faster rotation in the
+    same direction is listed only if there are fewer than two samples per turn. If the moments of
+    inertia are free, the list also contains motions with the same momentum but a different moment
+    of inertia.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
-    if not (between > 0.0 and parameters.has_free("velocity")):
+    if not (between > 0.0 and parameters.is_fitted("velocity")):
         return []
     turn, made = 2.0 * np.pi / between, []
     for axis, rate in _yield_fast_rotation_axes(point, turn / _FEW):
@@ -36,13 +38,13 @@ def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]
         for other in (reverse, 2.0 * rate - reverse) if abs(rate) > 0.5 * turn else (reverse,):
             alias = replace(point, rate=point.rate + (other - rate) * axis)
             made.append(alias)
-            made += _alias_with_same_momentum(
+            made += _list_spins_with_same_momentum(
                 parameters, alias, axis, rate / other if other else 0.0
             )
     return made
 
 
-def _yield_fast_rotation_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]:
+def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[Array, float]]:
     """Yield the direction of the angular velocity, and each principal axis with fast rotation."""
     rate = float(np.linalg.norm(point.rate))
     if rate > least:
@@ -52,13 +54,13 @@ def _yield_fast_rotation_axes(point: Point, least: float) -> Iterator[tuple[Arra
             yield axis, float(own)
 
 
-def _alias_with_same_momentum(
-    p: Parameters, alias: Point, axis: Array, factor: float
-) -> list[Point]:
+def _list_spins_with_same_momentum(
+    p: Parameters, alias: FitPoint, axis: Array, factor: float
+) -> list[FitPoint]:
     """Return the alias with the moment of inertia about a principal axis rescaled, if free."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
-    if not (p.has_free("moments") and is_principal and 0.0 < factor < np.inf):
+    if not (p.is_fitted("moments") and is_principal and 0.0 < factor < np.inf):
         return []
     moments = alias.moments.copy()
     moments[k] *= factor
@@ -66,7 +68,7 @@ def _alias_with_same_momentum(
     return [replace(alias, densities=densities)] if densities.min() >= 0.0 else []
 
 
-def describe_alias(point: Point, alias: Point) -> str:
+def describe_alternative_spin(point: FitPoint, alias: FitPoint) -> str:
     """Return a sentence that describes another initial state with an equally good fit."""
     found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (

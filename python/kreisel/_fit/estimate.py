@@ -10,7 +10,7 @@ from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, check_type, short_repr
 from .fit_result import Fit, make_fit
 from .levenberg_marquardt import LossName
-from .parameters import FreeName, Parameters, parse_free
+from .parameters import FreeName, Parameters, parse_free_names
 from .records import Record
 from .search_session import SearchSession
 from .summary import describe_excess, describe_misfit, is_misfit
@@ -61,12 +61,12 @@ def fit(
               sum of squares per degree of freedom; an exception in it stops the fit
 
     During the search, the moments of inertia obey the triangle inequalities, and the friction is
-    nonnegative. The search for `turning` and `shaking` starts from the values in `scene`. On a
-    turning support, a gyroscope measures "inertial_velocity"; "body_velocity" is relative to the
-    support. The reported errors are first-order standard deviations. The errors are enlarged if the
-    residuals are correlated, or larger than the given standard deviations. Along directions that
-    the data do not determine, the parameters keep the values of the initial guess. The result lists
-    these directions.
+    nonnegative. The initial guesses of `turning` and `shaking` are taken from `scene`. On a turning
+    support, a gyroscope measures "inertial_velocity", whereas "body_velocity" is the angular
+    velocity relative to the support. The reported errors are first-order standard deviations. The
+    errors are enlarged if the residuals are correlated, or larger than the given standard
+    deviations. Along directions that the data do not determine, the parameters keep the values of
+    the initial guess. The attribute `unidentified` describes these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -82,13 +82,13 @@ def fit(
 
     Raises TypeError or ValueError for invalid arguments, for fewer measured values than free
     parameters, and for a quantity that no free parameter affects. Raises kreisel.Error if no motion
-    can be computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C,
-    with the best fit so far as `.fit`. Warns (UserWarning) if the search does not converge, or if
-    no motion fits the measurements. Also warns if the residuals of a soft-loss fit are larger than
-    their standard deviations explain.
+    can be computed from the initial guesses. Ctrl-C raises kreisel.FitInterrupted (a
+    KeyboardInterrupt), whose attribute `fit` is the best fit so far. Warns (UserWarning) if the
+    search does not converge, or if no motion fits the measurements. Also warns if the residuals of
+    a soft-loss fit are larger than their standard deviations explain.
     """
     guesses = _parse_scenes(scene)
-    blocks, measured = parse_free(free), _parse_records(records)
+    blocks, measured = parse_free_names(free), _parse_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
     limit = as_int("max_evaluations", max_evaluations, 1)
@@ -101,11 +101,11 @@ def fit(
     ]
     for session in sessions:
         session.check_records()
-        session.check_pieces(count)
-    return _run_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
+        session.check_segment_count(count)
+    return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
 
 
-def _run_sessions(
+def _run_search_sessions(
     sessions: Sequence[SearchSession], pieces: int | None, is_multistart: bool
 ) -> Fit:
     best: Fit | None = None
@@ -114,14 +114,14 @@ def _run_sessions(
             session.run(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
             reached = session.best
-            found = best if reached is None else _better_fit(best, make_fit(session))
+            found = best if reached is None else _select_better_fit(best, make_fit(session))
             raise FitInterrupted("the fit was interrupted", found) from None
         if session.best is not None:
-            session.check_start()
+            session.check_start_friction()
             session.check_sensitivity()
-            best = _better_fit(best, make_fit(session))
+            best = _select_better_fit(best, make_fit(session))
     if best is None:
-        raise _no_motion_error(sessions[0])
+        raise _make_no_motion_error(sessions[0])
     if is_misfit(best):
         warn_user(describe_misfit(best))
     elif best.excess:
@@ -134,16 +134,16 @@ def _run_sessions(
     return best
 
 
-def _better_fit(first: Fit | None, second: Fit) -> Fit:
+def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
     """Return the fit with the smaller cost."""
     return second if first is None or second.cost < first.cost else first
 
 
-def _no_motion_error(session: SearchSession) -> Error:
+def _make_no_motion_error(session: SearchSession) -> Error:
     """Return the exception raised by the motion of the first guess."""
-    session.check_start()
+    session.check_start_friction()
     try:
-        session.solve_guess()
+        session.solve_initial_scene()
     except Error as error:
         return error
     raise ValueError("the residuals leave the range of doubles: check the values and their sigma")

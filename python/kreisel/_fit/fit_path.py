@@ -1,4 +1,4 @@
-"""Paths of fitted motions, which may consist of several segments and start before t = 0."""
+"""Computation of the path of a fitted motion."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ import numpy as np
 from .._results.path import Path
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .parameters import Parameters, Point
+from .parameters import FitPoint, Parameters
 
 
-def solve_pieces(parameters: Parameters, pieces: tuple[tuple[float, Point], ...], t: Array) -> Path:
+def solve_fitted_motion(
+    parameters: Parameters, pieces: tuple[tuple[float, FitPoint], ...], t: Array
+) -> Path:
     """Return the path at increasing times; each state is computed from the start of its segment."""
     scene = parameters.to_scene(next(point for begin, point in pieces if begin == 0.0))
     begins = np.array([begin for begin, _ in pieces])

@@ -16,10 +16,10 @@ from .._results.path import Path
 from .._utils.atomic_io import atomic_write
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, ReadOnlyArrays, as_int, freeze_arrays
-from .aliasing import describe_alias
-from .fit_path import solve_pieces
+from .aliasing import describe_alternative_spin
+from .fit_path import solve_fitted_motion
 from .identifiability import describe_blind_directions
-from .parameters import Parameters, Point
+from .parameters import FitPoint, Parameters
 from .records import Record
 from .search_session import SearchSession, Solution
 from .summary import format_html, format_summary
@@ -102,15 +102,15 @@ class Fit(ReadOnlyArrays):
     piece_starts: tuple[float, ...]
     cost: float
     _parameters: Parameters
-    _point: Point
+    _point: FitPoint
     _spectrum: Spectrum
-    _pieces: tuple[tuple[float, Point], ...]
+    _pieces: tuple[tuple[float, FitPoint], ...]
 
     @cached_property
     def path(self) -> Path:
-        """The motion at all measurement times, corrected for the clock delays of the instruments.
+        """The fitted motion at all measurement times, corrected for instrument delays.
 
-        If the motion has several segments, each state is computed from the start of its segment.
+        A motion with several segments is computed from the initial state of each segment.
         """
         times = []
         for i, record in enumerate(self.records):
@@ -118,8 +118,8 @@ class Fit(ReadOnlyArrays):
             times.append(record.t if delay is None else record.t - delay[0])
         t = np.unique(np.concatenate(times))
         if self._pieces:
-            return solve_pieces(self._parameters, self._pieces, t)
-        return solve_pieces(self._parameters, ((0.0, self._point),), t)
+            return solve_fitted_motion(self._parameters, self._pieces, t)
+        return solve_fitted_motion(self._parameters, ((0.0, self._point),), t)
 
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
         """Return the value of a function of the fitted scene, and its standard deviation.
@@ -139,7 +139,7 @@ class Fit(ReadOnlyArrays):
 
         Raises TypeError if the function returns anything other than numbers.
         """
-        value = _as_numbers(function(self.scene))
+        value = _convert_to_numbers(function(self.scene))
         columns = []
         for k in range(self._parameters.size):
             step = np.zeros(self._parameters.size)
@@ -149,7 +149,7 @@ class Fit(ReadOnlyArrays):
                 for sign in (1.0, -1.0)
             ]
             lengths = [min(1.0, self._distance_to_bound(k) / step[k]), 1.0]
-            both = [_as_numbers(function(self._parameters.to_scene(end))) for end in ends]
+            both = [_convert_to_numbers(function(self._parameters.to_scene(end))) for end in ends]
             columns.append((both[0] - both[1]).ravel() / (step[k] * sum(lengths)))
         _, errors = self._spectrum.propagate_errors(np.stack(columns, axis=-1))
         shaped = errors.reshape(value.shape)
@@ -157,7 +157,7 @@ class Fit(ReadOnlyArrays):
 
     def _distance_to_bound(self, k: int) -> float:
         """Return the distance of parameter k from its bound."""
-        return float(self._parameters.distances_to_bounds(self._point)[k])
+        return float(self._parameters.compute_distances_to_bounds(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n random scenes, drawn with the covariance of the fit.
@@ -166,7 +166,7 @@ class Fit(ReadOnlyArrays):
         damping and friction are clipped to their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
-        steps = self._spectrum.draw_steps(np.random.default_rng(key), count)
+        steps = self._spectrum.draw_parameter_changes(np.random.default_rng(key), count)
         return Ensemble.of(
             [
                 self._parameters.to_scene(self._parameters.move_within_bounds(self._point, step))
@@ -182,7 +182,7 @@ class Fit(ReadOnlyArrays):
         """
         from .._plot.fit_charts import plot_panels
 
-        return plot_panels([*_list_panels(self)])
+        return plot_panels([*_list_chart_panels(self)])
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with the value, error and unit of each parameter.
@@ -200,7 +200,7 @@ class Fit(ReadOnlyArrays):
         return pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the scene as TOML text, preceded by the summary as a comment.
+        """Return the fitted scene as TOML text, with the summary of the fit as a comment.
 
         Scene.from_toml reads the scene. If `path` is given, also write the text to this file.
         """
@@ -227,7 +227,7 @@ class Fit(ReadOnlyArrays):
         )
 
 
-class _Panel(NamedTuple):
+class _ChartPanel(NamedTuple):
     """The measurements and residuals of one quantity, for a chart."""
 
     name: str
@@ -237,17 +237,17 @@ class _Panel(NamedTuple):
     sigma: Array
 
 
-def _list_panels(fit: Fit) -> Iterator[_Panel]:
+def _list_chart_panels(fit: Fit) -> Iterator[_ChartPanel]:
     for i, record in enumerate(fit.records):
         for series in record.series:
             values = np.where(series.measured, series.values / series.unit, np.nan)
             residuals = fit.residuals[i][series.name]
             shaped = residuals.reshape(len(record.t), series.residuals_per_row)
             sigma = np.asarray(fit.sigma[i][series.name])
-            yield _Panel(series.name, record.t, values, shaped, sigma)
+            yield _ChartPanel(series.name, record.t, values, shaped, sigma)
 
 
-def _as_numbers(value: ArrayLike) -> Array:
+def _convert_to_numbers(value: ArrayLike) -> Array:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "iuf":
         raise TypeError(f"function must return numbers, not {type(value).__name__}")
@@ -255,7 +255,7 @@ def _as_numbers(value: ArrayLike) -> Array:
 
 
 def make_fit(session: SearchSession) -> Fit:
-    """Return a Fit built from the best solution found by a search."""
+    """Build a Fit from the best solution found by a search."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
@@ -272,7 +272,7 @@ def make_fit(session: SearchSession) -> Fit:
         tuple(units),
         dict(zip(names, map(float, values), strict=True)),
         dict(zip(names, map(float, errors), strict=True)),
-        _moment_ratios(p, names, values, by_step, spectrum),
+        _compute_moment_ratios(p, names, values, by_step, spectrum),
         covariance,
         residuals,
         sigma,
@@ -282,9 +282,9 @@ def make_fit(session: SearchSession) -> Fit:
         statistics.inflation,
         _measure_nonlinearity(session, best, spectrum, statistics.inflation),
         unidentified,
-        () if session.alias is None else (describe_alias(best.point, session.alias),),
+        () if session.alias is None else (describe_alternative_spin(best.point, session.alias),),
         session.measure_relative_residual(),
-        session.measure_excess(),
+        session.measure_residual_excess(),
         _describe_bounds(p, best.point, best.natural),
         best.has_converged,
         session.evaluations + session.model.evaluations,
@@ -297,13 +297,13 @@ def make_fit(session: SearchSession) -> Fit:
     )
 
 
-def _moment_ratios(
+def _compute_moment_ratios(
     p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
 ) -> dict[str, tuple[float, float]]:
     """Return the ratios of the other moments to the last moment, with standard deviations."""
-    if not p.has_free("moments"):
+    if not p.is_fitted("moments"):
         return {}
-    *others, last = range(*p.columns_of("moments").indices(p.size))
+    *others, last = range(*p.find_columns("moments").indices(p.size))
     made = {}
     for k in others:
         ratio = values[k] / values[last]
@@ -328,7 +328,7 @@ def _collect_residuals(
     found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     for rows in session.model.rows:
-        values = np.where(rows.is_measured, rows.residuals_of_series(residuals), np.nan)
+        values = np.where(rows.is_measured, rows.select_series_residuals(residuals), np.nan)
         found[rows.record][rows.series.name] = values[:, 0] if values.shape[1] == 1 else values
         deviation = rows.sigma / rows.series.unit
         is_constant = bool((deviation == deviation[0, 0]).all())
@@ -336,18 +336,18 @@ def _collect_residuals(
     return found, sigma
 
 
-def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, ...]:
+def _describe_bounds(p: Parameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
     """Return one sentence for each density, damping or friction parameter that is zero."""
     sentences = []
-    distances = p.distances_to_bounds(point)
+    distances = p.compute_distances_to_bounds(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
-        if not p.has_free(name):
+        if not p.is_fitted(name):
             continue
-        at = p.columns_of(name)
+        at = p.find_columns(name)
         for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
             axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
             sentences.append(_describe_bound(name, axes))
-    if p.has_free("friction") and not point.friction:
+    if p.is_fitted("friction") and not point.friction:
         sentences.append("friction is zero: negative friction is excluded")
     return tuple(sentences)
 

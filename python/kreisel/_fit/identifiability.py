@@ -1,8 +1,7 @@
-"""Directions in parameter space along which all residuals stay constant, and their descriptions.
+"""Descriptions of parameter changes that the measurements cannot detect.
 
-Each generator is a parameter change that leaves some kinds of measurements unchanged. The blind
-directions of a fit, which change no residual, are compared with all generators. A blind direction
-that matches no generator is described by its largest components.
+A list of known symmetries is compared with the directions in parameter space that leave all
+residuals unchanged. A direction that matches no symmetry is described by its largest components.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import numpy as np
 
 from .._core import values
 from .._utils.validation import Array
-from .parameters import Parameters, Point
+from .parameters import FitPoint, Parameters
 from .rotations import rotation_matrix
 
 _ALIKE = 0.999  # cosine from which a generator lies in the blind directions
@@ -26,12 +25,12 @@ Blocks = Mapping[str, Array]
 
 
 def describe_blind_directions(
-    parameters: Parameters, point: Point, natural: Array, blind: Array, names: list[str]
+    parameters: Parameters, point: FitPoint, natural: Array, blind: Array, names: list[str]
 ) -> tuple[str, ...]:
-    """Return a sentence for each blind direction, given as a column of `blind` in natural units."""
+    """Describe each direction in parameter space that the residuals do not determine."""
     sentences: list[str] = []
     left = blind
-    for sentence, change in _list_generators(parameters, point):
+    for sentence, change in _list_symmetries(parameters, point):
         if not left.shape[1]:
             break
         length = float(np.linalg.norm(change / natural))
@@ -44,10 +43,10 @@ def describe_blind_directions(
             inside /= np.linalg.norm(inside)
             complement = np.linalg.svd(np.eye(len(inside)) - np.outer(inside, inside))[0]
             left = left @ complement[:, :-1]
-    return (*sentences, *(_describe_mixture(column, names) for column in left.T))
+    return (*sentences, *(_describe_parameter_direction(column, names) for column in left.T))
 
 
-def _describe_mixture(direction: Array, names: list[str]) -> str:
+def _describe_parameter_direction(direction: Array, names: list[str]) -> str:
     largest = np.argsort(-np.abs(direction))[:_LARGEST]
     told = [f"{direction[k]:+.2f} {names[k]}" for k in largest if abs(direction[k]) > _SMALL]
     if len(told) == 1:
@@ -55,58 +54,62 @@ def _describe_mixture(direction: Array, names: list[str]) -> str:
     return f"a combination of parameters: {' '.join(told)}, in natural units"
 
 
-def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+def _list_symmetries(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     """Yield parameter changes that leave some measurements unchanged, with descriptions."""
-    yield from _list_scalings(p, point)
+    yield from _list_parameter_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)
     if np.linalg.norm(turned) > _LEVEL * np.linalg.norm(point.turning):
         heading = "the heading: a rotation of the start and of turning about the vertical"
-        yield from _yield_change_if_free(p, heading, {"attitude": vertical, "turning": turned})
+        yield from _yield_change_of_free_parameters(
+            p, heading, {"attitude": vertical, "turning": turned}
+        )
     heading = "the heading: a rotation of the start about the vertical"
-    yield from _yield_change_if_free(p, heading, {"attitude": vertical})
+    yield from _yield_change_of_free_parameters(p, heading, {"attitude": vertical})
     if not _has_gravity_torque(point):
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
-            yield from _yield_change_if_free(p, sentence, {"attitude": axis})
+            yield from _yield_change_of_free_parameters(p, sentence, {"attitude": axis})
             carried = -np.cross(point.inertial_velocity - point.rate, axis)
-            yield from _yield_change_if_free(p, sentence, {"attitude": axis, "velocity": carried})
+            yield from _yield_change_of_free_parameters(
+                p, sentence, {"attitude": axis, "velocity": carried}
+            )
     yield from _list_rotations_about_axis(p, point)
     yield from _list_clock_shifts_and_rotations(p, point)
 
 
-def _yield_change_if_free(
+def _yield_change_of_free_parameters(
     p: Parameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
     """Yield the change of the given parameter blocks if all of them are free."""
-    if not all(p.has_free(name) for name in blocks):
+    if not all(p.is_fitted(name) for name in blocks):
         return
     change = np.zeros(p.size)
     for name, value in blocks.items():
-        change[p.columns_of(name)] = value
+        change[p.find_columns(name)] = value
     yield sentence, change
 
 
-def _average_over_groups(columns: Array, values: Array) -> Array:
+def _average_equal_parameters(columns: Array, values: Array) -> Array:
     """Return the mean of the values in each group of equal parameters, a column of `columns`."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
 
 
-def _has_gravity_torque(point: Point) -> bool:
+def _has_gravity_torque(point: FitPoint) -> bool:
     amplitude, rate, _ = point.shaking
     pull = abs(point.gravity) + abs(amplitude) * rate**2
     return bool(point.mass * pull * np.linalg.norm(point.com))
 
 
-def _list_scalings(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     own = _list_torque_scalings(p, point)
-    size: dict[str, Array] = {"moments": _average_over_groups(p.moments, point.densities)}
-    others, is_scalable = ["damping"], p.has_free("damping") or not point.damping.any()
-    if p.has_free("damping"):
-        size["damping"] = _average_over_groups(p.damping, point.damping)
+    size: dict[str, Array] = {"moments": _average_equal_parameters(p.moments, point.densities)}
+    others, is_scalable = ["damping"], p.is_fitted("damping") or not point.damping.any()
+    if p.is_fitted("damping"):
+        size["damping"] = _average_equal_parameters(p.damping, point.damping)
     for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
-        if p.has_free(name):
+        if p.is_fitted(name):
             size[name] = value
             others.append(name)
         elif value.any():
@@ -114,7 +117,7 @@ def _list_scalings(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     if is_scalable and not _has_gravity_torque(point):
         words = " and ".join(others)
         sentence = f"the scale of the moments: only their ratios, and {words} over moments, matter"
-        yield from _yield_change_if_free(p, sentence, size)
+        yield from _yield_change_of_free_parameters(p, sentence, size)
     elif is_scalable:
         words = ", ".join(others)
         for name, blocks in own.items():
@@ -122,15 +125,15 @@ def _list_scalings(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
                 f"the scale of the moments: moments, {words} and {name} have an unknown "
                 "common factor"
             )
-            yield from _yield_change_if_free(p, sentence, {**size, **blocks})
+            yield from _yield_change_of_free_parameters(p, sentence, {**size, **blocks})
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),
                           ("mass", "lever"), ("gravity", "mass")):  # fmt: skip
         sentence = f"{first} against {second}: only mass * gravity * com counts"
         against = {name: -value for name, value in own[second].items()}
-        yield from _yield_change_if_free(p, sentence, {**own[first], **against})
+        yield from _yield_change_of_free_parameters(p, sentence, {**own[first], **against})
 
 
-def _list_torque_scalings(p: Parameters, point: Point) -> dict[str, dict[str, Array]]:
+def _list_torque_scalings(p: Parameters, point: FitPoint) -> dict[str, dict[str, Array]]:
     """Return the changes that scale the torque of gravity, one for each factor of the torque."""
     made = {
         "com": {"com": point.com},
@@ -138,18 +141,18 @@ def _list_torque_scalings(p: Parameters, point: Point) -> dict[str, dict[str, Ar
         "gravity": {"gravity": np.array([point.gravity])},
         "mass": {"mass": np.array([point.mass])},
     }
-    if p.has_free("shaking"):
+    if p.is_fitted("shaking"):
         made["gravity"]["shaking"] = np.array([point.shaking[0], 0.0, 0.0])
     return made
 
 
-def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+def _list_rotations_about_axis(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     length = float(np.linalg.norm(point.com))
     axis = point.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
     sentence = "the spin angle: a rotation of the start about the axis"
-    yield from _yield_change_if_free(p, sentence, {"attitude": axis})
+    yield from _yield_change_of_free_parameters(p, sentence, {"attitude": axis})
     turned = {"attitude": axis, "velocity": -np.cross(axis, point.rate)}
-    yield from _yield_change_if_free(p, sentence, turned)
+    yield from _yield_change_of_free_parameters(p, sentence, turned)
     k = int(np.argmax(np.abs(axis)))
     unit = np.eye(3)[k]
     moments = point.moments[k] * unit
@@ -159,25 +162,25 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
         "velocity": -point.rate[k] * unit,
     }
     sentence = "the moment about the axis against the spin: only their product counts"
-    yield from _yield_change_if_free(p, sentence, spin)
+    yield from _yield_change_of_free_parameters(p, sentence, spin)
     sentence = "the rotor against the spin: only the momentum about the axis counts"
     against = {"velocity": -unit, "rotor": point.moments[k] * unit}
-    yield from _yield_change_if_free(p, sentence, against)
+    yield from _yield_change_of_free_parameters(p, sentence, against)
     sentence = "the rotor against the moment about its axis: only the momentum counts"
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
-    yield from _yield_change_if_free(p, sentence, heavier)
-    if p.has_free("damping"):
-        drag = _average_over_groups(p.damping, point.damping * unit)
-        yield from _yield_change_if_free(p, sentence, {**spin, "damping": drag})
-        yield from _yield_change_if_free(p, sentence, {**spin, "damping": 2.0 * drag})
+    yield from _yield_change_of_free_parameters(p, sentence, heavier)
+    if p.is_fitted("damping"):
+        drag = _average_equal_parameters(p.damping, point.damping * unit)
+        yield from _yield_change_of_free_parameters(p, sentence, {**spin, "damping": drag})
+        yield from _yield_change_of_free_parameters(p, sentence, {**spin, "damping": 2.0 * drag})
     across = np.array([0.0, 1.0, -1.0])
     sentence = "damping across the axis, one way against the other: only their mean counts"
-    yield from _yield_change_if_free(
-        p, sentence, {"damping": _average_over_groups(p.damping, np.roll(across, k))}
+    yield from _yield_change_of_free_parameters(
+        p, sentence, {"damping": _average_equal_parameters(p.damping, np.roll(across, k))}
     )
 
 
-def _list_clock_shifts_and_rotations(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+def _list_clock_shifts_and_rotations(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     """Yield shifts of all clocks, and rotations of the principal axes relative to the attitude."""
     scene = point.to_scene()
     [change] = values("body_acceleration", scene._block, scene._start)
@@ -185,16 +188,16 @@ def _list_clock_shifts_and_rotations(p: Parameters, point: Point) -> Iterator[tu
     if delays and len(delays) == len(p.records):
         sentence = "the delay against the start: a shift in time"
         blocks = {"attitude": point.rate, "velocity": change}
-        if p.has_free("shaking"):
+        if p.is_fitted("shaking"):
             blocks["shaking"] = np.array([0.0, 0.0, point.shaking[1]])
-        for _, step in _yield_change_if_free(p, sentence, blocks):
+        for _, step in _yield_change_of_free_parameters(p, sentence, blocks):
             for at in delays:
                 step[at] = 1.0
             yield sentence, step
     for axis in np.eye(3):
         sentence = "the principal axes against the start"
         turned = {"axes": axis, "attitude": axis}
-        yield from _yield_change_if_free(p, sentence, turned)
-        yield from _yield_change_if_free(
+        yield from _yield_change_of_free_parameters(p, sentence, turned)
+        yield from _yield_change_of_free_parameters(
             p, sentence, {**turned, "velocity": -np.cross(axis, point.rate)}
         )

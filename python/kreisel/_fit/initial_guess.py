@@ -1,16 +1,16 @@
 """Initial guesses of the parameters, computed from the records by linear least squares.
 
-Let R be the attitude. Let U be the angular velocity relative to the support, and W the angular
-velocity relative to the inertial frame. Let J be the tensor of inertia, D the damping, f the
-friction and h the momentum of the rotor. On a support that turns with the angular velocity O, let L
-x = x + O x int x dt. With the unit vector a to the centre of mass,
+Let R be the attitude. Let W be the angular velocity in the inertial frame, and U the angular
+velocity relative to the support. Let J be the inertia tensor, D the damping, f the friction and h
+the angular momentum of the rotor. For a support with angular velocity O, define L x = x + O x int x
+dt. With the unit vector a to the centre of mass,
 
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
-is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, R is known
-relative to the initial attitude. The equation is then linear in the products of the components of c
-and those of the unknown vertical. The rotation of the support is neglected in this case. The trace
-e of the apex of a symmetric top satisfies
+is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, the attitude
+is known only relative to its initial value. The equation is then linear in the products of the
+components of the centre of mass c and of the unknown vertical direction. For a gyroscope alone, the
+rotation of the support is neglected. The trace e of the apex of a symmetric top satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 
@@ -29,17 +29,17 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .motion_data import FEWEST, ApexTrace, MotionData, read_apexes, read_motions
-from .parameters import Parameters, Point, point_of_scene
+from .motion_data import FEWEST, ApexTrace, MotionData, read_apex_traces, read_motions
+from .parameters import FitPoint, Parameters, convert_scene_to_point
 from .records import Record
 from .rotations import (
     conjugate_quaternions,
+    convert_matrix_to_quaternion,
     cross_matrix,
     exponential,
     multiply_quaternions,
-    quaternion_of_matrix,
+    rotate_vertical_to,
     rotation_matrix,
-    tilt_to,
 )
 
 _LEAST = 1e-3  # least density of a guess, relative to its largest moment
@@ -54,18 +54,18 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 
 
 class Guess(NamedTuple):
-    """Initial parameters for a search, and the measured motion used to compute them, if any.
+    """An initial guess of the parameters, and the measured motion from which it was computed.
 
     motion   its attitudes are from the principal axes of the point to space
     allowed  (size, size) projection on the changes to which a first search is confined, or None
     """
 
-    point: Point
+    point: FitPoint
     motion: MotionData | None
     allowed: Array | None = None
 
 
-class _Solution(NamedTuple):
+class _LinearSolution(NamedTuple):
     """Solution of the linear equations; all fields except the vertical share an unknown factor."""
 
     inertia: Array
@@ -76,16 +76,16 @@ class _Solution(NamedTuple):
 
 
 class _EnergyLosses(NamedTuple):
-    """The energy losses included in the linear equations."""
+    """The types of energy loss included in the linear equations."""
 
     is_damped: bool
     is_rubbed: bool
 
 
 def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
-    """Return guesses with the measured initial state, and with the scene's body or an improved one.
+    """Compute initial guesses of the parameters from the records.
 
-    The list is empty if the records do not determine a motion.
+    Returns an empty list if the motion cannot be reconstructed from the records.
     """
     base = parameters.start
     made: list[Guess] = []
@@ -93,19 +93,19 @@ def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> lis
         for count in {len(motion.t), max(len(motion.t) // _SHORT, min(len(motion.t), 40))}:
             made += _guess_from_motion(parameters, motion, motion.select_first(count))
     if not made:
-        for trace in read_apexes(records, base)[:1]:
+        for trace in read_apex_traces(records, base)[:1]:
             made += _guess_from_apex(parameters, trace)
     return made
 
 
 def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionData) -> list[Guess]:
     base = parameters.start
-    is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.has_free("com"))
-    axis = _friction_axis(base)
-    is_rubbed = part.source != "space" and (parameters.has_free("friction") or base.friction > 0.0)
+    is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.is_fitted("com"))
+    axis = _compute_friction_axis(base)
+    is_rubbed = part.source != "space" and (parameters.is_fitted("friction") or base.friction > 0.0)
     if is_rubbed:
-        part = _select_before_stop(part, axis)
-    losses = _EnergyLosses(parameters.has_free("damping"), is_rubbed)
+        part = _select_samples_before_stop(part, axis)
+    losses = _EnergyLosses(parameters.is_fitted("damping"), is_rubbed)
     solution = _solve_equations(part, base, is_heavy, losses)
     if solution is None:
         return []
@@ -119,26 +119,28 @@ def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionD
     return [_make_guess(parameters, motion, one) for one in twins]
 
 
-def _make_guess(parameters: Parameters, motion: MotionData, solution: _Solution) -> Guess:
+def _make_guess(parameters: Parameters, motion: MotionData, solution: _LinearSolution) -> Guess:
     turn = np.array([1.0, 0.0, 0.0, 0.0])  # from the axes of the motion to the principal axes
     if motion.source == "space":
-        turn = quaternion_of_matrix(_match_axes(solution, parameters.start))
+        turn = convert_matrix_to_quaternion(_match_principal_axes(solution, parameters.start))
     turned = rotation_matrix(turn)
     moments = np.diag(turned.T @ solution.inertia @ turned).copy()
     lever = turned.T @ solution.lever
     first = np.array([1.0, 0.0, 0.0, 0.0])
     if motion.source == "gyroscope":
-        first = quaternion_of_matrix(_frame_with_vertical(solution.vertical))
+        first = convert_matrix_to_quaternion(_build_frame_from_vertical(solution.vertical))
     attitude = multiply_quaternions(multiply_quaternions(first, motion.attitude), turn)
     seen = motion._replace(attitude=attitude, rate=motion.rate @ turned)
     if motion.is_at_rest:
-        seen = _to_support_frame(seen, parameters.start.turning)
-    point = _replace_body(parameters, moments, lever, solution)
+        seen = _transform_to_support_frame(seen, parameters.start.turning)
+    point = _replace_body_by_estimates(parameters, moments, lever, solution)
     rate = seen.rate[:3].mean(axis=0)
-    return Guess(_point_through_state(parameters, point, seen.t[0], seen.attitude[0], rate), seen)
+    return Guess(
+        _find_point_through_state(parameters, point, seen.t[0], seen.attitude[0], rate), seen
+    )
 
 
-def _to_support_frame(motion: MotionData, turning: Array) -> MotionData:
+def _transform_to_support_frame(motion: MotionData, turning: Array) -> MotionData:
     """Return the motion relative to a support that initially coincides with the inertial frame."""
     turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
     attitude = multiply_quaternions(turned, motion.attitude)
@@ -146,56 +148,56 @@ def _to_support_frame(motion: MotionData, turning: Array) -> MotionData:
     return motion._replace(attitude=attitude, rate=rate, is_at_rest=False)
 
 
-def _friction_axis(base: Point) -> Array:
+def _compute_friction_axis(base: FitPoint) -> Array:
     length = float(np.linalg.norm(base.com))
     made: Array = base.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
     return made
 
 
-def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
+def _select_samples_before_stop(motion: MotionData, axis: Array) -> MotionData:
     """Return the samples of a motion up to the time at which its spin about `axis` nearly stops."""
     spin = np.abs(motion.rate @ axis)
     slow = np.flatnonzero(spin < _STOPPED * spin.max())
     return motion.select_first(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
 
 
-def _replace_body(
-    parameters: Parameters, moments: Array, lever: Array, losses: _Solution | None
-) -> Point:
+def _replace_body_by_estimates(
+    parameters: Parameters, moments: Array, lever: Array, losses: _LinearSolution | None
+) -> FitPoint:
     """Return the parameters of the scene, with the free body parameters taken from a solution."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
     size, heavy = float(np.linalg.norm(base.com)), float(np.linalg.norm(lever))
-    is_size_known = heavy > 0.0 and base.gravity_force != 0.0 and not parameters.has_free("com")
+    is_size_known = heavy > 0.0 and base.gravity_force != 0.0 and not parameters.is_fitted("com")
     factor = base.moments.sum() / (2.0 * densities.sum())
     if is_size_known and size > 0.0:
         factor = abs(base.gravity_force) * size / heavy
     changes: dict[str, Array | float] = {}
-    if parameters.has_free("moments"):
+    if parameters.is_fitted("moments"):
         groups = parameters.moments
         mean = groups @ (groups.T @ densities / groups.sum(axis=0))
         changes["densities"] = factor * mean
     else:
         factor = base.moments.sum() / (2.0 * densities.sum())
-    if base.gravity_force and heavy > 0.0 and parameters.has_free("com"):
+    if base.gravity_force and heavy > 0.0 and parameters.is_fitted("com"):
         changes["com"] = factor * lever / base.gravity_force
-    if parameters.has_free("damping"):
+    if parameters.is_fitted("damping"):
         drag = 0.0 if losses is None else losses.damping
         changes["damping"] = np.full(3, max(factor * drag, 0.0))
-    if parameters.has_free("friction") and losses is not None:
+    if parameters.is_fitted("friction") and losses is not None:
         changes["friction"] = max(factor * losses.friction, 0.0)
     return replace(base, **changes)  # type: ignore[arg-type]
 
 
-def _point_through_state(
-    parameters: Parameters, point: Point, since: float, attitude: Array, rate: Array
-) -> Point:
+def _find_point_through_state(
+    parameters: Parameters, point: FitPoint, since: float, attitude: Array, rate: Array
+) -> FitPoint:
     """Return the parameters whose motion passes through the given state at the time `since`."""
     there = replace(
         point,
-        attitude=attitude if parameters.has_free("attitude") else point.attitude,
-        rate=rate if parameters.has_free("velocity") else point.rate,
+        attitude=attitude if parameters.is_fitted("attitude") else point.attitude,
+        rate=rate if parameters.is_fitted("velocity") else point.rate,
     )
     if since == 0.0:
         return there
@@ -203,17 +205,17 @@ def _point_through_state(
         back = solve(there.to_scene(since), [-since], "taylor", max_steps=10000)
     except (Error, ValueError):
         return there
-    start = point_of_scene(there.to_scene().replace(momentum=back.m[0], attitude=back.q[0]))
+    start = convert_scene_to_point(there.to_scene().replace(momentum=back.m[0], attitude=back.q[0]))
     return replace(
         there,
-        attitude=start.attitude if parameters.has_free("attitude") else there.attitude,
-        rate=start.rate if parameters.has_free("velocity") else there.rate,
+        attitude=start.attitude if parameters.is_fitted("attitude") else there.attitude,
+        rate=start.rate if parameters.is_fitted("velocity") else there.rate,
     )
 
 
 def _solve_equations(
-    motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
-) -> _Solution | None:
+    motion: MotionData, base: FitPoint, is_heavy: bool, losses: _EnergyLosses
+) -> _LinearSolution | None:
     """Solve the momentum equation using the singular vector of the smallest singular value.
 
     Returns None if there are too few samples, or if the body has a rotor and its principal axes are
@@ -232,17 +234,17 @@ def _solve_equations(
     found = np.linalg.eigh(normal)[1][:, 0] / sizes
     if rotor.any():
         found = np.delete(found, 3)  # the size of the rotor, after three moments
-    return _read_solution(found, motion, is_heavy, losses)
+    return _unpack_linear_solution(found, motion, is_heavy, losses)
 
 
 def _list_equation_columns(
-    motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
+    motion: MotionData, base: FitPoint, is_heavy: bool, losses: _EnergyLosses
 ) -> list[Array]:
-    """Return the coefficients of each term of the equation, as arrays of shape (n, 3, k)."""
+    """Return the columns of the coefficient matrix as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
-    turning = _known_support_velocity(motion, base)
+    turning = _select_support_velocity(motion, base)
     rate = motion.rate + turning @ rotation
-    momenta = [rotation @ _momentum_by_inertia(rate, motion.source == "space")]
+    momenta = [rotation @ _build_momentum_matrices(rate, motion.source == "space")]
     momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
     columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
     columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
@@ -258,13 +260,13 @@ def _list_equation_columns(
         turned = (rotation @ motion.rate[:, :, None])[:, :, 0]
         columns.append(_integrate_by_trapezoids(t, turned)[:, :, None])
     if losses.is_rubbed:
-        axis = _friction_axis(base)
+        axis = _compute_friction_axis(base)
         sense = np.sign(motion.rate @ axis)[:, None]
         columns.append(_integrate_by_trapezoids(t, sense * (rotation @ axis))[:, :, None])
     return columns
 
 
-def _known_support_velocity(motion: MotionData, base: Point) -> Array:
+def _select_support_velocity(motion: MotionData, base: FitPoint) -> Array:
     """Return the angular-velocity components of the support that the attitudes can transform.
 
     The components are zero if the motion is relative to the inertial frame.
@@ -275,9 +277,9 @@ def _known_support_velocity(motion: MotionData, base: Point) -> Array:
     return base.turning * np.array([0.0, 0.0, 1.0]) if is_upright else base.turning
 
 
-def _read_solution(
+def _unpack_linear_solution(
     found: Array, motion: MotionData, is_heavy: bool, losses: _EnergyLosses
-) -> _Solution | None:
+) -> _LinearSolution | None:
     is_full = motion.source == "space"
     count = 6 if is_full else 3
     inertia = np.diag(found[:3])
@@ -296,10 +298,10 @@ def _read_solution(
         lever, vertical = sizes[0] * right[0], left[:, 0]
     lost = rest[len(rest) - sum(losses) :].tolist()
     damping = lost.pop(0) if losses.is_damped else 0.0
-    return _Solution(inertia, lever, vertical, damping, lost[0] if losses.is_rubbed else 0.0)
+    return _LinearSolution(inertia, lever, vertical, damping, lost[0] if losses.is_rubbed else 0.0)
 
 
-def _momentum_by_inertia(rate: Array, is_full: bool) -> Array:
+def _build_momentum_matrices(rate: Array, is_full: bool) -> Array:
     """Return matrices of shape (n, 3, k) that map the k independent components of J to J W."""
     made = np.zeros((len(rate), 3, 6 if is_full else 3))
     for k in range(3):
@@ -311,18 +313,17 @@ def _momentum_by_inertia(rate: Array, is_full: bool) -> Array:
 
 
 def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
-    """Return the integrals of `values` from the first to each time, by the trapezoidal rule."""
+    """Integrate sampled values cumulatively by the trapezoidal rule."""
     steps = np.diff(t).reshape(-1, *[1] * (values.ndim - 1))
     made = np.zeros_like(values)
     np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=made[1:])
     return made
 
 
-def _match_axes(solution: _Solution, base: Point) -> Array:
+def _match_principal_axes(solution: _LinearSolution, base: FitPoint) -> Array:
     """Return the principal axes of a solution as columns, in the order of the scene's moments.
 
-    The signs of the axes are chosen to bring the centre of mass as close as possible to the
-    scene's.
+    The signs of the axes are chosen so that the centre of mass is close to that of the scene.
     """
     _, axes = np.linalg.eigh(solution.inertia)
     made = np.empty((3, 3))
@@ -338,7 +339,7 @@ def _match_axes(solution: _Solution, base: Point) -> Array:
     return chosen
 
 
-def _frame_with_vertical(vertical: Array) -> Array:
+def _build_frame_from_vertical(vertical: Array) -> Array:
     """Return a rotation matrix whose last row is the unit vector `vertical`."""
     first = np.cross(np.eye(3)[np.abs(vertical).argmin()], vertical)
     first /= np.linalg.norm(first)
@@ -346,7 +347,7 @@ def _frame_with_vertical(vertical: Array) -> Array:
 
 
 def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
-    """Return guesses from the apex trace, assuming that the body is symmetric about its apex."""
+    """Compute guesses from apex directions, assuming that the body is symmetric about its apex."""
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []
@@ -360,29 +361,31 @@ def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
     integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
     columns = [-along[:, :, None], integral[:, :, None], identity]
-    if parameters.has_free("friction") or base.friction:
+    if parameters.is_fitted("friction") or base.friction:
         columns.append(((t - t[0])[:, None] * apex - summed)[:, :, None])
     matrix = np.concatenate(columns, axis=2)
     found = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), left.ravel(), rcond=None)[0]
     slowing = float(found[5]) if len(found) > 5 else 0.0
     triples = [(float(found[0]), float(found[1]), slowing)]
-    triples += [(*pair, 0.0) for pair in _list_nutation_parameters(trace, float(turning[2]))]
-    return [_guess_with_spin(parameters, trace, (apex, change), triple) for triple in triples]
+    triples += [(*pair, 0.0) for pair in _estimate_nutation_parameters(trace, float(turning[2]))]
+    return [
+        _guess_from_apex_and_spin(parameters, trace, (apex, change), triple) for triple in triples
+    ]
 
 
-def _mean_precession(trace: ApexTrace) -> float:
+def _estimate_mean_precession(trace: ApexTrace) -> float:
     angle = np.unwrap(np.arctan2(trace.apex[:, 0], -trace.apex[:, 1]))
     return float(np.polyfit(trace.t, angle, 1)[0])
 
 
-def _list_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
+def _estimate_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
     """Return pairs (a, k), defined below, from the strongest spectral lines of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
-    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The rate w is relative to the
-    inertial frame: `turning` plus the rate relative to the support.
+    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
+    measured in the inertial frame.
     """
-    height, n, rate = trace.apex[:, 2], len(trace.t), _mean_precession(trace) + turning
+    height, n, rate = trace.apex[:, 2], len(trace.t), _estimate_mean_precession(trace) + turning
     mean = float(np.clip(height.mean(), -1.0, 1.0))
     lines = np.abs(np.fft.rfft((height - mean) * np.hanning(n), _PADDING * n))
     lines[: 2 * _PADDING] = 0.0  # slower lines are trends
@@ -398,7 +401,7 @@ def _list_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[fl
     return made
 
 
-def _guess_with_spin(
+def _guess_from_apex_and_spin(
     parameters: Parameters,
     trace: ApexTrace,
     smoothed: tuple[Array, Array],
@@ -409,46 +412,45 @@ def _guess_with_spin(
     along = float(axis @ (base.moments * axis))
     across = 0.5 * (base.moments.sum() - along)
     torque = base.gravity_force * float(np.linalg.norm(base.com))
-    if parameters.has_free("moments") and torque * k > 0.0:
+    if parameters.is_fitted("moments") and torque * k > 0.0:
         across = torque / k
         along = min(along, 1.9 * across)
     moments = along * axis**2 + across * (1.0 - axis**2)
-    point = _replace_body(parameters, moments, base.gravity_force * base.com, None)
+    point = _replace_body_by_estimates(parameters, moments, base.gravity_force * base.com, None)
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
-    turn = tilt_to(axis)
-    tilts = tilt_to(apex / np.linalg.norm(apex, axis=1)[:, None])
+    turn = rotate_vertical_to(axis)
+    tilts = rotate_vertical_to(apex / np.linalg.norm(apex, axis=1)[:, None])
     attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
     spin = (a * across - float(axis @ base.rotor)) / along - float(base.turning @ apex[0])
-    if parameters.has_free("friction"):
+    if parameters.is_fitted("friction"):
         point = replace(point, friction=max(across * slowing * np.sign(spin), 0.0))
     lost = point.friction / along * (trace.t - trace.t[0])
     left = np.copysign(np.maximum(abs(spin) - lost, 0.0), spin)
     velocity = np.cross(apex, change) + left[:, None] * apex
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     motion = MotionData(trace.t, attitude, rate, "apex")
-    start = _point_through_state(parameters, point, trace.t[0], attitude[0], rate[0])
-    return Guess(start, motion, _project_on_constant_spin(parameters, axis))
+    start = _find_point_through_state(parameters, point, trace.t[0], attitude[0], rate[0])
+    return Guess(start, motion, _build_constant_spin_projection(parameters, axis))
 
 
-def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
+def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Array:
     """Return the projection onto changes of the instruments, and of the state at constant spin.
 
-    The nutation frequency, which is known accurately, then stays fixed while the search finds the
-    phase.
+    The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """
     allowed = np.eye(parameters.size)
     for name in parameters.free:
         if name not in ("attitude", "velocity"):
-            allowed[:, parameters.columns_of(name)] = 0.0
-    if parameters.has_free("velocity"):
-        at = parameters.columns_of("velocity")
+            allowed[:, parameters.find_columns(name)] = 0.0
+    if parameters.is_fitted("velocity"):
+        at = parameters.find_columns("velocity")
         allowed[at, at] -= np.outer(axis, axis)
     return allowed
 
 
 def _fit_local_cubics(trace: ApexTrace) -> tuple[Array, Array]:
-    """Return the values and derivatives of a trace, smoothed by local cubic fits.
+    """Smooth apex directions by local cubic fits, and return their values and derivatives.
 
     Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.
     """

@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt method in natural units, without steps along blind directions.
+"""Levenberg-Marquardt method without steps along undetermined directions.
 
 In natural units, eigenvectors of J^T J with negligible eigenvalues are directions along which the
 residuals do not change. Steps have no component along these directions, which prevents the search
@@ -33,16 +33,16 @@ P = TypeVar("P")
 
 
 class LeastSquaresModel(Protocol[P]):
-    """A model with residuals, such as kreisel._fit.residuals.ResidualModel."""
+    """Interface of a model that can be fitted by least squares."""
 
     @property
     def evaluations(self) -> int: ...
     @property
     def size(self) -> int: ...
     def evaluate(self, point: P) -> Evaluation: ...
-    def natural_sizes(self, point: P) -> Array: ...
+    def estimate_scales(self, point: P) -> Array: ...
     def move_within_bounds(self, point: P, step: Array) -> P: ...
-    def distances_to_bounds(self, point: P) -> Array: ...
+    def compute_distances_to_bounds(self, point: P) -> Array: ...
 
 
 class Minimum(NamedTuple):
@@ -64,7 +64,7 @@ def compute_cost(residuals: Array, loss: LossName) -> float:
     return float(2.0 * (np.hypot(1.0, residuals) - 1.0).sum())
 
 
-def reweight(evaluation: Evaluation, loss: LossName) -> Evaluation:
+def apply_loss_weights(evaluation: Evaluation, loss: LossName) -> Evaluation:
     """Return the residuals and Jacobian with each row scaled by the square root of its weight."""
     if loss == "linear":
         return evaluation
@@ -94,8 +94,8 @@ def minimize(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> M
     The search stops early if the residuals are large and hardly decrease.
     """
     evaluation = model.evaluate(point)
-    best = Minimum(point, evaluation, _finite_cost(evaluation, search.loss), False)
-    damping, natural = _DAMPING, model.natural_sizes(point)
+    best = Minimum(point, evaluation, _compute_cost_or_infinity(evaluation, search.loss), False)
+    damping, natural = _DAMPING, model.estimate_scales(point)
     if not np.isfinite(best.cost):
         return best
     search.report(best)
@@ -103,8 +103,10 @@ def minimize(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> M
     while model.evaluations < search.limit:
         if best.cost <= _NOISELESS * model.size:
             return best._replace(has_converged=True)
-        weighted = reweight(best.evaluation, search.loss)
-        steps = _DampedSteps(weighted, natural, model.distances_to_bounds(point), search.is_stiff)
+        weighted = apply_loss_weights(best.evaluation, search.loss)
+        steps = _DampedSteps(
+            weighted, natural, model.compute_distances_to_bounds(point), search.is_stiff
+        )
         trial, damping = _find_improvement(model, point, steps, damping, best.cost, search)
         if trial is None:
             return best._replace(has_converged=model.evaluations < search.limit)
@@ -119,21 +121,21 @@ def minimize(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> M
 
 
 def _has_large_residuals(found: Minimum, loss: LossName) -> bool:
-    """Return True if the residuals (with the soft loss, most of them) are large."""
+    """Return True if the residuals are much larger than expected from noise."""
     residuals = found.evaluation.residuals
     if loss == "linear":
         return found.cost > _FAR * residuals.size
     return bool(np.median(np.abs(residuals)) > _FAR_MEDIAN)
 
 
-def _finite_cost(evaluation: Evaluation, loss: LossName) -> float:
+def _compute_cost_or_infinity(evaluation: Evaluation, loss: LossName) -> float:
     with np.errstate(all="ignore"):
         cost = compute_cost(evaluation.residuals, loss)
     return cost if np.isfinite(cost) else np.inf
 
 
 class _DampedSteps:
-    """The damped Gauss-Newton steps from one point."""
+    """Damped Gauss-Newton steps from a given point."""
 
     def __init__(
         self, evaluation: Evaluation, natural: Array, distances: Array, is_stiff: bool
@@ -163,11 +165,11 @@ def _find_improvement(
     cost: float,
     search: SearchSettings,
 ) -> tuple[Minimum | None, float]:
-    """Return the first damped step that does not increase the cost, and the next damping."""
+    """Increase the damping until a step does not increase the cost."""
     while model.evaluations < search.limit:
         moved = model.move_within_bounds(point, steps.solve_step(damping))
         evaluation = model.evaluate(moved)
-        found = _finite_cost(evaluation, search.loss)
+        found = _compute_cost_or_infinity(evaluation, search.loss)
         if found <= cost:
             minimum = Minimum(moved, evaluation, found, False)
             return minimum, max(damping / _FACTOR, _DAMPING_LEAST)

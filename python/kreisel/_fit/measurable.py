@@ -1,4 +1,4 @@
-"""The quantities that a record can contain."""
+"""Quantities that can be measured by instruments."""
 
 from __future__ import annotations
 

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from .._results.specific_force import INERTIAL_VELOCITY
 from .._utils.validation import Array
-from .parameters import Point
+from .parameters import FitPoint
 from .records import Record, Series
 from .rotations import (
     conjugate_quaternions,
     exponential,
     logarithm,
     multiply_quaternions,
+    rotate_vertical_to,
     rotation_matrix,
-    tilt_to,
 )
 
 FEWEST = 8  # samples that a guess needs
@@ -30,7 +30,7 @@ _TURN = 0.5  # angle between attitudes whose difference gives an angular velocit
 
 
 class MotionData(NamedTuple):
-    """The states at n times `t`, relative to the principal axes of a point.
+    """Attitudes and angular velocities of the principal axes at n times.
 
     attitude     quaternions from the principal axes to space; only relative to the first one, or
                  only up to the axes of the body, depending on the source
@@ -60,34 +60,36 @@ class ApexTrace(NamedTuple):
     apex: Array
 
 
-def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
+def read_motions(records: Sequence[Record], point: FitPoint) -> list[MotionData]:
     """Return the motions determined by the records, starting with the most complete one."""
     turned = rotation_matrix(point.axes)
     made: list[MotionData] = []
     for record in records:
         table = {s.name: s for s in record.series if s.part is None}
         if "q" in table:
-            t, q = _select_longest_stretch(record.t, table["q"])
-            made += _motion_of_attitudes(t, multiply_quaternions(q, point.axes[None]))
+            t, q = _select_longest_gapless_run(record.t, table["q"])
+            made += _reconstruct_from_attitudes(t, multiply_quaternions(q, point.axes[None]))
         for name in {"body_velocity", INERTIAL_VELOCITY.name} & table.keys():
-            t, w = _select_longest_stretch(record.t, table[name])
+            t, w = _select_longest_gapless_run(record.t, table[name])
             up = table.get("body_vertical")
-            first = _first_vertical(record.t, up, t) if up is not None and len(t) else None
-            found = _motion_of_gyroscope(t, w @ turned, None if first is None else first @ turned)
+            first = _find_nearest_vertical(record.t, up, t) if up is not None and len(t) else None
+            found = _reconstruct_from_gyroscope(
+                t, w @ turned, None if first is None else first @ turned
+            )
             is_at_rest = name == INERTIAL_VELOCITY.name and point.is_turning
             made += [motion._replace(is_at_rest=is_at_rest) for motion in found]
         if "velocity" in table:
-            t, w = _select_longest_stretch(record.t, table["velocity"])
-            made += _motion_in_space(t, w)
+            t, w = _select_longest_gapless_run(record.t, table["velocity"])
+            made += _reconstruct_from_space_velocity(t, w)
     order = ("attitude", "vertical", "space", "gyroscope")
     return sorted(made, key=lambda motion: order.index(motion.source))
 
 
-def read_apexes(records: Sequence[Record], point: Point) -> list[ApexTrace]:
+def read_apex_traces(records: Sequence[Record], point: FitPoint) -> list[ApexTrace]:
     """Return the traces of the apex contained in the records."""
     made = []
     for record in records:
-        found = _read_apex(record, point)
+        found = _read_apex_directions(record, point)
         if found is not None:
             t, apex = found
             even = np.linspace(t[0], t[-1], len(t))
@@ -96,10 +98,10 @@ def read_apexes(records: Sequence[Record], point: Point) -> list[ApexTrace]:
     return made
 
 
-def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
+def _read_apex_directions(record: Record, point: FitPoint) -> tuple[Array, Array] | None:
     table = {s.name: s for s in record.series}
     if "apex" in table:
-        t, e = _select_longest_stretch(record.t, table["apex"])
+        t, e = _select_longest_gapless_run(record.t, table["apex"])
     elif {"apex_x", "apex_y"} <= table.keys():
         both = table["apex_x"].measured & table["apex_y"].measured
         t = record.t[both[:, 0]]
@@ -123,7 +125,7 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
     return (t, e) if len(t) >= FEWEST else None
 
 
-def _select_longest_stretch(t: Array, series: Series) -> tuple[Array, Array]:
+def _select_longest_gapless_run(t: Array, series: Series) -> tuple[Array, Array]:
     """Return the longest sequence of complete rows with distinct times and no gap in time."""
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
@@ -165,36 +167,36 @@ def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.
     return regular
 
 
-def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
+def _reconstruct_from_attitudes(t: Array, q: Array) -> list[MotionData]:
     """Return the motion with these attitudes; velocities come from pairs sufficiently far apart."""
     if len(t) < FEWEST:
         return []
-    angle = np.median(np.linalg.norm(logarithm(_relative_rotations(q, 1)), axis=1))
+    angle = np.median(np.linalg.norm(logarithm(_compute_relative_rotations(q, 1)), axis=1))
     stride = int(np.clip(round(_TURN / max(float(angle), 1e-9)), 1, len(t) // 4))
-    turns = logarithm(_relative_rotations(q, stride))
+    turns = logarithm(_compute_relative_rotations(q, stride))
     rate = turns / (t[stride:] - t[:-stride])[:, None]
     middle = 0.5 * (t[stride:] + t[:-stride])
     halfway = multiply_quaternions(q[:-stride], exponential(0.5 * turns))
     return [MotionData(middle, halfway, rate, "attitude")]
 
 
-def _relative_rotations(q: Array, stride: int) -> Array:
+def _compute_relative_rotations(q: Array, stride: int) -> Array:
     """Return the rotation from each attitude to the attitude `stride` rows later."""
     return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
 
 
-def _motion_of_gyroscope(t: Array, rate: Array, vertical: Array | None) -> list[MotionData]:
+def _reconstruct_from_gyroscope(t: Array, rate: Array, vertical: Array | None) -> list[MotionData]:
     if len(t) < FEWEST:
         return []
     first = np.array([1.0, 0.0, 0.0, 0.0])
     if vertical is not None:
-        first = conjugate_quaternions(tilt_to(vertical / np.linalg.norm(vertical)))
+        first = conjugate_quaternions(rotate_vertical_to(vertical / np.linalg.norm(vertical)))
     attitude = _integrate_attitude(t, rate, first, False)
     source = "gyroscope" if vertical is None else "vertical"
     return [MotionData(t, attitude, rate, source)]
 
 
-def _first_vertical(t: Array, series: Series, since: Array) -> Array | None:
+def _find_nearest_vertical(t: Array, series: Series, since: Array) -> Array | None:
     """Return the measured vertical whose time is nearest to the first of the times `since`."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:
@@ -204,7 +206,7 @@ def _first_vertical(t: Array, series: Series, since: Array) -> Array | None:
     return vertical if np.linalg.norm(vertical) > 0.0 else None
 
 
-def _motion_in_space(t: Array, velocity: Array) -> list[MotionData]:
+def _reconstruct_from_space_velocity(t: Array, velocity: Array) -> list[MotionData]:
     if len(t) < FEWEST:
         return []
     attitude = _integrate_attitude(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)
@@ -213,7 +215,7 @@ def _motion_in_space(t: Array, velocity: Array) -> list[MotionData]:
 
 
 def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
-    """Return the attitudes obtained by integrating the angular velocities from `first`."""
+    """Integrate angular velocities to obtain attitudes, starting from the attitude `first`."""
     made = np.empty((len(t), 4))
     made[0] = first
     made[1:] = exponential(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
@@ -226,7 +228,7 @@ def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) 
 
 
 def interpolate(motion: MotionData, t: float) -> tuple[Array, Array]:
-    """Return the attitude and the angular velocity of a motion near the time t."""
+    """Return the attitude and the angular velocity of a motion at the time t."""
     k = int(np.clip(np.searchsorted(motion.t, t), 1, len(motion.t) - 1))
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)
     about = slice(max(k - 2, 0), k + 3)

@@ -1,8 +1,8 @@
-"""Multiple shooting: segments of a motion with separate initial states, joined without gaps.
+"""Multiple shooting, which fits a motion in segments with separate initial states.
 
-The gaps between segments are residuals whose standard deviation decreases from stage to stage.
-Errors grow only within a segment, so chaotic motions can be fitted over many Lyapunov times.
-Source: Bock, Recent advances in parameter identification techniques for ODE, 1983.
+The allowed size of the gaps between segments is reduced in several stages. Errors grow only within
+a segment, so chaotic motions can be fitted over many Lyapunov times. Source: Bock, Recent advances
+in parameter identification techniques for ODE, 1983.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .._solve.solve import solve
 from .._utils.validation import Array
 from .levenberg_marquardt import LossName, Minimum, SearchSettings, minimize
 from .motion_data import MotionData, interpolate
-from .parameters import Parameters, Point
+from .parameters import FitPoint, Parameters
 from .records import Record, slice_record
 from .residuals import Evaluation, Indices, ResidualModel
 from .rotations import (
@@ -41,13 +41,13 @@ _STAGE_LIMIT = 40  # evaluations of all pieces in a stage
 _START = ("attitude", "velocity")
 
 
-class PieceStarts(NamedTuple):
+class SegmentStarts(NamedTuple):
     """The initial states of all segments. The first segment also contains all other parameters."""
 
-    points: tuple[Point, ...]
+    points: tuple[FitPoint, ...]
 
 
-def choose_pieces(point: Point, records: Sequence[Record]) -> int:
+def choose_segment_count(point: FitPoint, records: Sequence[Record]) -> int:
     """Return a number of segments for which errors grow little within each segment."""
     times = np.concatenate([record.t for record in records])
     most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
@@ -64,10 +64,10 @@ def choose_pieces(point: Point, records: Sequence[Record]) -> int:
 
 
 class ShootingModel:
-    """Residuals of all segments and of the gaps between them.
+    """A least-squares model of a motion that consists of several segments.
 
-    The first columns are the parameters of the first segment, followed by the initial states of the
-    other segments.
+    The parameter vector consists of all parameters of the first segment and the initial states of
+    the other segments.
     """
 
     def __init__(
@@ -80,14 +80,14 @@ class ShootingModel:
         self.models: list[ResidualModel] = []
         self.rows: list[Indices] = []
         for k in range(count):
-            self._add_piece(k, records, sigmas)
+            self._add_segment(k, records, sigmas)
         self.first = int(np.flatnonzero(self.edges[:-1] <= 0.0)[-1])  # the piece with the start
-        self.columns = self._column_indices()
+        self.columns = self._list_segment_columns()
         self.data_size = sum(len(rows) for rows in self.rows)
         self.size = self.data_size + 6 * (count - 1)
         self.evaluations = 0
 
-    def _add_piece(self, k: int, records: Sequence[Record], sigmas: Sequence[Array]) -> None:
+    def _add_segment(self, k: int, records: Sequence[Record], sigmas: Sequence[Array]) -> None:
         begin, end = self.edges[k], self.edges[k + 1]
         is_last = k == len(self.edges) - 2
         parts, own_sigmas, rows = [], [], []
@@ -110,7 +110,7 @@ class ShootingModel:
         self.models.append(model)
         self.rows.append(np.concatenate(rows))
 
-    def _column_indices(self) -> list[Indices]:
+    def _list_segment_columns(self) -> list[Indices]:
         """Return the column indices of the parameters of each segment."""
         made, used = [], self.parameters.size
         for k, model in enumerate(self.models):
@@ -125,16 +125,16 @@ class ShootingModel:
         self.width = used
         return made
 
-    def place_on_data(self, point: Point, motion: MotionData) -> PieceStarts:
+    def start_on_data(self, point: FitPoint, motion: MotionData) -> SegmentStarts:
         """Return segments that start on a measured motion, with the other parameters of `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate(motion, float(edge))
             own = replace(point, attitude=attitude, rate=rate)
             points.append(point if k == self.first else own)
-        return PieceStarts(tuple(points))
+        return SegmentStarts(tuple(points))
 
-    def place_on_motion(self, point: Point) -> PieceStarts:
+    def start_on_motion(self, point: FitPoint) -> SegmentStarts:
         """Return segments that start on the motion computed from `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
@@ -144,31 +144,31 @@ class ShootingModel:
                 points[float(t)] = replace(
                     point, attitude=q, rate=point.relative_angular_velocity(q, m)
                 )
-        return PieceStarts(tuple(points[float(t)] for t in edges))
+        return SegmentStarts(tuple(points[float(t)] for t in edges))
 
-    def move_within_bounds(self, pieces: PieceStarts, step: Array) -> PieceStarts:
+    def move_within_bounds(self, pieces: SegmentStarts, step: Array) -> SegmentStarts:
         moved = [
             model.move_within_bounds(point, step[columns])
             for model, point, columns in zip(self.models, pieces.points, self.columns, strict=True)
         ]
-        return PieceStarts(tuple(moved))
+        return SegmentStarts(tuple(moved))
 
-    def natural_sizes(self, pieces: PieceStarts) -> Array:
+    def estimate_scales(self, pieces: SegmentStarts) -> Array:
         made = np.ones(self.width)
         span = float(self.edges[-1] - self.edges[0])
         for k in sorted(range(len(self.models)), key=lambda k: k == self.first):
-            own = self.models[k].parameters.natural_sizes(pieces.points[k], span)
+            own = self.models[k].parameters.estimate_scales(pieces.points[k], span)
             made[self.columns[k]] = own
         return made
 
-    def distances_to_bounds(self, pieces: PieceStarts) -> Array:
+    def compute_distances_to_bounds(self, pieces: SegmentStarts) -> Array:
         made = np.full(self.width, np.inf)
-        made[self.columns[self.first]] = self.models[self.first].distances_to_bounds(
+        made[self.columns[self.first]] = self.models[self.first].compute_distances_to_bounds(
             pieces.points[self.first]
         )
         return made
 
-    def evaluate(self, pieces: PieceStarts) -> Evaluation:
+    def evaluate(self, pieces: SegmentStarts) -> Evaluation:
         self.evaluations += 1
         residuals, jacobian = np.zeros(self.size), np.zeros((self.size, self.width))
         for k, model in enumerate(self.models):
@@ -179,10 +179,10 @@ class ShootingModel:
             jacobian[np.ix_(self.rows[k], self.columns[k])] = found.jacobian
         for k in range(len(self.models) - 1):
             at = slice(self.data_size + 6 * k, self.data_size + 6 * k + 6)
-            residuals[at], jacobian[at] = self._gap_after_piece(pieces, k)
+            residuals[at], jacobian[at] = self._compute_gap_after_segment(pieces, k)
         return Evaluation(residuals, jacobian)
 
-    def _gap_after_piece(self, pieces: PieceStarts, k: int) -> tuple[Array, Array]:
+    def _compute_gap_after_segment(self, pieces: SegmentStarts, k: int) -> tuple[Array, Array]:
         """Return the gap between segment k and the next one, and its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
@@ -196,40 +196,40 @@ class ShootingModel:
         by_rate /= moments[:, None]
         support = point.turning @ rotation
         by_rate -= cross_matrix(support) @ end.by[:3]
-        if p.has_free("moments"):
+        if p.is_fitted("moments"):
             whole = (rate + support) / moments
-            by_rate[:, p.columns_of("moments")] -= whole[:, None] * p.moments_jacobian()
-        if p.has_free("rotor"):
-            by_rate[:, p.columns_of("rotor")] -= np.diag(1.0 / moments)
-        if p.has_free("turning"):
-            by_rate[:, p.columns_of("turning")] -= rotation.T
+            by_rate[:, p.find_columns("moments")] -= whole[:, None] * p.moments_jacobian()
+        if p.is_fitted("rotor"):
+            by_rate[:, p.find_columns("rotor")] -= np.diag(1.0 / moments)
+        if p.is_fitted("turning"):
+            by_rate[:, p.find_columns("turning")] -= rotation.T
         made = np.zeros((6, self.width))
         made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
         made[3:, self.columns[k]] = -by_rate / scale
         q, columns = self.models[k + 1].parameters, self.columns[k + 1]
-        if q.has_free("attitude"):
-            made[:3, columns[q.columns_of("attitude")]] += inverse_left_jacobian(-turn)
-        if q.has_free("velocity"):
-            made[3:, columns[q.columns_of("velocity")]] += np.eye(3) / scale
+        if q.is_fitted("attitude"):
+            made[:3, columns[q.find_columns("attitude")]] += inverse_left_jacobian(-turn)
+        if q.is_fitted("velocity"):
+            made[3:, columns[q.find_columns("velocity")]] += np.eye(3) / scale
         return gap, made / self.gap
 
 
 def minimize_by_shooting(
     model: ShootingModel,
-    pieces: PieceStarts,
+    pieces: SegmentStarts,
     loss: LossName,
     report: Callable[[Minimum], None],
     limit: int,
 ) -> Minimum:
-    """Return the minimum with joined segments; each stage of the search reduces the gaps.
+    """Fit a motion in segments, and close the gaps between them in several stages.
 
-    The search stops early if even separate segments disagree with the records.
+    The search stops early if the segments do not fit the measurements even with gaps.
     """
     found: Minimum | None = None
     for gap in GAPS:
         model.gap = gap
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
-        tell = report if gap == GAPS[-1] else _ignore_minimum
+        tell = report if gap == GAPS[-1] else _report_nothing
         found = minimize(model, pieces, SearchSettings(loss, stage, _FTOL, tell, is_stiff=True))
         pieces = found.point  # type: ignore[assignment]
         if not found.cost <= _HOPELESS * model.size:
@@ -238,12 +238,12 @@ def minimize_by_shooting(
     return found
 
 
-def fits_with_gaps(model: ShootingModel, pieces: PieceStarts, loss: LossName) -> bool:
+def fits_with_gaps(model: ShootingModel, pieces: SegmentStarts, loss: LossName) -> bool:
     """Return True if separate segments, which need not join, agree with the records."""
     model.gap = GAPS[0]
-    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)
+    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _report_nothing, is_stiff=True)
     return minimize(model, pieces, search).cost <= _HOPELESS * model.size
 
 
-def _ignore_minimum(_: Minimum) -> None:
+def _report_nothing(_: Minimum) -> None:
     """Ignore a minimum at which the segments do not join."""

@@ -1,4 +1,4 @@
-"""Standard deviations of measurements with unknown errors."""
+"""Estimation of the standard deviations of measurements."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ _LEAST = 1e-12  # least standard deviation, relative to the spread
 MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its median deviation
 
 
-def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
+def estimate_initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
     """Return the standard deviations of each series, either given or estimated from its values."""
     made: list[Array] = []
     for record in records:
         for series in record.series:
             shape = len(record.t), series.residuals_per_row
             if series.sigma is None:
-                made.append(np.full(shape, _estimate_from_neighbours(series)))
+                made.append(np.full(shape, _estimate_noise(series)))
             else:
                 made.append(series.sigma)
     return made
 
 
-def _estimate_from_neighbours(series: Series) -> float:
+def _estimate_noise(series: Series) -> float:
     """Return the noise level of a series, estimated from second differences of its values."""
     values = series.values[series.measured.all(axis=1)]
     if len(values) < _FEWEST:
@@ -44,7 +44,7 @@ def _estimate_from_neighbours(series: Series) -> float:
 
 
 def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> list[Array]:
-    """Return the standard deviations, estimating unknown ones from the residuals."""
+    """Estimate unknown standard deviations from the residuals of a fit."""
     total = int(model.measured.sum())
     share = max(1.0 - model.parameters.size / total, 1.0 / total)
     made: list[Array] = []
@@ -52,7 +52,7 @@ def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> lis
         if rows.series.sigma is not None:
             made.append(rows.sigma)
             continue
-        own = rows.residuals_of_series(residuals)[rows.is_measured]
+        own = rows.select_series_residuals(residuals)[rows.is_measured]
         if loss == "soft" and own.size:
             factor = MEDIAN * float(np.median(np.abs(own)))
         else:

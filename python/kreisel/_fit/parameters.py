@@ -1,9 +1,8 @@
-"""Free parameters of a fit: their blocks, bounds, natural scales, names and units.
+"""Parameters of a fit, with their bounds, typical magnitudes, names and units.
 
-The principal moments are (b + c, c + a, a + b) with a, b, c >= 0; every trial describes a rigid
-body. For a plate, one of a, b, c is zero. An attitude changes by a small rotation from its current
-value, so its coordinates have no singularities. Source: Rucker and Wensing, IEEE Robotics and
-Automation Letters 7 (2022) 2132.
+The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial describes a
+rigid body. The attitude is parametrized by a small rotation from its current value, which avoids
+singularities. Source: Rucker and Wensing, IEEE Robotics and Automation Letters 7 (2022) 2132.
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ Key = tuple[str, int, str]  # block, record or -1 for the motion, series or empt
 
 _AXES = "xyz"
 _INERTIA_RTOL = 1e-9  # moments of plates exceed the sum of the others by rounding
-_VECTORS = {  # {block: attribute of Point that changes by the step}
+_VECTORS = {  # {block: attribute of FitPoint that changes by the step}
     "velocity": "rate",
     "com": "com",
     "rotor": "rotor",
@@ -87,7 +86,7 @@ _MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class FitPoint:
     """The values of all parameters, free or not; vectors have principal-axis components.
 
     attitude     quaternion from the principal axes to space
@@ -117,7 +116,7 @@ class Point:
 
     @cached_property
     def moments(self) -> Array:
-        """The principal moments, each at least 1e-12 times their sum."""
+        """The principal moments of inertia, each at least 1e-12 times their sum."""
         made: Array = self.densities.sum() - self.densities
         safe: Array = np.maximum(made, 1e-12 * self.densities.sum())
         return safe
@@ -129,7 +128,7 @@ class Point:
 
     @cached_property
     def inertial_velocity(self) -> Array:
-        """The angular velocity relative to the inertial frame, in principal-axis components."""
+        """The angular velocity in the inertial frame, with components along the principal axes."""
         if not self.is_turning:
             return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
@@ -137,12 +136,12 @@ class Point:
 
     @cached_property
     def momentum(self) -> Array:
-        """The angular momentum, in principal-axis components."""
+        """The angular momentum, with components along the principal axes."""
         made: Array = self.moments * self.inertial_velocity + self.rotor
         return made
 
     def relative_angular_velocity(self, q: Array, m: Array) -> Array:
-        """Return the angular velocity relative to the support, given a state of the motion."""
+        """Return the angular velocity relative to the support for attitude q and momentum m."""
         rotation = rotation_matrix(q)
         made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return made
@@ -152,7 +151,7 @@ class Point:
         return self.mass * self.gravity
 
     def to_scene(self, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, with its initial state at the time `since`."""
+        """Build a scene that starts at the time `since`, described in its principal axes."""
         body = Body(
             self.mass,
             self.moments,
@@ -168,11 +167,11 @@ class Point:
             gravity=self.gravity,
             damping=self.damping,
             turning=self.turning if self.is_turning else None,
-            shaking=self.shaking_from(since),
+            shaking=self.shift_shaking_phase(since),
             friction=self.friction,
         )
 
-    def shaking_from(self, t: float) -> Vector | None:
+    def shift_shaking_phase(self, t: float) -> Vector | None:
         """Return the shaking for a scene that starts at the time t of the motion."""
         if not self.shaking.any():
             return None
@@ -186,14 +185,14 @@ class Point:
         return made
 
 
-def point_of_scene(scene: Scene) -> Point:
+def convert_scene_to_point(scene: Scene) -> FitPoint:
     """Return the parameters of a scene."""
     body = scene.body
     moments = np.array(body.moments)
     densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
     axes = np.array(body.axes)
     attitude = multiply_quaternions(np.array(scene.attitude), axes)
-    still = Point(
+    still = FitPoint(
         attitude,
         np.zeros(3),
         densities,
@@ -212,13 +211,13 @@ def point_of_scene(scene: Scene) -> Point:
     return replace(still, rate=still.relative_angular_velocity(attitude, np.array(scene.momentum)))
 
 
-def _is_physical(point: Point) -> bool:
+def _is_physical(point: FitPoint) -> bool:
     """Return True if some mass distribution has these moments, mass and centre of mass."""
     second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
     return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
 
 
-def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
+def parse_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     """Return the free parameter blocks in a fixed order; "start" means attitude and velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):
@@ -236,7 +235,7 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 
 
 def _group_equal_numbers(values: Array) -> Array:
-    """Return a matrix of shape (3, n) whose columns indicate the n groups of equal numbers."""
+    """Return a matrix of zeros and ones with a column for each group of equal numbers."""
     columns: list[Array] = []
     left = [0, 1, 2]
     while left:
@@ -256,7 +255,7 @@ class Parameters:
 
     def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
         self.scene, self.free, self.records = scene, free, tuple(records)
-        self.start = point_of_scene(scene)
+        self.start = convert_scene_to_point(scene)
         self.moments = _group_equal_numbers(self.start.moments)
         self.damping = _group_equal_numbers(self.start.damping)
         if "axes" in free and ("rotor" in free or self.start.rotor.any()):
@@ -264,7 +263,7 @@ class Parameters:
         length = float(np.linalg.norm(self.start.com))
         if "lever" in free and not length > 0.0:
             raise ValueError("lever is free, but com is the fixed point: use com instead")
-        self._check_support(length)
+        self._check_differentiability(length)
         self.lever = self.start.com / length if length > 0.0 else self.start.com
         self.slices: dict[Key, slice] = {}
         self.size = 0
@@ -275,11 +274,11 @@ class Parameters:
             for name in record.free:
                 instruments |= self._add_instrument(name, i, record)
         densities = self.start.densities
-        if self.has_free("moments"):
+        if self.is_fitted("moments"):
             densities = np.maximum(densities, 0.0)
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
-    def _check_support(self, length: float) -> None:
+    def _check_differentiability(self, length: float) -> None:
         """Raise ValueError if the support or friction makes derivatives impossible."""
         start, free = self.start, self.free
         if "shaking" in free and not start.shaking[1]:
@@ -314,7 +313,7 @@ class Parameters:
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
     def _add_instrument(self, name: str, i: int, record: Record) -> dict[Key, Array]:
-        """Add the columns for a property of an instrument, and return its initial values."""
+        """Add the parameters of an instrument, and return their initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
             self._add_columns(key, 3 if name == "mounting" else 1)
@@ -327,13 +326,13 @@ class Parameters:
                 made[key] = np.full(series.residuals_per_row, 1.0 if name == "scale" else 0.0)
         return made
 
-    def has_free(self, name: str) -> bool:
+    def is_fitted(self, name: str) -> bool:
         return (name, -1, "") in self.slices
 
-    def columns_of(self, name: str) -> slice:
+    def find_columns(self, name: str) -> slice:
         return self.slices[name, -1, ""]
 
-    def move_within_bounds(self, point: Point, step: Array) -> Point:
+    def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
         """Return the point moved by `step` (shape (size,)) and clipped to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
@@ -363,7 +362,7 @@ class Parameters:
         instruments = self._move_instruments(point, step) if point.instruments else {}
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
-    def _normalize_shaking(self, shaking: Array, before: Point) -> Array:
+    def _normalize_shaking(self, shaking: Array, before: FitPoint) -> Array:
         """Return the equivalent shaking with positive rate and an amplitude of the scene's sign."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
@@ -371,7 +370,7 @@ class Parameters:
             shaking[2] -= np.copysign(np.pi, shaking[2])
         return shaking
 
-    def _move_instruments(self, point: Point, step: Array) -> dict[Key, Array]:
+    def _move_instruments(self, point: FitPoint, step: Array) -> dict[Key, Array]:
         made = {}
         for key, value in point.instruments.items():
             by = step[self.slices[key]]
@@ -382,31 +381,31 @@ class Parameters:
                 made[key] = value + by
         return made
 
-    def distances_to_bounds(self, point: Point) -> Array:
+    def compute_distances_to_bounds(self, point: FitPoint) -> Array:
         """Return the distance of each parameter from its lower bound."""
         made = np.full(self.size, np.inf)
         for name, columns, values in (
             ("moments", self.moments, point.densities),
             ("damping", self.damping, point.damping),
         ):
-            if self.has_free(name):
-                made[self.columns_of(name)] = columns.T @ values / columns.sum(axis=0)
-        if self.has_free("friction"):
-            made[self.columns_of("friction")] = point.friction
+            if self.is_fitted(name):
+                made[self.find_columns(name)] = columns.T @ values / columns.sum(axis=0)
+        if self.is_fitted("friction"):
+            made[self.find_columns("friction")] = point.friction
         return made
 
     def moments_jacobian(self) -> Array:
-        """Return the Jacobian matrix of the moments with respect to the free densities."""
+        """Return the derivatives of the principal moments with respect to their free parameters."""
         made: Array = _MOMENTS_BY_DENSITY @ self.moments
         return made
 
-    def natural_sizes(self, point: Point, span: float) -> Array:
+    def estimate_scales(self, point: FitPoint, span: float) -> Array:
         """Return the magnitude that counts as a significant change of each parameter.
 
         span  the length of the records [T]
         """
         made = np.ones(self.size)
-        sizes = self._natural_sizes_by_name(point, span)
+        sizes = self._estimate_scales_by_name(point, span)
         for (name, i, label), at in self.slices.items():
             if name in sizes:
                 made[at] = sizes[name]
@@ -414,7 +413,7 @@ class Parameters:
                 made[at] = next(s.spread for s in self.records[i].series if s.name == label)
         return made
 
-    def _natural_sizes_by_name(self, point: Point, span: float) -> dict[str, float | Array]:
+    def _estimate_scales_by_name(self, point: FitPoint, span: float) -> dict[str, float | Array]:
         rate = float(np.linalg.norm(point.rate)) or 1.0 / span
         moments, lever = point.moments, float(np.linalg.norm(point.com)) or 1.0
         density = self.moments.T @ point.densities / self.moments.sum(axis=0)
@@ -432,37 +431,38 @@ class Parameters:
             "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
             "delay": 1.0 / rate,
         }
-        if self.has_free("turning"):
+        if self.is_fitted("turning"):
             made["turning"] = max(float(np.linalg.norm(point.turning)), rate)
-        if self.has_free("shaking"):
+        if self.is_fitted("shaking"):
             amplitude, pace, _ = np.abs(point.shaking)
             made["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
         return made
 
-    def to_differentiable_scene(self, point: Point, since: float = 0.0) -> Scene:
+    def build_differentiable_scene(self, point: FitPoint, since: float = 0.0) -> Scene:
         """Return the scene in its principal axes, with positive friction if the friction is free.
 
-        Derivatives with respect to friction do not exist at zero friction.
+        Friction is positive in this scene, because derivatives with respect to friction do not
+        exist at zero.
         """
-        if self.has_free("friction") and not point.friction:
-            point = replace(point, friction=self._least_friction)
+        if self.is_fitted("friction") and not point.friction:
+            point = replace(point, friction=self._smallest_positive_friction)
         return point.to_scene(since)
 
     @cached_property
-    def _least_friction(self) -> float:
+    def _smallest_positive_friction(self) -> float:
         start = self.start
         moving = float(start.moments.max()) * float(start.rate @ start.rate)
         energy = moving + abs(start.gravity_force) * float(np.linalg.norm(start.com))
         return _NO_FRICTION * (energy or float(start.moments.max()))
 
-    def to_scene(self, point: Point, since: float = 0.0) -> Scene:
+    def to_scene(self, point: FitPoint, since: float = 0.0) -> Scene:
         """Return the scene for a point, in the frame of description of the user's body.
 
         since  the time of the start of the scene, which the phase of the shaking takes into account
         """
         old = self.scene.body
         turned = rotation_matrix(point.axes)
-        is_kept = not (self.has_free("moments") or self.has_free("axes"))
+        is_kept = not (self.is_fitted("moments") or self.is_fitted("axes"))
         is_diagonal = abs(point.axes[0]) == 1.0
         moments = point.moments
         inertia = (
@@ -477,10 +477,10 @@ class Parameters:
             point.mass,
             inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
             com
-            if self.has_free("com") or self.has_free("lever") or self.has_free("axes")
+            if self.is_fitted("com") or self.is_fitted("lever") or self.is_fitted("axes")
             else old.com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
-            rotor=turned @ point.rotor if self.has_free("rotor") else old.rotor,
+            rotor=turned @ point.rotor if self.is_fitted("rotor") else old.rotor,
             unphysical=old.unphysical or not _is_physical(point),
         )
         attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
@@ -494,37 +494,37 @@ class Parameters:
             gravity=point.gravity,
             damping=point.damping if is_diagonal else order @ point.damping,
             turning=point.turning,
-            shaking=point.shaking_from(since),
+            shaking=point.shift_shaking_phase(since),
             friction=point.friction,
         )
 
-    def describe(self, point: Point) -> tuple[list[str], list[str], Array, Array]:
+    def describe(self, point: FitPoint) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.
 
-        The last item is the Jacobian matrix of the values with respect to a step, of shape (size,
-        size).
+        The last item is the Jacobian matrix of the values with respect to a parameter step, of
+        shape (size, size).
         """
         names: list[str] = []
         units: list[str] = []
         values, by_step = np.zeros(self.size), np.eye(self.size)
         for key, at in self.slices.items():
             name, i, label = key
-            words = self._name_block(key, at.stop - at.start)
+            words = self._name_parameter_components(key, at.stop - at.start)
             names += words
-            unit = self._series_unit(i, label) if name == "bias" else _UNITS[name]
+            unit = self._find_series_unit(i, label) if name == "bias" else _UNITS[name]
             units += [unit] * len(words) if isinstance(unit, str) else unit
             if i >= 0:
                 value = point.instruments[key]
                 values[at] = logarithm(value) if name == "mounting" else value
             else:
-                values[at] = self._evaluate_motion_block(name, point, by_step[at])
+                values[at] = self._evaluate_parameter_group(name, point, by_step[at])
         return names, units, values, by_step
 
-    def _series_unit(self, i: int, label: str) -> str:
+    def _find_series_unit(self, i: int, label: str) -> str:
         quantity = next(s.quantity for s in self.records[i].series if s.name == label)
         return MEASURABLE[quantity].dimension
 
-    def _name_block(self, key: Key, count: int) -> list[str]:
+    def _name_parameter_components(self, key: Key, count: int) -> list[str]:
         name, i, label = key
         if name in ("moments", "damping"):
             columns = self.moments if name == "moments" else self.damping
@@ -540,10 +540,10 @@ class Parameters:
             return [head]
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
 
-    def _evaluate_motion_block(self, name: str, point: Point, rows: Array) -> Array:
+    def _evaluate_parameter_group(self, name: str, point: FitPoint, rows: Array) -> Array:
         """Return the values of a block of the motion, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
-        at = self.columns_of(name)
+        at = self.find_columns(name)
         if name == "attitude":
             rows[:, at] = turned
             back = conjugate_quaternions(point.axes)
@@ -554,8 +554,8 @@ class Parameters:
         if name in _VECTORS:
             vector = getattr(point, _VECTORS[name])
             rows[:, at] = turned
-            if self.has_free("axes"):
-                rows[:, self.columns_of("axes")] = -turned @ cross_matrix(vector)
+            if self.is_fitted("axes"):
+                rows[:, self.find_columns("axes")] = -turned @ cross_matrix(vector)
             made: Array = turned @ vector
             return made
         if name == "axes":

@@ -1,8 +1,8 @@
-"""Predicted quantities along the motion for given parameters, with their derivatives.
+"""Predictions of measurable quantities and their derivatives with respect to the parameters.
 
-The core computes derivatives with respect to the attributes of a scene. The chain rule yields the
-derivatives with respect to the fit parameters. Body-fixed vectors have components in the frame of
-description.
+The core differentiates with respect to the attributes of a scene, and the chain rule yields the
+derivatives with respect to the fit parameters. Vectors fixed in the body have components in the
+frame in which the user describes the body.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .._core import tangents as TANGENTS
 from .._results.specific_force import INERTIAL_VELOCITY, SPECIFIC_FORCE, specific_force
 from .._utils.validation import Array
 from .measurable import MEASURABLE, SEEN_FROM_BODY
-from .parameters import Parameters, Point
+from .parameters import FitPoint, Parameters
 from .rotations import (
     conjugate_quaternions,
     cross_matrix,
@@ -34,7 +34,7 @@ _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
 class Prediction(NamedTuple):
-    """The values of a quantity, and their derivatives, which are empty unless requested.
+    """Predicted values of a quantity, with derivatives if these were requested.
 
     by    (n, k, size) by the free parameters of the motion
     rate  (n, k) by time
@@ -46,7 +46,7 @@ class Prediction(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class MotionStates:
+class MotionPredictor:
     """The states of a motion in principal axes, and their derivatives (tangents).
 
     block      the scene of the point, for the core
@@ -59,7 +59,7 @@ class MotionStates:
     """
 
     parameters: Parameters
-    point: Point
+    point: FitPoint
     block: bytes
     states: Array
     tangents: Array
@@ -78,17 +78,17 @@ class MotionStates:
 
     @property
     def _is_described_in_principal_axes(self) -> bool:
-        return abs(self.point.axes[0]) == 1.0 and not self.parameters.has_free("axes")
+        return abs(self.point.axes[0]) == 1.0 and not self.parameters.is_fitted("axes")
 
     @cached_property
     def attitude_derivatives(self) -> Array:
-        """The derivatives of the attitude, as rotation vectors with principal-axis components."""
+        """Derivatives of the attitude, expressed as rotation vectors."""
         made: Array = self.tangents[:, :3] @ self.transform
         return made
 
     @cached_property
     def time_derivatives(self) -> Array:
-        """Time derivatives of the attitude (as a rotation vector) and of the angular momentum m."""
+        """Time derivatives of the attitude (as a rotation vector) and of the angular momentum."""
         rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
         change = values("body_acceleration", self.block, self.states)
@@ -99,16 +99,16 @@ class MotionStates:
         return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
     def predict(self, name: str, place: Array | None = None) -> Prediction:
-        """Return the prediction of a quantity; specific_force is evaluated at the point `place`."""
+        """Predict the values of a quantity along the motion."""
         if name == INERTIAL_VELOCITY.name:
-            return self._to_frame_of_description(self._predict_inertial_velocity())
+            return self._transform_to_described_frame(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
             assert place is not None
             return self._predict_specific_force(place)
         if name == "spin_angle" and not self._is_described_in_principal_axes:
             return self._predict_spin_angle()
         made = self._call_core(name)
-        return self._to_frame_of_description(made) if name in SEEN_FROM_BODY else made
+        return self._transform_to_described_frame(made) if name in SEEN_FROM_BODY else made
 
     def _call_core(self, name: str) -> Prediction:
         n = len(self.states)
@@ -129,7 +129,7 @@ class MotionStates:
         return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
 
     def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
-        """Return the derivatives of a quantity computed by the core, or zeros where none exist."""
+        """Differentiate a quantity, replacing undefined derivatives by zero."""
         n, _, c = tangents.shape
         made = derivatives(name, self.block, self.states, bits, tangents).reshape(
             n, MEASURABLE[name].doubles, c
@@ -145,13 +145,13 @@ class MotionStates:
         made: NDArray[np.bool_] = np.hypot(apex[:, 0], apex[:, 1]) < _POLE
         return made
 
-    def _to_frame_of_description(self, seen: Prediction) -> Prediction:
+    def _transform_to_described_frame(self, seen: Prediction) -> Prediction:
         """Transform a vector from the principal axes to the frame of description."""
         if self._is_described_in_principal_axes:
             return seen
         by = self.rotation_to_described_frame @ seen.by if seen.by.size else seen.by
-        if by.size and self.parameters.has_free("axes"):
-            by[:, :, self.parameters.columns_of("axes")] -= (
+        if by.size and self.parameters.is_fitted("axes"):
+            by[:, :, self.parameters.find_columns("axes")] -= (
                 self.rotation_to_described_frame @ cross_matrix(seen.values)
             )
         rate = seen.rate @ self.rotation_to_described_frame.T if seen.rate.size else seen.rate
@@ -159,9 +159,9 @@ class MotionStates:
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
-        change = self._to_frame_of_description(self._predict_inertial_acceleration())
-        rate = self._to_frame_of_description(self._predict_inertial_velocity())
-        up = self._to_frame_of_description(self._call_core("body_vertical"))
+        change = self._transform_to_described_frame(self._predict_inertial_acceleration())
+        rate = self._transform_to_described_frame(self._predict_inertial_velocity())
+        up = self._transform_to_described_frame(self._call_core("body_vertical"))
         t = self.origin + self.states[:, 0]
         weight = self.point.acceleration_at(t)
         found = specific_force(change.values, rate.values, up.values, weight, place)
@@ -176,7 +176,9 @@ class MotionStates:
         if change.by.size:
             by = by_change @ change.by + by_rate @ rate.by + weight[:, None, None] * up.by
             for name, gain in self._differentiate_vertical_acceleration(t):
-                by[:, :, self.parameters.columns_of(name)] += up.values[:, :, None] * gain[:, None]
+                by[:, :, self.parameters.find_columns(name)] += (
+                    up.values[:, :, None] * gain[:, None]
+                )
         if self.has_rate:
             along = change.rate @ by_change.T + weight[:, None] * up.rate
             along += (by_rate @ rate.rate[:, :, None])[:, :, 0]
@@ -186,9 +188,9 @@ class MotionStates:
 
     def _differentiate_vertical_acceleration(self, t: Array) -> Iterator[tuple[str, Array]]:
         """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
-        if self.parameters.has_free("gravity"):
+        if self.parameters.is_fitted("gravity"):
             yield "gravity", np.ones((len(t), 1))
-        if self.parameters.has_free("shaking"):
+        if self.parameters.is_fitted("shaking"):
             amplitude, pace, phase = self.point.shaking
             angle = pace * t + phase
             sine, cosine = amplitude * pace**2 * np.sin(angle), np.cos(angle)
@@ -197,17 +199,17 @@ class MotionStates:
 
     @property
     def _is_on_turning_support(self) -> bool:
-        return self.parameters.has_free("turning") or self.point.is_turning
+        return self.parameters.is_fitted("turning") or self.point.is_turning
 
     @cached_property
-    def _support_velocity(self) -> Prediction:
+    def _support_angular_velocity(self) -> Prediction:
         """The angular velocity of the support, in principal-axis components."""
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
             by = cross_matrix(found) @ self.attitude_derivatives
-            if self.parameters.has_free("turning"):
-                by[:, :, self.parameters.columns_of("turning")] += np.swapaxes(rotation, 1, 2)
+            if self.parameters.is_fitted("turning"):
+                by[:, :, self.parameters.find_columns("turning")] += np.swapaxes(rotation, 1, 2)
         rate = (
             np.cross(found, self.time_derivatives[:, :3])
             if self.has_rate
@@ -216,20 +218,20 @@ class MotionStates:
         return Prediction(found, by, rate)
 
     def _predict_inertial_velocity(self) -> Prediction:
-        """Return the angular velocity in the inertial frame, in principal-axis components."""
+        """Predict the angular velocity relative to the inertial frame."""
         relative = self._call_core("body_velocity")
         if not self._is_on_turning_support:
             return relative
-        return Prediction(*map(np.add, relative, self._support_velocity))
+        return Prediction(*map(np.add, relative, self._support_angular_velocity))
 
     def _predict_inertial_acceleration(self) -> Prediction:
-        """Return the time derivative U' + O x U of the inertial velocity U + O."""
+        """Predict the angular acceleration relative to the inertial frame."""
         relative = self._call_core("body_acceleration")
         if not self._is_on_turning_support:
             return relative
         (u, u_by, u_rate), (o, o_by, o_rate) = (
             self._call_core("body_velocity"),
-            self._support_velocity,
+            self._support_angular_velocity,
         )
         found, by, rate = relative
         if by.size:
@@ -239,12 +241,12 @@ class MotionStates:
         return Prediction(found + np.cross(o, u), by, rate)
 
     def _predict_spin_angle(self) -> Prediction:
-        """Return the spin angle of the frame of description instead of the principal axes."""
+        """Predict the spin angle when the frame of description differs from the principal axes."""
         p, axes, n = self.parameters, self.rotation_to_described_frame, len(self.states)
         body = p.to_scene(self.point)
         states = self.states.copy()
         states[:, 1:5] = multiply_quaternions(self.q, conjugate_quaternions(self.point.axes)[None])
-        own = MotionStates(
+        own = MotionPredictor(
             p, self.point, body._block, states, self.tangents, 0, self.transform, False
         )
         own.__dict__["_is_at_pole"] = self._is_at_pole
@@ -257,12 +259,12 @@ class MotionStates:
         by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
         if self.tangents.shape[2]:
             by = by_turn @ self.attitude_derivatives
-            if p.has_free("com"):
-                by[:, :, p.columns_of("com")] += by_com
-            if p.has_free("lever"):
-                by[:, :, p.columns_of("lever")] += by_com @ p.lever[:, None]
-            if p.has_free("axes"):
-                by[:, :, p.columns_of("axes")] -= by_turn + by_com @ cross_matrix(self.point.com)
+            if p.is_fitted("com"):
+                by[:, :, p.find_columns("com")] += by_com
+            if p.is_fitted("lever"):
+                by[:, :, p.find_columns("lever")] += by_com @ p.lever[:, None]
+            if p.is_fitted("axes"):
+                by[:, :, p.find_columns("axes")] -= by_turn + by_com @ cross_matrix(self.point.com)
         if self.has_rate:
             rate = (by_turn @ self.time_derivatives[:, :3, None])[:, :, 0]
         return Prediction(found, by, rate)

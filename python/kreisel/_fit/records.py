@@ -1,4 +1,4 @@
-"""Records of measurements: times, quantities, standard deviations, and the instrument."""
+"""Measurements recorded by instruments, with their times and standard deviations."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .._utils.validation import (
     short_repr,
 )
 from .measurable import ANGULAR, MEASURABLE, SEEN_FROM_BODY
-from .table_columns import columns_of_frame, read_csv_columns, select_columns
+from .table_columns import read_csv_columns, read_frame_columns, select_columns
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -73,12 +73,12 @@ class Series(NamedTuple):
 
     @property
     def residuals_per_row(self) -> int:
-        """The number of residuals per row; 3 for an attitude, which counts as a rotation vector."""
+        """The number of residuals at each time; an attitude contributes three."""
         return 3 if self.is_attitude else self.values.shape[1]
 
     @property
     def spread(self) -> float:
-        """The standard deviation of the values, or 1 rad for attitudes and angles."""
+        """The standard deviation of the values, defined as 1 rad for angles and attitudes."""
         if self.is_attitude or self.is_angle:
             return 1.0
         number = np.maximum(self.measured.sum(axis=0), 1)
@@ -88,7 +88,7 @@ class Series(NamedTuple):
 
     @property
     def size(self) -> float:
-        """The root mean square of the values, or 1 rad for attitudes and angles."""
+        """The root mean square of the values, defined as 1 rad for angles and attitudes."""
         if self.is_attitude or self.is_angle:
             return 1.0
         square = float((self.values**2).sum()) / max(int(self.measured.sum()), 1)
@@ -113,7 +113,7 @@ class Record(ReadOnlyArrays):
     point    place (x, y, z) of an accelerometer, which measures specific_force, from the fixed
              point in the frame of the body [L]
 
-    The possible quantities are those of a path, and `specific_force`. The specific force is the
+    Records may contain all quantities of a path, and `specific_force`. The specific force is the
     acceleration of `point` minus the acceleration of gravity, in the body frame [L T^-2]. At rest,
     the specific force points up and has the magnitude of gravity. A gyroscope measures
     body_velocity or, on a turning support, inertial_velocity.
@@ -126,10 +126,10 @@ class Record(ReadOnlyArrays):
         >>> record
         <kreisel.Record: 2 times, t = 0 .. 0.1; apex_x, apex_y; 4 numbers>
 
-    Raises TypeError for arguments that are not numbers. Raises ValueError for unknown names,
-    decreasing times, values of the wrong shape, infinite values, and a record without measurements.
-    Also raises ValueError for a nonpositive sigma, and for quaternions whose norm differs from 1 by
-    more than 0.001.
+    Raises TypeError if an argument is not numeric. Raises ValueError for unknown names, decreasing
+    times, values of the wrong shape, infinite values, and a record without measurements. Also
+    raises ValueError for a nonpositive sigma, and for quaternions whose norm differs from 1 by more
+    than 0.001.
     """
 
     t: Array
@@ -172,7 +172,7 @@ class Record(ReadOnlyArrays):
 
     @property
     def missing(self) -> int:
-        """The number of values that are NaN and left out; an attitude counts as 3."""
+        """The number of missing values (NaN); an attitude counts as 3."""
         return sum(len(self.t) * one.residuals_per_row for one in self.series) - self.size
 
     def __repr__(self) -> str:
@@ -201,9 +201,9 @@ class Record(ReadOnlyArrays):
         t        the name of the column of times
 
         Fields may be separated by commas, semicolons or tabs. Empty fields and NaN mark values that
-        were not measured. The remaining arguments are those of kreisel.Record. Raises ValueError
-        for missing or unknown columns and for fields that are not numbers, and OSError if the file
-        cannot be read.
+        were not measured. The remaining arguments are described in kreisel.Record. Raises
+        ValueError for missing or unknown columns and for fields that are not numbers, and OSError
+        if the file cannot be read.
         """
         table = read_csv_columns(file)
         times, values = select_columns(table, columns, t, _PARTS)
@@ -227,7 +227,7 @@ class Record(ReadOnlyArrays):
         `t`, the times are taken from an index of this name. Raises TypeError if the first argument
         is not a DataFrame.
         """
-        times, values = select_columns(columns_of_frame(frame, t), columns, t, _PARTS)
+        times, values = select_columns(read_frame_columns(frame, t), columns, t, _PARTS)
         return cls(times, values, sigma, free, degrees=degrees, point=point)
 
 
@@ -260,7 +260,7 @@ def _check_sigma_names(sigma: Sigma, values: Mapping[str, ArrayLike]) -> None:
 
 
 def _resolve_name(name: object) -> tuple[str, int | None]:
-    """Return the quantity and the component index denoted by `name`."""
+    """Find the quantity and the component index that `name` denotes."""
     if not isinstance(name, str):
         raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
     quantity, part = (name, None) if name in _KNOWN else _PARTS.get(name, (name, None))
@@ -323,7 +323,7 @@ def _normalize_attitudes(q: Array, measured: Mask) -> tuple[Array, Mask]:
 
 
 def _parse_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array | None:
-    """Return the standard deviations, set to 1 where nothing was measured."""
+    """Return validated standard deviations, or None if they must be estimated."""
     shape = measured.shape
     given = sigma.get(name) if isinstance(sigma, Mapping) else sigma
     if given is None:
@@ -378,7 +378,7 @@ def _parse_free(
 
 
 def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> Record:
-    """Return rows begin to end - 1 of a record, with times relative to `origin`."""
+    """Return rows `begin` to `end` - 1 of a record, with times measured from `origin`."""
     made = object.__new__(Record)
     series = tuple(
         one._replace(

@@ -1,4 +1,4 @@
-"""Residuals of records, in units of their standard deviations, and their Jacobian matrix."""
+"""Residuals of measurements in units of their standard deviations, and their Jacobian matrix."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .._solve.solve import solve
 from .._solve.variational import TangentSpec
 from .._utils.validation import Array
 from .measurable import SEEN_FROM_BODY
-from .parameters import Parameters, Point
-from .predictions import MotionStates, Prediction
+from .parameters import FitPoint, Parameters
+from .predictions import MotionPredictor, Prediction
 from .records import Record, Series
 from .rotations import (
     conjugate_quaternions,
@@ -40,7 +40,7 @@ class Evaluation(NamedTuple):
     jacobian: Array
 
 
-class EndState(NamedTuple):
+class SegmentEndState(NamedTuple):
     """The attitude q and angular momentum m at the end of a segment, and their derivatives."""
 
     q: Array
@@ -52,7 +52,7 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
 @dataclass(frozen=True, eq=False)
-class SeriesRows:
+class ResidualRows:
     """A series of a record, and its rows in the residual vector.
 
     record  the index of the record
@@ -75,28 +75,30 @@ class SeriesRows:
         return self.series.measured[:, : self.series.residuals_per_row]
 
     @property
-    def row_slice(self) -> slice:
+    def residual_slice(self) -> slice:
         return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
 
-    def residuals_of_series(self, residuals: Array) -> Array:
+    def select_series_residuals(self, residuals: Array) -> Array:
         """Return the residuals of the series, as an array of shape (n, width)."""
-        return residuals[self.row_slice].reshape(self.shape)
+        return residuals[self.residual_slice].reshape(self.shape)
 
 
-def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[SeriesRows, ...]:
+def assign_residual_rows(
+    records: Sequence[Record], sigmas: Sequence[Array]
+) -> tuple[ResidualRows, ...]:
     """Return a Rows object for each series of the records, given the standard deviations."""
-    made: list[SeriesRows] = []
+    made: list[ResidualRows] = []
     begin = 0
     for i, record in enumerate(records):
         for series in record.series:
-            rows = SeriesRows(i, series, sigmas[len(made)], begin)
-            begin = rows.row_slice.stop
+            rows = ResidualRows(i, series, sigmas[len(made)], begin)
+            begin = rows.residual_slice.stop
             made.append(rows)
     return tuple(made)
 
 
 class ResidualModel:
-    """The residuals of records as functions of the parameters.
+    """The residuals of the measurements as functions of the parameters.
 
     parameters   the free parameters
     rows         the series and their places in the residuals
@@ -115,29 +117,29 @@ class ResidualModel:
         origin: float = 0.0,
     ) -> None:
         self.parameters, self.records, self.origin = parameters, tuple(records), origin
-        self.rows = list_rows(records, sigmas)
-        self.size = self.rows[-1].row_slice.stop
+        self.rows = assign_residual_rows(records, sigmas)
+        self.size = self.rows[-1].residual_slice.stop
         self.measured = np.concatenate([rows.is_measured.ravel() for rows in self.rows])
         self.evaluations = 0
-        self.end: EndState | None = None
+        self.end: SegmentEndState | None = None
         self._end_time = [] if end is None else [end]
         times = np.concatenate([*(record.t for record in records), self._end_time])
         self.span = max(float(np.ptp(times)), float(np.abs(times).max()), 1e-300)
-        self._unshifted = self._merge_times(times)
+        self._unshifted = self._merge_measurement_times(times)
         self._max_steps = 0
         self._tangents = self._choose_tangents()
         self._bits = sum(TANGENTS[name][0] for name in self._tangents)
 
-    def natural_sizes(self, point: Point) -> Array:
-        return self.parameters.natural_sizes(point, self.span)
+    def estimate_scales(self, point: FitPoint) -> Array:
+        return self.parameters.estimate_scales(point, self.span)
 
-    def move_within_bounds(self, point: Point, step: Array) -> Point:
+    def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
         return self.parameters.move_within_bounds(point, step)
 
-    def distances_to_bounds(self, point: Point) -> Array:
-        return self.parameters.distances_to_bounds(point)
+    def compute_distances_to_bounds(self, point: FitPoint) -> Array:
+        return self.parameters.compute_distances_to_bounds(point)
 
-    def evaluate(self, point: Point, has_jacobian: bool = True) -> Evaluation:
+    def evaluate(self, point: FitPoint, has_jacobian: bool = True) -> Evaluation:
         """Return the residuals at a point; they are infinite if no path can be computed there."""
         try:
             return self._evaluate(point, has_jacobian)
@@ -146,40 +148,42 @@ class ResidualModel:
                 np.full(self.size, np.inf), np.zeros((self.size, self.parameters.size))
             )
 
-    def _evaluate(self, point: Point, has_jacobian: bool) -> Evaluation:
-        times, where = self._shift_times(point)
-        scene = self.parameters.to_differentiable_scene(point, self.origin)
+    def _evaluate(self, point: FitPoint, has_jacobian: bool) -> Evaluation:
+        times, where = self._correct_clock_delays(point)
+        scene = self.parameters.build_differentiable_scene(point, self.origin)
         states, tangents = self._solve_both_directions(
             scene, times, self._tangents if has_jacobian else ()
         )
-        transform = self._scene_jacobian(point) if has_jacobian else np.empty((0, 0))
+        transform = self._compute_scene_jacobian(point) if has_jacobian else np.empty((0, 0))
         if self._end_time:
             last = int(where[-1][0])
             by = tangents[last] @ transform if has_jacobian else np.empty(0)
-            self.end = EndState(states[last, 1:5], states[last, 5:], by)
+            self.end = SegmentEndState(states[last, 1:5], states[last, 5:], by)
         residuals = np.zeros(self.size)
         jacobian = np.zeros((self.size if has_jacobian else 0, self.parameters.size))
         for i, record in enumerate(self.records):
             own = states[where[i]], tangents[where[i]], self._bits, transform
             has_rate = has_jacobian and "delay" in record.free
-            motion = MotionStates(self.parameters, point, scene._block, *own, has_rate, self.origin)
+            motion = MotionPredictor(
+                self.parameters, point, scene._block, *own, has_rate, self.origin
+            )
             for rows in self.rows:
                 if rows.record == i:
-                    builder = _RowBuilder(rows, motion, record.point)
-                    residuals[rows.row_slice] = builder.residuals.ravel()
+                    builder = _ResidualBuilder(rows, motion, record.point)
+                    residuals[rows.residual_slice] = builder.residuals.ravel()
                     if has_jacobian:
-                        jacobian[rows.row_slice] = builder.differentiate().reshape(
+                        jacobian[rows.residual_slice] = builder.differentiate().reshape(
                             -1, jacobian.shape[1]
                         )
         return Evaluation(residuals, jacobian)
 
-    def _merge_times(self, times: Array) -> tuple[Array, list[Indices]]:
+    def _merge_measurement_times(self, times: Array) -> tuple[Array, list[Indices]]:
         """Return the distinct times of all records, and the indices of each record's times."""
         distinct, inverse = np.unique(times, return_inverse=True)
         ends = np.cumsum([len(record.t) for record in self.records])
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
 
-    def _shift_times(self, point: Point) -> tuple[Array, list[Indices]]:
+    def _correct_clock_delays(self, point: FitPoint) -> tuple[Array, list[Indices]]:
         """Return the measurement times of the instruments on the clock of the motion."""
         delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
         if all(delay is None for delay in delays):
@@ -187,7 +191,7 @@ class ResidualModel:
         parts = [
             r.t if d is None else r.t - d[0] for r, d in zip(self.records, delays, strict=True)
         ]
-        return self._merge_times(np.concatenate([*parts, self._end_time]))
+        return self._merge_measurement_times(np.concatenate([*parts, self._end_time]))
 
     def _choose_tangents(self) -> tuple[str, ...]:
         needs = {"start", *self.parameters.free}
@@ -216,13 +220,13 @@ class ResidualModel:
         return states, by[0] if by else np.empty((len(states), 6, 0))
 
     def _solve_one_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
-        """Return the path at times of one sign; trial runs with tangents have a step limit."""
+        """Compute the path forwards or backwards in time from the initial state."""
         if not tangents:
             return solve(scene, t, "taylor", max_steps=STEPS_MOST)
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
-    def _scene_jacobian(self, point: Point) -> Array:
+    def _compute_scene_jacobian(self, point: FitPoint) -> Array:
         """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
@@ -231,7 +235,7 @@ class ResidualModel:
         made = np.zeros((begin, p.size))
         rotation = rotation_matrix(point.attitude)
         for name in p.free:
-            at = p.columns_of(name)
+            at = p.find_columns(name)
             if name == "attitude":
                 made[:3, at] = np.eye(3)
                 made[3:6, at] = -rotation @ cross_matrix(point.momentum)
@@ -252,41 +256,41 @@ class ResidualModel:
                 made[places[name], at] = np.eye(3)
             elif name != "axes":
                 made[places[name], at] = np.eye(at.stop - at.start)
-        if p.has_free("turning"):
-            made[3:6, p.columns_of("turning")] = (rotation * point.moments) @ rotation.T
-        if p.has_free("shaking"):  # the phase at the origin depends on the rate
-            made[places["shaking"].stop - 1, p.columns_of("shaking").start + 1] = self.origin
+        if p.is_fitted("turning"):
+            made[3:6, p.find_columns("turning")] = (rotation * point.moments) @ rotation.T
+        if p.is_fitted("shaking"):  # the phase at the origin depends on the rate
+            made[places["shaking"].stop - 1, p.find_columns("shaking").start + 1] = self.origin
         return made
 
 
-class _RowBuilder:
+class _ResidualBuilder:
     """The residuals of one series at one point, and their derivatives."""
 
-    def __init__(self, rows: SeriesRows, motion: MotionStates, place: Array | None) -> None:
+    def __init__(self, rows: ResidualRows, motion: MotionPredictor, place: Array | None) -> None:
         self.rows, self.motion = rows, motion
         self.parameters, self.point = motion.parameters, motion.point
-        mounting = self._instrument_value("mounting")
+        mounting = self._find_instrument_value("mounting")
         # the rotation from the frame of description to the instrument
         self.view = None if mounting is None else rotation_matrix(mounting).T
         self.weight = np.where(rows.is_measured, 1.0 / rows.sigma, 0.0)
         self.residuals = self.weight * (
-            self._attitude_differences()
+            self._compute_attitude_residuals()
             if rows.series.is_attitude
-            else self._value_differences(place)
+            else self._compute_value_residuals(place)
         )
 
-    def _instrument_value(self, name: str) -> Array | None:
+    def _find_instrument_value(self, name: str) -> Array | None:
         """Return a property of the instrument that measured the series, or None if it has none."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 
-    def _instrument_slice(self, name: str) -> slice | None:
+    def _find_instrument_columns(self, name: str) -> slice | None:
         """Return the columns of a property of the instrument, or None if it is not fitted."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 
-    def _attitude_differences(self) -> Array:
-        mounting = self._instrument_value("mounting")
+    def _compute_attitude_residuals(self) -> Array:
+        mounting = self._find_instrument_value("mounting")
         turn = self.point.axes
         if mounting is not None:
             turn = multiply_quaternions(conjugate_quaternions(mounting), turn)
@@ -295,30 +299,30 @@ class _RowBuilder:
         self.turned = logarithm(multiply_quaternions(back, measured))
         return -self.turned
 
-    def _value_differences(self, place: Array | None) -> Array:
+    def _compute_value_residuals(self, place: Array | None) -> Array:
         series = self.rows.series
         found = self.motion.predict(series.quantity, place)
         if self.view is not None and series.quantity in SEEN_FROM_BODY:
-            found = self._view_from_instrument(found)
+            found = self._transform_to_instrument(found)
         self.whole = found.values
         self.found = found if series.part is None else _select_component(found, series.part)
         values, scale, bias = (
             self.found.values,
-            self._instrument_value("scale"),
-            self._instrument_value("bias"),
+            self._find_instrument_value("scale"),
+            self._find_instrument_value("bias"),
         )
         values = values if scale is None else values * scale
         change = values - series.values if bias is None else values + bias - series.values
         return wrap_angle(change) if series.is_angle else change
 
-    def _view_from_instrument(self, found: Prediction) -> Prediction:
+    def _transform_to_instrument(self, found: Prediction) -> Prediction:
         assert self.view is not None
         by = self.view @ found.by if found.by.size else found.by
         rate = found.rate @ self.view.T if found.rate.size else found.rate
         return Prediction(found.values @ self.view.T, by, rate)
 
     def differentiate(self) -> Array:
-        """Return the derivatives of the residuals, as an array of shape (n, width, size)."""
+        """Return the derivatives of the residuals with respect to the parameters."""
         if self.rows.series.is_attitude:
             made = self._differentiate_attitudes()
         else:
@@ -330,9 +334,12 @@ class _RowBuilder:
         p = self.parameters
         left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
         made: Array = left @ self.motion.attitude_derivatives
-        if p.has_free("axes"):
-            made[:, :, p.columns_of("axes")] -= right
-        mounting, delay = self._instrument_slice("mounting"), self._instrument_slice("delay")
+        if p.is_fitted("axes"):
+            made[:, :, p.find_columns("axes")] -= right
+        mounting, delay = (
+            self._find_instrument_columns("mounting"),
+            self._find_instrument_columns("delay"),
+        )
         if mounting is not None and self.view is not None:
             made[:, :, mounting] += right @ (self.view @ self.motion.rotation_to_described_frame).T
         if delay is not None:
@@ -341,16 +348,19 @@ class _RowBuilder:
 
     def _differentiate_values(self) -> Array:
         found, part, made = self.found, self.rows.series.part, self.found.by
-        mounting, delay = self._instrument_slice("mounting"), self._instrument_slice("delay")
+        mounting, delay = (
+            self._find_instrument_columns("mounting"),
+            self._find_instrument_columns("delay"),
+        )
         if mounting is not None and self.rows.series.quantity in SEEN_FROM_BODY:
             turned = cross_matrix(self.whole)
             made[:, :, mounting] += turned if part is None else turned[:, part : part + 1]
         if delay is not None:
             made[:, :, delay] -= found.rate[:, :, None]
         scale, scales, bias = (
-            self._instrument_value("scale"),
-            self._instrument_slice("scale"),
-            self._instrument_slice("bias"),
+            self._find_instrument_value("scale"),
+            self._find_instrument_columns("scale"),
+            self._find_instrument_columns("bias"),
         )
         width = range(found.values.shape[1])
         if scale is not None and scales is not None:

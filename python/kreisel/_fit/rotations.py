@@ -1,4 +1,4 @@
-"""Rotations of many vectors at once: exponential map, logarithm, and their derivatives.
+"""Vectorized rotations: exponential map, logarithm, and their derivatives.
 
 Source: Sola, Deray and Atchuthan, A micro Lie theory for state estimation in robotics, 2018
 (arXiv:1812.01537).
@@ -73,12 +73,11 @@ def rotation_matrix(q: Array) -> Array:
     return made
 
 
-def quaternion_of_matrix(matrix: Array) -> Array:
+def convert_matrix_to_quaternion(matrix: Array) -> Array:
     """Return the unit quaternion of a rotation matrix.
 
-    The quaternion is the eigenvector for the largest eigenvalue of a symmetric matrix; this method
-    is accurate for all rotation angles. Source: Bar-Itzhack, Journal of Guidance, Control, and
-    Dynamics 23 (2000) 1085.
+    The quaternion is an eigenvector of a symmetric matrix; this method is accurate for all rotation
+    angles. Source: Bar-Itzhack, Journal of Guidance, Control, and Dynamics 23 (2000) 1085.
     """
     m, k = matrix, np.zeros((4, 4))
     k[0, 0] = np.trace(m)
@@ -88,7 +87,7 @@ def quaternion_of_matrix(matrix: Array) -> Array:
     return made if made[0] >= 0.0 else -made
 
 
-def tilt_to(direction: Array) -> Array:
+def rotate_vertical_to(direction: Array) -> Array:
     """Return the quaternions of the smallest rotations that take e3 to the given unit vectors."""
     x, y, z = direction[..., 0], direction[..., 1], direction[..., 2]
     sine = np.hypot(x, y)
@@ -100,7 +99,7 @@ def tilt_to(direction: Array) -> Array:
 
 
 def inverse_left_jacobian(v: Array) -> Array:
-    """Return the matrices L for which log(exp(d) exp(v)) = v + L d to first order."""
+    """Return the matrices L that satisfy log(exp(d) exp(v)) = v + L d for small vectors d."""
     angle = np.sqrt((v * v).sum(axis=-1))[..., None, None]
     k = cross_matrix(v)
     safe = np.where(angle > _SMALL, angle, 1.0)

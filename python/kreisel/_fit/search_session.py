@@ -1,4 +1,4 @@
-"""The search for a fit: initial guesses, growing parts of the records, and estimated noise."""
+"""Strategies for finding the global minimum of a fit."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .aliasing import list_aliases
+from .aliasing import list_alternative_spins
 from .initial_guess import Guess, guess_from_records
 from .levenberg_marquardt import LossName, Minimum, SearchSettings, compute_cost, minimize
 from .multiple_shooting import (
-    PieceStarts,
+    SegmentStarts,
     ShootingModel,
-    choose_pieces,
+    choose_segment_count,
     fits_with_gaps,
     minimize_by_shooting,
 )
-from .noise import MEDIAN, initial_sigmas, update_sigmas
-from .parameters import Parameters, Point
+from .noise import MEDIAN, estimate_initial_sigmas, update_sigmas
+from .parameters import FitPoint, Parameters
 from .records import Record, slice_record
-from .residuals import STEPS_MOST, Evaluation, ResidualModel, SeriesRows
+from .residuals import STEPS_MOST, Evaluation, ResidualModel, ResidualRows
 from .rotations import exponential, multiply_quaternions, rotation_matrix
 from .uncertainty import analyse_spectrum
 
@@ -71,25 +71,28 @@ class Solution(NamedTuple):
     pieces     ((begin, point), ...) of a motion in pieces, or empty
     """
 
-    point: Point
+    point: FitPoint
     residuals: Array
     jacobian: Array
     natural: Array
     cost: float
     has_converged: bool
-    pieces: tuple[tuple[float, Point], ...] = ()
+    pieces: tuple[tuple[float, FitPoint], ...] = ()
 
 
 class SubspaceModel:
-    """A model whose parameters vary only within the subspace of a projection."""
+    """A least-squares model restricted to a subspace of the parameter space."""
 
     def __init__(self, model: ResidualModel, allowed: Array) -> None:
         self._model, self._allowed, self.evaluations = model, allowed, 0
         self.size = model.size
-        self.natural_sizes, self.move_within_bounds = model.natural_sizes, model.move_within_bounds
-        self.distances_to_bounds = model.distances_to_bounds
+        self.estimate_scales, self.move_within_bounds = (
+            model.estimate_scales,
+            model.move_within_bounds,
+        )
+        self.compute_distances_to_bounds = model.compute_distances_to_bounds
 
-    def evaluate(self, point: Point) -> Evaluation:
+    def evaluate(self, point: FitPoint) -> Evaluation:
         before = self._model.evaluations
         residuals, jacobian = self._model.evaluate(point)
         self.evaluations += self._model.evaluations - before
@@ -98,7 +101,7 @@ class SubspaceModel:
 
 
 class SearchSession:
-    """A search that starts from one scene.
+    """A search for the best fit, starting from one scene.
 
     model  the residuals of all records
     best   the best solution so far, or None
@@ -115,9 +118,9 @@ class SearchSession:
         self.parameters, self.records, self.loss = parameters, records, loss
         self.limit, self.progress = limit, progress
         self.is_sigma_known = all(s.sigma is not None for r in records for s in r.series)
-        self.model = ResidualModel(parameters, records, initial_sigmas(records))
+        self.model = ResidualModel(parameters, records, estimate_initial_sigmas(records))
         self.best: Solution | None = None
-        self.alias: Point | None = None  # another start that fits as well
+        self.alias: FitPoint | None = None  # another start that fits as well
         self.evaluations = 0  # of parts and of pieces
         self._piece_count = 0  # the number of pieces of the last search in pieces
         self._end = max(float(np.abs(record.t).max()) for record in records)
@@ -130,13 +133,13 @@ class SearchSession:
     def sigmas(self) -> list[Array]:
         return [rows.sigma for rows in self.model.rows]
 
-    def solve_guess(self) -> None:
+    def solve_initial_scene(self) -> None:
         """Compute the motion of the scene; raise kreisel.Error if the computation fails."""
         times = np.unique(np.concatenate([record.t for record in self.records]))
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
-    def check_start(self) -> None:
+    def check_start_friction(self) -> None:
         """Raise ValueError if no motion fits and friction holds the top in its initial state.
 
         Many different earlier motions can end in this state.
@@ -144,7 +147,7 @@ class SearchSession:
         if self._has_small_misfit() or not self.parameters.start.friction:
             return
         try:
-            self.solve_guess()
+            self.solve_initial_scene()
         except Error as error:
             if error.status == "ERR_STOPPED":
                 raise ValueError(
@@ -153,7 +156,7 @@ class SearchSession:
                 ) from None
 
     def check_records(self) -> None:
-        """Raise ValueError if values are too few, or if the records begin long after t = 0."""
+        """Raise ValueError if there are too few measurements or if they start too late."""
         times = np.concatenate([record.t for record in self.records])
         first, span = float(np.abs(times).min()), float(np.ptp(times))
         if first > _FAR * span > 0.0:
@@ -168,7 +171,7 @@ class SearchSession:
                 "parameters: add measurements, or remove names from free"
             )
 
-    def check_pieces(self, pieces: int | None) -> None:
+    def check_segment_count(self, pieces: int | None) -> None:
         """Raise ValueError if the records have fewer than two times per segment."""
         most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
         if pieces is not None and pieces > most:
@@ -180,7 +183,7 @@ class SearchSession:
         """Search the best solution."""
         own = Guess(self.parameters.start, None)
         is_single = pieces is None or pieces == 1
-        agreement, _ = self._find_agreement(own.point)
+        agreement, _ = self._measure_agreement(own.point)
         is_done = is_single and (agreement >= self._end or not has_data_guess)
         if is_done:
             self._search_from_point(own.point, agreement)
@@ -188,14 +191,14 @@ class SearchSession:
             found = guess_from_records(self.parameters, self.records)
             found = found if has_data_guess else [one._replace(point=own.point) for one in found]
             if pieces is None:
-                self._try_shooting(found, None, _CHAOTIC)
+                self._try_multiple_shooting(found, None, _CHAOTIC)
             if is_single and not self._has_small_misfit():
-                self._search_until_excellent(found if is_done else [*found, own])
+                self._search_from_guesses(found if is_done else [*found, own])
             if pieces is None and not self._has_small_misfit():
-                self._try_shooting(found, None, _UNSTABLE)
+                self._try_multiple_shooting(found, None, _UNSTABLE)
             elif not is_single:
                 agrees = agreement >= self._end
-                self._try_shooting([] if agrees else self._sort_by_agreement(found), pieces, 2)
+                self._try_multiple_shooting([] if agrees else self._sort_guesses(found), pieces, 2)
         if (
             pieces is None
             and self._has_small_misfit()
@@ -203,21 +206,21 @@ class SearchSession:
             and not self.best.pieces
         ):
             self._divide_chaotic_motion(self.best.point)
-        self._choose_sign_of_com()
-        self._choose_heading()
+        self._align_com_with_scene()
+        self._align_heading_with_scene()
         self._refine_with_estimated_sigmas()
-        self._try_aliases()
+        self._try_alternative_spins()
 
-    def _divide_chaotic_motion(self, point: Point) -> None:
+    def _divide_chaotic_motion(self, point: FitPoint) -> None:
         """Divide the best motion into segments if errors grow too much for linearization."""
-        count = choose_pieces(point, self.records)
+        count = choose_segment_count(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            self._minimize_by_shooting(model, model.place_on_motion(point), np.inf)
+            self._minimize_by_shooting(model, model.start_on_motion(point), np.inf)
 
-    def _search_until_excellent(self, guesses: list[Guess]) -> None:
+    def _search_from_guesses(self, guesses: list[Guess]) -> None:
         """Search from the guesses, starting with the one that agrees best with the records."""
-        points = [(*self._find_agreement(p), p) for p in map(self._fit_guess, guesses)]
+        points = [(*self._measure_agreement(p), p) for p in map(self._refine_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
             if self._is_excellent():
@@ -227,13 +230,13 @@ class SearchSession:
             nearest = min(points, key=lambda entry: entry[1])
             self._search_from_point(nearest[2], self._end)
         if points and not (self._is_excellent() if self.loss == "linear" else self._is_plausible()):
-            self._search_with_slow_growth(points[0][2])
+            self._search_slowly_growing_parts(points[0][2])
 
-    def _search_with_slow_growth(self, point: Point) -> None:
+    def _search_slowly_growing_parts(self, point: FitPoint) -> None:
         """Search from the body of the scene, fitting slowly growing parts of the records.
 
-        This prevents the search from losing the phase of an oscillation. The body of an initial
-        guess is not used, because noise biases its moments of inertia and hence its frequencies.
+        Slow growth prevents the search from losing the phase of an oscillation. Moments of inertia
+        estimated from noisy data are biased, which would shift the frequencies.
         """
         body = self.parameters.start
         own = replace(
@@ -245,11 +248,11 @@ class SearchSession:
         )
         self._search_from_point(own, 0.0)
 
-    def _fit_guess(self, guess: Guess) -> Point:
+    def _refine_guess(self, guess: Guess) -> FitPoint:
         """Refine an initial guess along its allowed directions, and return the resulting point."""
         if guess.allowed is None:
             return guess.point
-        return self._fit_part(SubspaceModel(self.model, guess.allowed), guess.point)
+        return self._fit_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
 
     def _measure_misfit(self) -> float:
         """Return chi2 per degree of freedom or, for the soft loss, a median-based estimate."""
@@ -266,8 +269,8 @@ class SearchSession:
     def _is_excellent(self) -> bool:
         """Return True if the residuals are as small as the noise.
 
-        With the soft loss, the result is always False, because a wrong motion may agree with all
-        measurements except outliers.
+        For a soft-loss fit the result is always False, because a wrong motion can agree with most
+        measurements.
         """
         if self.loss == "soft":
             return False
@@ -275,71 +278,71 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def _is_plausible(self) -> bool:
-        """Return True unless the residuals exceed what noise and a few outliers can explain."""
+        """Return True if noise and a few outliers can explain the residuals."""
         count = int(self.model.measured.sum())
         limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
         return bool(self._measure_misfit() <= limit)
 
-    def measure_excess(self) -> float:
+    def measure_residual_excess(self) -> float:
         """Return the typical residual of a soft-loss fit in sigmas, or 0 if it is plausible."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
 
-    def _search_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
+    def _make_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
         """Return the settings of a search that reports each minimum it finds."""
 
         def report(found: Minimum) -> None:
-            self._keep_if_best(found, model)
+            self._store_if_best(found, model)
 
         return SearchSettings(self.loss, limit, ftol, report)
 
-    def _keep_if_best(self, found: Minimum, model: ResidualModel) -> None:
+    def _store_if_best(self, found: Minimum, model: ResidualModel) -> None:
         """Store a minimum for the complete records if it is the best so far; report progress."""
         self._report_cost(found.cost)
         if self.best is None or found.cost <= self.best.cost:
             point = found.point
-            assert isinstance(point, Point)
-            natural = model.natural_sizes(point)
+            assert isinstance(point, FitPoint)
+            natural = model.estimate_scales(point)
             self.best = Solution(point, *found.evaluation, natural, found.cost, found.has_converged)
 
     def _report_cost(self, cost: float) -> None:
         if self.progress is not None:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
-    def _search_from_point(self, point: Point, agreement: float) -> None:
+    def _search_from_point(self, point: FitPoint, agreement: float) -> None:
         """Search from a point, starting with the parts of the records that agree with it."""
         before = self.best
-        point = self._fit_growing_parts(point, agreement)
-        settings = self._search_settings(_FTOL, self.model, self.limit)
+        point = self._fit_growing_time_spans(point, agreement)
+        settings = self._make_settings(_FTOL, self.model, self.limit)
         found = minimize(self.model, point, settings)
         if np.isfinite(found.cost):
-            self._keep_if_best(found, self.model)
+            self._store_if_best(found, self.model)
         has_ended = before is not None and before.has_converged
         if before is not None and has_ended and found.cost > (1.0 - _SAME) * before.cost:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
-    def _choose_sign_of_com(self) -> None:
+    def _align_com_with_scene(self) -> None:
         """Reverse the centre of mass and the vertical if the former points opposite to the scene's.
 
-        Body-mounted instruments measure the same values after this reversal.
+        The vertical is reversed too, so body-mounted instruments give the same readings.
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
-        if best is None or best.pieces or not (p.has_free("com") and p.has_free("attitude")):
+        if best is None or best.pieces or not (p.is_fitted("com") and p.is_fitted("attitude")):
             return
         if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
             half_turn = np.array([0.0, 1.0, 0.0, 0.0])
             attitude = multiply_quaternions(half_turn, best.point.attitude)
-            self._replace_best(best, replace(best.point, attitude=attitude, com=-best.point.com))
+            self._try_equivalent(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
-    def _choose_heading(self) -> None:
+    def _align_heading_with_scene(self) -> None:
         """Rotate the best solution about the vertical so that its `turning` matches the scene's.
 
         Body-mounted instruments cannot detect this rotation.
         """
         p, best = self.parameters, self.best
-        if best is None or best.pieces or not (p.has_free("attitude") and p.has_free("turning")):
+        if best is None or best.pieces or not (p.is_fitted("attitude") and p.is_fitted("turning")):
             return
         wanted, found = p.start.turning, best.point.turning
         if not (wanted[:2].any() and found[:2].any()):
@@ -348,25 +351,25 @@ class SearchSession:
         turn = exponential(np.array([0.0, 0.0, angle]))
         attitude = multiply_quaternions(turn, best.point.attitude)
         turning = rotation_matrix(turn) @ found
-        self._replace_best(best, replace(best.point, attitude=attitude, turning=turning))
+        self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
 
-    def _replace_best(self, best: Solution, twin: Point) -> None:
+    def _try_equivalent(self, best: Solution, twin: FitPoint) -> None:
         """Replace the best solution by the equivalent point `twin` if it fits as well."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= (1.0 + _SAME) * best.cost:
-            natural = self.model.natural_sizes(twin)
+            natural = self.model.estimate_scales(twin)
             self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
-    def _try_aliases(self) -> None:
+    def _try_alternative_spins(self) -> None:
         """Search from spin aliases that may fit equally well; keep a clearly better result."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
         if best.pieces and self._has_small_misfit():
             return
-        aliases = list_aliases(self.parameters, best.point, self.records)
-        if not (aliases and self._determines_velocity(best)):
+        aliases = list_alternative_spins(self.parameters, best.point, self.records)
+        if not (aliases and self._can_determine_velocity(best)):
             return
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
@@ -374,28 +377,28 @@ class SearchSession:
             settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_minimum)
             found = minimize(self.model, alias, settings)
             turned = found.point
-            assert isinstance(turned, Point)
+            assert isinstance(turned, FitPoint)
             change = float(np.linalg.norm(turned.rate - best.point.rate))
             is_other = change > 0.5 * float(np.linalg.norm(alias.rate - best.point.rate))
             if not is_other or found.cost > best.cost + rise:
                 continue
             if found.cost < best.cost - rise:
-                self._keep_if_best(found, self.model)
-                self._search_from_point(turned, self._find_agreement(turned)[0])
-                return self._try_aliases()
+                self._store_if_best(found, self.model)
+                self._search_from_point(turned, self._measure_agreement(turned)[0])
+                return self._try_alternative_spins()
             self.alias = turned if self._has_small_misfit() else None
             return
 
-    def _determines_velocity(self, best: Solution) -> bool:
+    def _can_determine_velocity(self, best: Solution) -> bool:
         spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
         by_rate = np.zeros((3, self.parameters.size))
-        by_rate[:, self.parameters.columns_of("velocity")] = np.eye(3)
+        by_rate[:, self.parameters.find_columns("velocity")] = np.eye(3)
         return bool(np.isfinite(spectrum.propagate_errors(by_rate)[1]).all())
 
     def _report_minimum(self, found: Minimum) -> None:
         self._report_cost(found.cost)
 
-    def _fit_growing_parts(self, point: Point, agreement: float) -> Point:
+    def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
         """Return a point fitted to successively longer parts of the records."""
         is_slow = agreement == 0.0
         horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
@@ -404,29 +407,29 @@ class SearchSession:
             horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
             if horizon >= self._end or self.model.evaluations >= self.limit:
                 break
-            part = self._model_up_to(horizon)
+            part = self._build_model_until(horizon)
             if part is not None:
-                point = self._fit_part(part, point)
-            agreement, cost = self._find_agreement(point)
+                point = self._fit_roughly(part, point)
+            agreement, cost = self._measure_agreement(point)
             if not np.isfinite(cost):
                 break  # the motion takes too many steps, or leaves the range of doubles
         return point
 
-    def _fit_part(self, part: ResidualModel | SubspaceModel, point: Point) -> Point:
+    def _fit_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
         settings = SearchSettings(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_minimum)
         found = minimize(part, point, settings)
         self.evaluations += part.evaluations
-        assert isinstance(found.point, Point)
+        assert isinstance(found.point, FitPoint)
         return found.point
 
-    def _model_up_to(self, horizon: float) -> ResidualModel | None:
+    def _build_model_until(self, horizon: float) -> ResidualModel | None:
         """Return the residual model for |t| <= horizon, or None if measurements are too few."""
-        records, sigmas = self._records_up_to(horizon)
+        records, sigmas = self._select_records_until(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
         return ResidualModel(self.parameters, records, sigmas)
 
-    def _records_up_to(self, horizon: float) -> tuple[list[Record], list[Array]]:
+    def _select_records_until(self, horizon: float) -> tuple[list[Record], list[Array]]:
         """Return the records restricted to |t| <= horizon, and their standard deviations."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
@@ -436,69 +439,68 @@ class SearchSession:
             sigmas += [next(own)[low:high] for _ in record.series]
         return records, sigmas
 
-    def _find_agreement(self, point: Point) -> tuple[float, float]:
+    def _measure_agreement(self, point: FitPoint) -> tuple[float, float]:
         """Return the time up to which a motion agrees with the records, and its cost.
 
-        The time does not exceed that of the last measurement, and the cost is computed with the
-        soft loss.
+        The cost is computed with the soft loss.
         """
         found = self.model.evaluate(point, has_jacobian=False)
         if not np.isfinite(found.residuals).all():
             return 0.0, np.inf
         until = self._end
         for rows in self.model.rows:
-            late = _find_disagreement(rows, found, np.abs(self.records[rows.record].t))
+            late = _find_disagreement_time(rows, found, np.abs(self.records[rows.record].t))
             until = min(until, late)
         return until, compute_cost(found.residuals, "soft")
 
-    def _try_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
+    def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
         """Search with the motion in at least `least` segments; keep a clearly better result."""
         for guess in guesses:
-            count = pieces or choose_pieces(guess.point, self.records)
+            count = pieces or choose_segment_count(guess.point, self.records)
             if count < least or guess.motion is None:
                 continue
             if count == self._piece_count:
                 return  # these pieces have been tried
-            if least == _CHAOTIC and self._agrees_with_any(guesses):
+            if least == _CHAOTIC and self._has_agreeing_guess(guesses):
                 return
             self._piece_count = count
-            if pieces is None and count > _PIECES_TRIED and not self._fits_in_pieces(guess, count):
+            if pieces is None and count > _PIECES_TRIED and not self._fits_segments(guess, count):
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            begin = model.place_on_data(guess.point, guess.motion)
+            begin = model.start_on_data(guess.point, guess.motion)
             self._minimize_by_shooting(model, begin, 0.5)
             return
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
-            self._minimize_by_shooting(model, model.place_on_motion(self.parameters.start), 0.5)
+            self._minimize_by_shooting(model, model.start_on_motion(self.parameters.start), 0.5)
 
-    def _sort_by_agreement(self, guesses: list[Guess]) -> list[Guess]:
+    def _sort_guesses(self, guesses: list[Guess]) -> list[Guess]:
         """Return the guesses sorted by their agreement with the records."""
-        found = [(*self._find_agreement(guess.point), guess) for guess in guesses]
+        found = [(*self._measure_agreement(guess.point), guess) for guess in guesses]
         return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
 
-    def _agrees_with_any(self, guesses: list[Guess]) -> bool:
+    def _has_agreeing_guess(self, guesses: list[Guess]) -> bool:
         """Return True if the motion of any guess agrees with all records.
 
         In this case, the motions of other guesses may appear chaotic only because these guesses are
         wrong.
         """
-        return any(self._find_agreement(guess.point)[0] >= self._end for guess in guesses)
+        return any(self._measure_agreement(guess.point)[0] >= self._end for guess in guesses)
 
-    def _fits_in_pieces(self, guess: Guess, count: int) -> bool:
+    def _fits_segments(self, guess: Guess, count: int) -> bool:
         """Return True if segments with large gaps can fit a part of the records."""
-        records, sigmas = self._records_up_to(self._end * _PIECES_TRIED / count)
+        records, sigmas = self._select_records_until(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = fits_with_gaps(model, model.place_on_data(guess.point, guess.motion), self.loss)
+        is_near = fits_with_gaps(model, model.start_on_data(guess.point, guess.motion), self.loss)
         self.evaluations += model.evaluations
         return is_near
 
     def _minimize_by_shooting(
-        self, model: ShootingModel, begin: PieceStarts, factor: float
+        self, model: ShootingModel, begin: SegmentStarts, factor: float
     ) -> None:
-        """Search with the motion in segments; keep a result below `factor` times the best cost."""
+        """Fit the motion in segments, and keep the result if it reduces the cost sufficiently."""
         before = self.best
         self.best = None
         found = minimize_by_shooting(
@@ -513,13 +515,13 @@ class SearchSession:
     def _store_piecewise_solution(self, found: Minimum, model: ShootingModel) -> None:
         self._report_cost(found.cost)
         pieces = found.point
-        assert isinstance(pieces, PieceStarts)
+        assert isinstance(pieces, SegmentStarts)
         residuals, jacobian = found.evaluation
         self.best = Solution(
             pieces.points[model.first],
             residuals[: model.data_size],
             jacobian,
-            model.natural_sizes(pieces),
+            model.estimate_scales(pieces),
             found.cost,
             found.has_converged,
             tuple(zip(map(float, model.edges[:-1]), pieces.points, strict=True)),
@@ -546,16 +548,16 @@ class SearchSession:
         if best.pieces:
             model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
             self._minimize_by_shooting(
-                model, PieceStarts(tuple(point for _, point in best.pieces)), np.inf
+                model, SegmentStarts(tuple(point for _, point in best.pieces)), np.inf
             )
         else:
             self._search_from_point(best.point, self._end)
 
     def measure_relative_residual(self) -> float:
-        """Return the magnitude of the residuals relative to that of the values, or to 1 rad."""
+        """Return the size of the residuals relative to the measured values."""
         assert self.best is not None
         shares = [
-            rows.residuals_of_series(self.best.residuals)[rows.is_measured]
+            rows.select_series_residuals(self.best.residuals)[rows.is_measured]
             * rows.sigma[rows.is_measured]
             / rows.series.size
             for rows in self.model.rows
@@ -566,11 +568,11 @@ class SearchSession:
         return float(np.sqrt((own @ own) / own.size))
 
     def check_sensitivity(self) -> None:
-        """Raise ValueError if a series is insensitive to all free parameters."""
+        """Raise ValueError if a measured quantity does not depend on any free parameter."""
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:
-            own = scaled[rows.row_slice][rows.is_measured.ravel()]
+            own = scaled[rows.residual_slice][rows.is_measured.ravel()]
             scale = rows.series.spread / float(rows.sigma.mean())
             if own.size and own.max() <= _INSENSITIVE * scale:
                 raise ValueError(
@@ -579,14 +581,14 @@ class SearchSession:
                 )
 
 
-def _find_disagreement(rows: SeriesRows, found: Evaluation, t: Array) -> float:
+def _find_disagreement_time(rows: ResidualRows, found: Evaluation, t: Array) -> float:
     """Return the first time at which the residuals of a series exceed a fraction of its spread."""
     measured = rows.is_measured.any(axis=1)
     if not measured.any():
         return np.inf
     scale = np.hypot(rows.series.spread, 3.0 * rows.sigma)
     relative = np.minimum(
-        np.abs(rows.residuals_of_series(found.residuals) * rows.sigma / scale), 1.0
+        np.abs(rows.select_series_residuals(found.residuals) * rows.sigma / scale), 1.0
     )
     error = (relative[measured] ** 2).mean(axis=1)
     order = np.argsort(t[measured], kind="stable")

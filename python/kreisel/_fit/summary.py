@@ -11,14 +11,14 @@ from .._utils.html import format_table
 
 
 class SeriesSummary(Protocol):
-    """A series with its standard deviations (or None), for the summary."""
+    """Interface of a measured quantity, as needed for the summary."""
 
     @property
     def sigma(self) -> object: ...
 
 
 class RecordSummary(Protocol):
-    """A record with its series and the number of missing values, for the summary."""
+    """Interface of a record, as needed for the summary."""
 
     @property
     def series(self) -> Sequence[SeriesSummary]: ...
@@ -28,7 +28,7 @@ class RecordSummary(Protocol):
 
 
 class FitValues(Protocol):
-    """The attributes of kreisel.Fit that the summary shows."""
+    """Interface of a fit, as needed for the summary."""
 
     @property
     def records(self) -> Sequence[RecordSummary]: ...
@@ -79,18 +79,18 @@ _NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentio
 
 def format_summary(fit: FitValues) -> str:
     """Return the summary: a row for each parameter, then sentences about the quality of the fit."""
-    rows = _list_rows(fit)
+    rows = _list_table_rows(fit)
     width = max(len(name) for name, *_ in rows)
     lines = [f"  {name:<{width}}  {value} {unit}".rstrip() for name, value, unit in rows]
-    return "\n".join([_format_head(fit), *lines, *_list_sentences(fit)])
+    return "\n".join([_format_head(fit), *lines, *_list_quality_sentences(fit)])
 
 
 def format_html(fit: FitValues) -> str:
     """Return the summary as HTML, with the parameters in a table."""
     head, *sentences = [
-        f"<p>{escape(text)}</p>" for text in (_format_head(fit), *_list_sentences(fit))
+        f"<p>{escape(text)}</p>" for text in (_format_head(fit), *_list_quality_sentences(fit))
     ]
-    table = format_table(_list_rows(fit), ("parameter", "value", "unit"))
+    table = format_table(_list_table_rows(fit), ("parameter", "value", "unit"))
     return "\n".join([head, table, *sentences])
 
 
@@ -101,7 +101,7 @@ def _format_head(fit: FitValues) -> str:
     )
 
 
-def _list_rows(fit: FitValues) -> list[tuple[str, str, str]]:
+def _list_table_rows(fit: FitValues) -> list[tuple[str, str, str]]:
     """Return the name, value with error, and unit of each parameter and moment ratio."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
     rows = [
@@ -142,7 +142,7 @@ def describe_excess(fit: FitValues) -> str:
     )
 
 
-def _list_sentences(fit: FitValues) -> list[str]:
+def _list_quality_sentences(fit: FitValues) -> list[str]:
     made = [] if fit.has_converged else ["The search did not converge; this is the best so far."]
     ratio = fit.chi2 / fit.dof
     if is_misfit(fit):

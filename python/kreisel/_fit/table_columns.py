@@ -1,4 +1,4 @@
-"""Columns of CSV files and data frames, and their assignment to quantities."""
+"""Reading of CSV files and data frames, and assignment of their columns to quantities."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _parse_field(file: str, row: int, word: str) -> float:
         ) from None
 
 
-def columns_of_frame(frame: DataFrame, t: str) -> dict[str, Array]:
+def read_frame_columns(frame: DataFrame, t: str) -> dict[str, Array]:
     """Return the columns of a data frame, and its index if the index is named `t`."""
     if not hasattr(frame, "columns") or not hasattr(frame, "index"):
         raise TypeError(f"frame must be a pandas.DataFrame, not {short_repr(frame)}")
@@ -75,9 +75,9 @@ def select_columns(
     t: str,
     parts: Mapping[str, tuple[str, int]],
 ) -> tuple[Array, dict[str, Array]]:
-    """Return the times and a dict {quantity: values} from a table.
+    """Select the times and the measured quantities from a table.
 
-    `parts` maps the name of each component to its quantity and index.
+    `parts` maps component names, such as "apex_x", to a quantity and an index.
     """
     _check_column("column of times", t, table)
     if columns is None:
@@ -109,7 +109,7 @@ def _check_column(what: str, name: object, table: Mapping[str, Array]) -> None:
 def _join_components(
     table: dict[str, Array], parts: Mapping[str, tuple[str, int]]
 ) -> dict[str, Array]:
-    """Return the columns, joining the components of a quantity if all of them are present."""
+    """Combine the columns of vector components into arrays."""
     for name in table:
         if name not in parts:
             hint = unknown_name_message("quantity in the name of a column:", name, parts)

@@ -16,8 +16,8 @@ import numpy as np
 
 from .._utils.validation import Array
 from .levenberg_marquardt import LossName
-from .parameters import Point
-from .residuals import ResidualModel, SeriesRows
+from .parameters import FitPoint
+from .residuals import ResidualModel, ResidualRows
 
 _CHANCE = 3.0  # standard deviations beyond which a deviation is not chance
 _RANK = 1e-9  # smaller singular values are rounding errors, relative to the largest
@@ -28,7 +28,7 @@ _FEWEST = 6  # residuals that a correlation needs
 
 
 class ResidualStatistics(NamedTuple):
-    """Statistics of residuals measured in standard deviations.
+    """Statistics of the residuals of a fit.
 
     chi2         the sum of squares; for the soft loss, of the residuals within 3 sigma
     dof          the number of residuals minus the number of parameters
@@ -46,7 +46,7 @@ class ResidualStatistics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Directions in parameter space that the residuals do and do not determine, in natural units.
+    """Directions in parameter space, classified by whether the measurements determine them.
 
     natural  (size,) the natural sizes of the parameters, which are the units of the other fields
     factor   (size, k) the matrix F for which F F^T is the covariance
@@ -58,9 +58,10 @@ class Spectrum:
     blind: Array
 
     def propagate_errors(self, gradient: Array) -> tuple[Array, Array]:
-        """Return the covariance and the errors of k functions, given their `gradients`.
+        """Return the covariance matrix and standard deviations of k functions from their gradients.
 
-        The error of a function is infinite if the function varies mainly along blind directions.
+        The error of a function is infinite if it varies mainly along directions that the data do
+        not determine.
         """
         scaled = gradient * self.natural
         along = scaled @ self.factor
@@ -74,16 +75,17 @@ class Spectrum:
         covariance[is_lost, is_lost] = np.inf
         return covariance, errors
 
-    def draw_steps(self, generator: np.random.Generator, n: int) -> Array:
+    def draw_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
         """Return n random steps of all parameters, without components along blind directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural
 
 
 def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: int) -> Spectrum:
-    """Return the Spectrum for the first `size` parameters.
+    """Analyse which directions of the first `size` parameters are determined.
 
-    A direction is blind if one standard deviation along it exceeds the natural scale.
+    A direction counts as undetermined if one standard deviation along it exceeds the typical
+    magnitude of the parameters.
     """
     triangle = np.linalg.qr(jacobian * natural, mode="r")
     _, values, vectors = np.linalg.svd(triangle)
@@ -120,11 +122,11 @@ def compute_statistics(
     return ResidualStatistics(chi2, dof, variance, correlation, math.sqrt(factor))
 
 
-def _correlate_neighbours(rows: tuple[SeriesRows, ...], residuals: Array) -> float:
+def _correlate_neighbours(rows: tuple[ResidualRows, ...], residuals: Array) -> float:
     """Return the mean correlation of neighbouring residuals for each component of each series."""
     found = []
     for one in rows:
-        values, measured = one.residuals_of_series(residuals), one.is_measured
+        values, measured = one.select_series_residuals(residuals), one.is_measured
         for k in range(values.shape[1]):
             column = np.clip(values[measured[:, k], k], -_CLIP, _CLIP)
             spread = float(((column - column.mean()) ** 2).sum()) if column.size else 0.0
@@ -135,20 +137,19 @@ def _correlate_neighbours(rows: tuple[SeriesRows, ...], residuals: Array) -> flo
 
 
 def measure_nonlinearity(
-    model: ResidualModel, point: Point, residuals: Array, spectrum: Spectrum, inflation: float
+    model: ResidualModel, point: FitPoint, residuals: Array, spectrum: Spectrum, inflation: float
 ) -> float:
-    """Return the deviation from 1, the value of a linear model, of the chi2 increase at one sigma.
+    """Return the relative deviation of chi2 from a quadratic function at one standard deviation.
 
-    The increase is measured along the most uncertain direction. Of the two senses along this
-    direction, the one with the larger deviation within the bounds is used. Here one sigma includes
-    the inflation of the errors.
+    The deviation is measured in both senses along the most uncertain direction, and the larger
+    value is returned.
     """
     if not spectrum.factor.size:
         return 0.0
     k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
     step = spectrum.natural * spectrum.factor[:, k]
     worst = 0.0
-    room = model.distances_to_bounds(point)
+    room = model.compute_distances_to_bounds(point)
     for sign in (1.0, -1.0):
         if (-sign * step > room).any():
             continue

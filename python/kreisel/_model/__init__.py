@@ -1,1 +1,1 @@
-"""Models of tops: bodies, scenes and ensembles, and their TOML."""
+"""Models of tops: bodies, scenes and ensembles, with input and output in TOML."""

@@ -1,4 +1,4 @@
-"""Indexing of batches whose members are stored as columns, for ensembles and bodies."""
+"""NumPy indexing for ensembles and for arrays of bodies."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _PLACEHOLDER = np.False_  # represents each member where only shapes matter
 
 
 class Batch(Generic[_M]):
-    """An array of members, such as scenes or bodies, whose parameters are stored as columns.
+    """Base class of ensembles and arrays of bodies, which store their parameters as arrays.
 
-    A column has the shape of the batch followed by the shape of one value. The stride is zero along
-    each dimension in which the values do not vary.
+    Each parameter is stored in an array with the shape of the batch, followed by the shape of one
+    value. Values that do not vary along a dimension are stored with stride zero.
     """
 
     shape: Shape
@@ -38,7 +38,7 @@ class Batch(Generic[_M]):
     _columns: Mapping[str, Column]
     _varied: Mapping[str, Column]  # the parameters that vary, as the user gave them
 
-    def _set_columns(
+    def _set_shape_and_columns(
         self,
         shape: Shape,
         names: tuple[str | None, ...],
@@ -47,15 +47,17 @@ class Batch(Generic[_M]):
     ) -> None:
         self.__dict__.update(shape=shape, _names=names, _columns=columns, _varied=varied)
 
-    def _member(self, index: Index) -> _M:
+    def _select_member(self, index: Index) -> _M:
         raise NotImplementedError
 
-    def _map_columns(self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]) -> Self:
+    def _apply_to_columns(
+        self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]
+    ) -> Self:
         """Return the batch obtained by applying `change` to each column."""
         made, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
-        made._set_columns(shape, names, columns, varied)
+        made._set_shape_and_columns(shape, names, columns, varied)
         return made
 
     @property
@@ -124,13 +126,13 @@ class Batch(Generic[_M]):
     def __getitem__(self, key: object) -> _M | Self:
         """Return the member at an index, or the batch selected by slices, index arrays or masks."""
         if type(key) is int and len(self.shape) == 1 and -len(self) <= key < len(self):
-            return self._member((key % len(self),))
-        if not _is_basic(key):
-            return self._fancy_index(key)
+            return self._select_member((key % len(self),))
+        if not _is_basic_index(key):
+            return self._select_with_arrays(key)
         left: Any = _index_array(np.broadcast_to(_PLACEHOLDER, self.shape), key)
         places = _expand_index_key(key, len(self.shape))
         if not isinstance(left, np.ndarray):
-            return self._member(
+            return self._select_member(
                 tuple(operator.index(i) % n for i, n in zip(places, self.shape, strict=True))
             )
         names = iter(self._names)
@@ -138,17 +140,19 @@ class Batch(Generic[_M]):
         for place in places:
             name = None if place is None else next(names)
             kept += [name] if place is None or isinstance(place, slice) else []
-        return self._map_columns(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
+        return self._apply_to_columns(
+            lambda column: np.asarray(column[places]), left.shape, tuple(kept)
+        )
 
-    def _fancy_index(self, key: object) -> _M | Self:
+    def _select_with_arrays(self, key: object) -> _M | Self:
         """Return the member or the batch selected by index arrays or masks."""
         order: Any = _index_array(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
-            return self._member(tuple(map(int, np.unravel_index(int(order), self.shape))))
+            return self._select_member(tuple(map(int, np.unravel_index(int(order), self.shape))))
         dims = len(self.shape)
         parts = _expand_row_key(key, dims)
         if parts is None:
-            return self._take_members(order, (None,) * order.ndim)
+            return self._select_flat_members(order, (None,) * order.ndim)
 
         def take_from_column(column: Column) -> Column:
             small = collapse_broadcast_axes(column, dims)
@@ -158,9 +162,11 @@ class Batch(Generic[_M]):
             )
             return np.broadcast_to(read_only(small[at]), order.shape + column.shape[dims:])
 
-        return self._map_columns(take_from_column, order.shape, self._names)
+        return self._apply_to_columns(take_from_column, order.shape, self._names)
 
-    def _take_members(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
+    def _select_flat_members(
+        self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]
+    ) -> Self:
         """Return the batch of the members with the flat indices `order` (in C order)."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
@@ -174,10 +180,10 @@ class Batch(Generic[_M]):
             at = tuple(w if v else 0 * w for w, v in zip(where, varies, strict=True))
             return np.broadcast_to(read_only(small[at]), order.shape + trailing)
 
-        return self._map_columns(gather_from_column, order.shape, names)
+        return self._apply_to_columns(gather_from_column, order.shape, names)
 
     def reshape(self, *shape: Any) -> Self:
-        """Return the members in C order, as a batch of a different shape with unnamed dimensions.
+        """Return a batch with the same members in C order and a new shape.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.vary(gravity=[1, 2, 3, 4])
@@ -185,7 +191,7 @@ class Batch(Generic[_M]):
         3.0
         """
         order = np.arange(self.size).reshape(*shape)
-        return self._take_members(order, (None,) * order.ndim)
+        return self._select_flat_members(order, (None,) * order.ndim)
 
     def ravel(self) -> Self:
         """Return the members in C order, as a one-dimensional batch."""
@@ -211,7 +217,7 @@ class Batch(Generic[_M]):
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varying) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, in which broadcast dimensions have a single entry."""
+        """Return the state for pickling, without repeated copies of broadcast values."""
         held = memoize_by_buffer(
             lambda column: collapse_broadcast_axes(column, len(self.shape)).copy()
         )
@@ -232,7 +238,7 @@ class Batch(Generic[_M]):
                 for name, kept in held.items()
             }
 
-        self._set_columns(
+        self._set_shape_and_columns(
             shape,
             state["names"],
             broadcast_columns(state["columns"]),
@@ -254,23 +260,23 @@ def _index_array(array: Column, key: Any) -> Any:
         raise IndexError(f"{short_repr(key)} is out of range") from None
 
 
-def _is_basic(key: object) -> bool:
+def _is_basic_index(key: object) -> bool:
     """Return True if `key` contains only integers, slices, Ellipsis and None.
 
     For such keys, NumPy returns a view instead of a copy.
     """
     return all(
-        part is None or part is ... or isinstance(part, slice) or _is_integer(part)
+        part is None or part is ... or isinstance(part, slice) or _is_integer_index(part)
         for part in (key if isinstance(key, tuple) else (key,))
     )
 
 
-def _is_integer(part: object) -> bool:
+def _is_integer_index(part: object) -> bool:
     return isinstance(part, int | np.integer) and not isinstance(part, bool)
 
 
 def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
-    """Expand an index key to one entry for each dimension."""
+    """Replace an Ellipsis by full slices, so that the key has an entry for each dimension."""
     parts = list(key) if isinstance(key, tuple) else [key]
     spent = sum(part is not None and part is not ... for part in parts)
     at = next((k for k, part in enumerate(parts) if part is ...), len(parts))
@@ -278,7 +284,7 @@ def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
 
 
 def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:
-    """Expand a key that consists of slices and one 1-D array; return None for any other key."""
+    """Expand a key that contains one index array, or return None for other keys."""
     parts = _expand_index_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1

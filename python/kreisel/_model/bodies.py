@@ -36,7 +36,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 @refuse_assignment("construct new bodies with another {}")
 class Bodies(BodiesConstructors, Batch[Body]):
-    """An array of bodies, given by the parameters of kr.Body, which broadcast to one shape.
+    """An array of bodies whose parameters broadcast to a common shape.
 
     mass          [M], a number or an array
     inertia       inertia about the fixed point [M L^2]: (..., 3) moments or (..., 3, 3) matrices.
@@ -49,8 +49,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
     The other constructors of Body also exist for arrays. Each member is bitwise equal to the
     kr.Body with the same parameters. `bodies[i]` is a Body; slices, index arrays and masks return
-    Bodies. Raises TypeError and ValueError like Body; the message gives the index of the first
-    invalid member. Warns as Body does.
+    Bodies. Raises the same exceptions as Body, with the index of the first invalid member in the
+    message. Warns as Body does.
 
     >>> import kreisel as kr
     >>> tops = kr.Bodies.cone(radius=[1, 2, 3], height=2, pivot=(0, 0, 0), mass=1)
@@ -97,14 +97,13 @@ class Bodies(BodiesConstructors, Batch[Body]):
         unphysical: ArrayLike = False,
         rotor: ArrayLike = (0.0, 0.0, 0.0),
     ) -> Self:
-        """Validate the parameters and store them as columns.
+        """Validate all parameters and store them as columns.
 
-        `make` constructs a single body from the parameters `words`. If a member is invalid, the
-        exception of this constructor is raised.
+        Raises the exception of the single-body constructor `make` for the first invalid member.
         """
         slacks = parse_parameter("inertia_rtol", inertia_rtol)
-        made = _parse_flags("unphysical", unphysical)
-        slacks.raise_at_first(
+        made = _parse_booleans("unphysical", unphysical)
+        slacks.raise_first_error(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
         )
         rotors = _parse_rotors(rotor)
@@ -119,7 +118,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             "inertia_rtol": make_column(slacks.values, shape, 0),
             "rotor": make_column(rotors.values, shape, 1),
         }
-        self._set_columns(shape, axis_names(shape, given), columns, {})
+        self._set_shape_and_columns(shape, axis_names(shape, given), columns, {})
         self.__dict__["_varied"] = {
             each.name: make_column(each.values, shape, len(each.value))
             for each in given
@@ -134,7 +133,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _check_inertia(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Return a boolean array that is True for each member with physically possible inertia.
+        """Return a boolean array that marks the members with a physically possible inertia.
 
         If the inertia is given as matrices, the principal moments and axes are stored. Raises
         ValueError for the first member that is not a rigid body.
@@ -145,7 +144,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             columns["inertia"] = flat.reshape(*self.shape, 9)
         status, index, can_be, blocks = bodies_of(self.shape, list(columns.values()), matrices)
         if status != "OK":
-            raise self._reproduce_member_error(
+            raise self._make_body_error(
                 make, given, tuple(map(int, np.unravel_index(index, self.shape)))
             )
         kept: dict[str, Column] = self._columns  # type: ignore[assignment]
@@ -155,10 +154,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
             kept["axes"], kept["principal_rotor"] = blocks[..., 7:11], blocks[..., 12:]
         return can_be.reshape(self.shape)
 
-    def _reproduce_member_error(
+    def _make_body_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
-        """Return the exception that the constructor `make` raises for the member at index `at`."""
+        """Return the exception that the single-body constructor raises for an invalid member."""
         own = {each.name: to_python(each.broadcast_to(self.shape)[at]) for each in given}
         try:
             make(**own)._block  # noqa: B018  raises the error of an invalid body
@@ -174,7 +173,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         more = f" (and {count - 1} more)" if count > 1 else ""
         warn_user(f"body{list(at)}{more}: {said}" if at else said)
 
-    def _member(self, index: Index) -> Body:
+    def _select_member(self, index: Index) -> Body:
         names = "mass", "inertia", "com", "inertia_rtol", "unphysical", "rotor"
         mass, tensor, com, *rest = (to_python(self._columns[name][index]) for name in names)
         words = dict(zip(names[3:], rest, strict=True))
@@ -228,8 +227,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Build an array of bodies from their inertia about the centre of mass (see Body.from_com).
 
-        The inertia [M L^2] has the same form as in Bodies. `com` and `pivot` have the shape (...,
-        3) [L].
+        The inertia [M L^2] is given in the same form as in Bodies. `com` and `pivot` have the shape
+        (..., 3) [L].
         """
         heavy, tensor = (
             parse_parameter("mass", mass),
@@ -256,7 +255,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         height: Array,
         pivot: Parameter,
     ) -> Self:
-        """Build bodies from moments about the centre of mass and its height on the third axis."""
+        """Build bodies from their moments of inertia about the centre of mass."""
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
             com = stack_components(nothing, nothing, height) - pivot.values
@@ -316,7 +315,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         return self._columns.get("axes", np.broadcast_to(_UPRIGHT, (*self.shape, 4)))
 
     @classmethod
-    def _from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
+    def _build_from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
         """Build bodies from a list, or return the first body if all of them are equal."""
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
@@ -339,13 +338,13 @@ class Bodies(BodiesConstructors, Batch[Body]):
             return self
         dims = len(self.shape)
         names = (None,) * front + self._names
-        return self._map_columns(
+        return self._apply_to_columns(
             lambda held: np.broadcast_to(held, shape + held.shape[dims:]), shape, names
         )
 
 
 def parse_tensors(name: str, given: object) -> Parameter:
-    """Return a parameter of moments or, if the last two dimensions have length 3, of matrices.
+    """Parse inertia given as moments or, if the last two dimensions have length 3, as matrices.
 
     Raises ValueError for the first matrix that is not symmetric.
     """
@@ -360,7 +359,9 @@ def parse_tensors(name: str, given: object) -> Parameter:
         return made
     with np.errstate(over="ignore"):
         skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
-    made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_matrix)
+    made.raise_first_error(
+        skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_matrix
+    )
     return made
 
 
@@ -373,9 +374,9 @@ def _check_matrix(name: str, matrix: object) -> None:
 
 
 def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
-    """Return the tensors of inertia after adding point masses at `at`.
+    """Add point masses at the positions `at` to tensors of inertia.
 
-    The result consists of moments if all tensors are diagonal, and of matrices otherwise.
+    The result contains moments of inertia if all tensors are diagonal, and matrices otherwise.
     """
     x, y, z = split_components(at)
     with np.errstate(all="ignore"):
@@ -400,7 +401,7 @@ def _parse_rotors(given: object) -> Parameter:
     return made._replace(values=made.values + 0.0)  # no negative zeros
 
 
-def _parse_flags(name: str, given: object) -> Column:
+def _parse_booleans(name: str, given: object) -> Column:
     flags = np.asarray(given)
     if flags.dtype != np.bool_:
         raise TypeError(

@@ -1,4 +1,4 @@
-"""Constructors of arrays of homogeneous bodies: vectorized versions of the constructors of Body."""
+"""Vectorized versions of the constructors of homogeneous bodies."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ class BodiesConstructors:
         height: Array,
         pivot: Parameter,
     ) -> Self:
-        """Build bodies from moments about the centre of mass and its height on the third axis.
+        """Build bodies from their moments of inertia about the centre of mass.
 
-        `make` constructs a single body from the parameters `words`. If a member is invalid, the
-        exception of this constructor is raised.
+        The centre of mass is on the third axis at `height`. Raises the exception of the single-body
+        constructor `make` for the first invalid member.
         """
         raise NotImplementedError
 
@@ -53,7 +53,7 @@ class BodiesConstructors:
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
-        """Build homogeneous bodies of one type of shape from either masses or densities."""
+        """Build homogeneous bodies of a given type of shape from masses or densities."""
         shapes.check_exactly_one(shape.name, mass, density)
         at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
@@ -91,7 +91,7 @@ class BodiesConstructors:
         array([16., 48.])
         """
         edges, at = parse_parameter("half", half, (3,)), parse_parameter("pivot", pivot, (3,))
-        edges.raise_at_first(
+        edges.raise_first_error(
             ~(edges.values > 0.0).all(axis=-1), lambda _, x: Body.cuboid(x, (0, 0, 0))
         )
         if mass is not None and density is not None:
@@ -148,15 +148,15 @@ class BodiesConstructors:
     ) -> Self:
         """Build an array of hollow cylinders (see Body.tube).
 
-        The radii `inner` and `outer` and `height` are lengths [L], and `pivot` has the shape (...,
-        3) [L]. Specify either `mass` [M] or `density` [M L^-3].
+        `inner` and `outer` are the radii [L], `height` is a length [L], and `pivot` has the shape
+        (..., 3) [L]. Specify either `mass` [M] or `density` [M L^-3].
         """
         hole, r = parse_parameter("inner", inner), parse_positive("outer", outer)
         h = parse_non_negative("height", height)
         shape_of(hole, r, h)
         both = Parameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
-        both.raise_at_first(
+        both.raise_first_error(
             bad, lambda _, pair: Body.tube(pair[0], pair[1], 1.0, (0, 0, 0), mass=1.0)
         )
         with np.errstate(all="ignore"):
@@ -167,7 +167,7 @@ class BodiesConstructors:
     def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
         """Build an array of thin disks (see Body.disk).
 
-        `radius` is a length [L], `pivot` has the shape (..., 3) [L], and `mass` is in [M].
+        `radius` [L] and `mass` [M] are numbers or arrays, and `pivot` has the shape (..., 3) [L].
         """
         r = parse_positive("radius", radius)
         with np.errstate(all="ignore"):
@@ -178,9 +178,9 @@ class BodiesConstructors:
     def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
         """Build an array of thin rods (see Body.rod).
 
-        `length` is a length [L], `pivot` has the shape (..., 3) [L], and `mass` is in [M]. Raises
-        ValueError if a pivot lies on the line of its rod, about which a rod has no moment of
-        inertia.
+        `length` [L] and `mass` [M] are numbers or arrays, and `pivot` has the shape (..., 3) [L].
+        Raises ValueError if a pivot lies on the axis of its rod, because the moment of inertia
+        about this axis is zero.
         """
         whole = parse_positive("length", length)
         with np.errstate(all="ignore"):
@@ -224,7 +224,7 @@ class BodiesConstructors:
         """
         axes = parse_parameter("half", half, (3,))
         bad = ~(axes.values > 0.0).all(axis=-1)
-        axes.raise_at_first(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
+        axes.raise_first_error(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
         a, b, c = split_components(axes.values)
         with np.errstate(all="ignore"):
             shape = shapes.ellipsoid(a, b, c)

@@ -1,4 +1,4 @@
-"""Bodies: mass, inertia and centre of mass as specified by the user, and the principal axes."""
+"""Rigid bodies with one fixed point."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ class Body(BodyConstructors):
     inertia is a non-diagonal matrix, its least principal moment must exceed 2e-10 times the largest
     one. Because of rounding, a smaller moment would have at most six correct digits.
 
-    Raises TypeError for arguments that are not numbers, and ValueError if the values do not
-    describe a rigid body. Warns (UserWarning) if no mass distribution has the given inertia about
-    the fixed point, unless `unphysical` is True. In this case, `body.unphysical` is set to True.
+    Raises TypeError if an argument is not numeric, and ValueError if the values do not describe a
+    rigid body. Warns (UserWarning) if no mass distribution has the given inertia about the fixed
+    point, unless `unphysical` is True. The attribute `unphysical` of such a body is True.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
@@ -168,7 +168,7 @@ class Body(BodyConstructors):
         shape = rod(as_positive("length", length))
         heavy, at = parse_mass(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
         tensor = add_point_mass(central_inertia(shape, heavy), heavy, at)
-        return _join_parts(heavy, tensor, at, np.zeros(3))
+        return _build_body_from_parts(heavy, tensor, at, np.zeros(3))
 
     @classmethod
     def symmetric(
@@ -183,8 +183,7 @@ class Body(BodyConstructors):
     ) -> Self:
         """Build a Lagrange top from its moments of inertia i1, i1, i3 at the fixed point [M L^2].
 
-        The centre of mass is at (0, 0, height) [L]; `inertia_rtol` and `unphysical` are as in
-        Body.
+        The centre of mass is at (0, 0, height) [L]. The other arguments are described in Body.
         """
         one, three = as_float("i1", i1), as_float("i3", i3)
         com = (0.0, 0.0, as_float("height", height))
@@ -203,9 +202,9 @@ class Body(BodyConstructors):
     ) -> Self:
         """Build a body from its inertia about the centre of mass [M L^2].
 
-        `com` and the fixed point `pivot` are positions relative to any common origin [L];
-        `inertia_rtol` and `unphysical` are as in Body. Steiner's theorem (Bodack 2008, 2.14) says
-        J = J_com + mass * (|a|^2 1 - a a^t) with a = com - pivot.
+        `com` and `pivot` are the positions of the centre of mass and of the fixed point [L],
+        relative to a common origin. The other arguments are described in Body. Steiner's theorem
+        (Bodack 2008, 2.14) says J = J_com + mass * (|a|^2 1 - a a^t) with a = com - pivot.
         """
         tensor = parse_tensor("inertia_about_com", inertia_about_com)
         a = np.subtract(as_vector("com", com), as_vector("pivot", pivot))
@@ -220,7 +219,7 @@ class Body(BodyConstructors):
         com = self.mass * np.array(self.com) + other.mass * np.array(other.com)
         tensor = parse_tensor("inertia", self.inertia) + parse_tensor("inertia", other.inertia)
         rotor = np.add(self.rotor, other.rotor)
-        return _join_parts(mass, tensor, com / mass, rotor, self, other)
+        return _build_body_from_parts(mass, tensor, com / mass, rotor, self, other)
 
     def shift(self, by: ArrayLike) -> Body:
         """Return the body shifted by the vector `by` [L] relative to the fixed point.
@@ -231,7 +230,7 @@ class Body(BodyConstructors):
         """
         way, com = np.array(as_vector("by", by)), np.array(self.com)
         tensor = parse_tensor("inertia", self.inertia) + parallel_axis_term(self.mass, com, way)
-        return _join_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
+        return _build_body_from_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
 
     def turn(self, by: ArrayLike | Rotation) -> Body:
         """Return the body rotated about the fixed point within the frame of description.
@@ -247,7 +246,7 @@ class Body(BodyConstructors):
         axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
         tensor = axes.T @ parse_tensor("inertia", self.inertia) @ axes
         com, rotor = np.array(self.com) @ axes, np.array(self.rotor) @ axes
-        return _join_parts(self.mass, 0.5 * (tensor + tensor.T), com, rotor, self)
+        return _build_body_from_parts(self.mass, 0.5 * (tensor + tensor.T), com, rotor, self)
 
     def with_rotor(self, *, spin: float, inertia: float, axis: ArrayLike) -> Body:
         """Return a copy of the body with an additional rotor.
@@ -258,8 +257,8 @@ class Body(BodyConstructors):
                  include the rotor
         axis     direction of the rotor's axis in the frame of the body, of any length
 
-        The angular momentum spin * inertia of the rotor is added to `body.rotor`. Raises ValueError
-        if the axis is zero or the inertia is not positive.
+        The angular momentum of the rotor, spin * inertia, is added to `body.rotor`. Raises
+        ValueError if the axis is zero or the inertia is not positive.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -299,7 +298,7 @@ class Body(BodyConstructors):
 
     @property
     def principal_com(self) -> Vector:
-        """The centre of mass in components along N, B, T [L]."""
+        """The components of the centre of mass along the principal axes N, B, T [L]."""
         _, _, _, _, x, y, z, *_ = unpack("15d", self._block)
         return x, y, z
 
@@ -314,13 +313,13 @@ class Body(BodyConstructors):
         """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
 
         The conditions for each kind are checked to a relative tolerance of 7e-15, which allows for
-        rounding errors in the parameters. A body with a rotor is 'general', unless it is symmetric
-        about the rotor's axis and its kind without the rotor is 'euler' or 'lagrange'.
+        rounding errors in the parameters. A body with a rotor is of kind 'general', except for
+        'euler' and 'lagrange' bodies whose rotor lies along the symmetry axis.
         """
         return body_kind(self._block, KIND_RTOL)
 
     @cached_property
-    def _near_kind(self) -> str:
+    def _nearby_kind_message(self) -> str:
         """Text about a kind to which the body is close (relative deviation 1e-8 or less), or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
@@ -337,7 +336,7 @@ class Body(BodyConstructors):
 
 
 class ThinRods(Body):
-    """Thin rods on a common line through the fixed point, usable only as parts of other bodies.
+    """Thin rods on a line through the fixed point, which can only be joined to other bodies.
 
     The moment of inertia about this line is zero.
     """
@@ -368,7 +367,9 @@ class ThinRods(Body):
         )
 
 
-def _join_parts(mass: float, tensor: Array, com: Array, rotor: Array, *parts: Body) -> Body:
+def _build_body_from_parts(
+    mass: float, tensor: Array, com: Array, rotor: Array, *parts: Body
+) -> Body:
     """Build the body formed by the given parts, or ThinRods if all parts are rods on one line."""
     unphysical = any(part.unphysical for part in parts)
     if np.isfinite(tensor).all() and all(isinstance(part, ThinRods) for part in parts):

@@ -62,7 +62,8 @@ class BodyConstructors:
 
         `inner` and `outer` are the radii [L], and `height` is a length [L]. Specify either `mass`
         [M] or `density` [M L^-3]. Equal radii give a thin-walled tube, a height of 0 gives a flat
-        ring, and both together give a hoop. Such thin bodies require a mass.
+        ring, and both together give a hoop. Bodies without volume require `mass` instead of
+        `density`.
 
         pivot  the fixed point, relative to the centre [L]
         """

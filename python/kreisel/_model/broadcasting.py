@@ -1,7 +1,7 @@
-"""Broadcasting of parameters over the members of an ensemble.
+"""Broadcasting of parameters to the shape of an ensemble.
 
-A column has the shape of the ensemble followed by the shape of one value, such as () or (3,). The
-stride is zero along each dimension in which the values do not vary. Shared values are therefore
+A column is an array with the shape of the ensemble, followed by the shape of one value, such as ()
+or (3,). Along a dimension in which all values are equal, the stride is zero, so these values are
 stored only once.
 """
 
@@ -46,16 +46,16 @@ class Parameter(NamedTuple):
         return self.values.shape[: self.values.ndim - len(self.value)]
 
     def broadcast_to(self, shape: Shape) -> Array:
-        """Return the values broadcast to a batch of the given shape."""
+        """Broadcast the values to a batch of the given shape."""
         return np.broadcast_to(self.values, shape + self.value)
 
-    def raise_at_first(self, bad: Any, validate: Validator) -> None:
+    def raise_first_error(self, bad: Any, validate: Validator) -> None:
         """Raise the exception for the first value where `bad` is True, quoting its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
-            raise self.error_at(index, validate)
+            raise self.make_error_at(index, validate)
 
-    def error_at(self, index: Index, validate: Validator) -> Exception:
+    def make_error_at(self, index: Index, validate: Validator) -> Exception:
         """Return the exception raised by `validate` for the value at `index`."""
         value = to_python(self.values[index])
         try:
@@ -72,10 +72,10 @@ def to_python(value: Any) -> Any:
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
-    """Return a parameter with finite values, each of the shape `value`.
+    """Convert an argument to a parameter whose values have the shape `value` and are finite.
 
-    If `given` is a Parameter, it has already been validated and is returned unchanged. `what`
-    describes the expected form in error messages.
+    An argument that is already a Parameter is returned unchanged. `what` describes the expected
+    form in error messages.
     """
     if isinstance(given, Parameter):
         return given
@@ -96,7 +96,7 @@ def parse_parameter(name: str, given: object, value: Shape = (), what: str = "")
     if not np.isfinite(collapse_broadcast_axes(values)).all():
         finite = np.isfinite(values)
         behind = tuple(range(-len(value), 0))
-        made.raise_at_first(
+        made.raise_first_error(
             ~(finite.all(axis=behind) if value else finite), select_validator(value)
         )
     return made
@@ -111,23 +111,23 @@ def select_validator(value: Shape) -> Validator:
 
 
 def parse_positive(name: str, given: object) -> Parameter:
-    """Return a parameter with these values; raise ValueError unless all are positive."""
+    """Parse a parameter whose values must be positive."""
     made = parse_parameter(name, given)
-    made.raise_at_first(~(made.values > 0.0), as_positive)
+    made.raise_first_error(~(made.values > 0.0), as_positive)
     return made
 
 
 def parse_non_negative(name: str, given: object) -> Parameter:
-    """Return a parameter with these values; raise ValueError if any is negative."""
+    """Parse a parameter whose values must not be negative."""
     made = parse_parameter(name, given)
-    made.raise_at_first(~(made.values >= 0.0), as_non_negative)
+    made.raise_first_error(~(made.values >= 0.0), as_non_negative)
     return made
 
 
 def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
-    """Return a view in which dimensions with stride zero have length 1.
+    """Reduce broadcast dimensions, in which the stride is zero, to length 1.
 
-    Only the first `lead` dimensions are reduced, or all dimensions if `lead` is None.
+    By default, all dimensions are reduced, otherwise only the first `lead`.
     """
     strides = values.strides[:lead]
     if 0 not in strides or not values.size:
@@ -136,21 +136,21 @@ def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
 
 
 def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
-    """Return a version of `change` that is applied only once to columns sharing a buffer."""
+    """Cache the results of `change`, so that columns with shared memory are converted only once."""
     made: dict[tuple[object, ...], Column] = {}
 
-    def change_from_cache(held: Column) -> Column:
+    def apply_cached_change(held: Column) -> Column:
         data = held.__array_interface__["data"][0]
         key = data, held.shape, held.strides, held.dtype.str
         if key not in made:
             made[key] = change(held)
         return made[key]
 
-    return change_from_cache
+    return apply_cached_change
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:
-    """Return a read-only column: `values` broadcast to a batch of the given shape.
+    """Broadcast `values` to a batch of the given shape, as a read-only array.
 
     The last `trailing` dimensions of `values` are the shape of one value.
     """
@@ -183,10 +183,10 @@ def shape_of(*words: Parameter) -> Shape:
 
 
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
-    """Return the names of the dimensions, or None for a dimension without a name.
+    """Name each dimension after the only parameter that varies along it.
 
-    A dimension is named after a parameter if no other parameter varies along this dimension. The
-    parameter must be a scalar, and must not vary along any other dimension.
+    The parameter must be a scalar that varies along no other dimension. All other dimensions have
+    the name None.
     """
     if not shape:
         return ()
@@ -221,10 +221,9 @@ def split_components(values: Array) -> tuple[Array, ...]:
 def compute_in_blocks(
     compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
 ) -> Array:
-    """Apply `compute` to columns block by block and return a column of vectors of length `width`.
+    """Compute vectors of length `width` block by block, so that the data fit into the cache.
 
-    `compute` receives the components of each column. The block size is chosen so that the data of a
-    block fit into the cache.
+    `compute` receives the components of the given columns.
     """
     out = np.empty((*shape, width))
     rows = out if shape else out[None]

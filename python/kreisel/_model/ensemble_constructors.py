@@ -1,4 +1,4 @@
-"""Constructors of ensembles from Euler angles, their rates, and steady precession.
+"""Constructors of ensembles from Euler angles or from the spin of symmetric tops.
 
 The results are bitwise equal to those of the constructors for a single scene.
 """
@@ -26,19 +26,19 @@ from .broadcasting import (
     stack_components,
 )
 from .ensemble_data import (
-    EnsembleData,
+    EnsembleStorage,
     S,
     broadcast_shape,
     check_body,
     compute_momenta,
-    reproduce_member_error,
+    make_member_error,
 )
 from .environment import Environment, parse_environments
 from .euler_angles import (
     check_steady,
     check_tilt,
     cos,
-    moments_about_axis,
+    find_symmetry_moments,
     quaternion_from_euler,
     refuse_steady_rotor,
     sin,
@@ -50,7 +50,7 @@ _DEGREE = math.pi / 180.0
 _REST = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # state at rest: t, attitude, momentum
 
 
-class EnsembleConstructors(EnsembleData[S]):
+class EnsembleConstructors(EnsembleStorage[S]):
     """Constructors of kr.Ensemble from Euler angles and rates."""
 
     @classmethod
@@ -85,10 +85,10 @@ class EnsembleConstructors(EnsembleData[S]):
             split_vectors(array_to_radians(each.values, in_degrees)) for each in (at, by)
         )
         around = Environment(gravity, damping, turning, shaking, friction)
-        return cls._from_euler(bodies, [at, by], turned, moved, around, make)
+        return cls._build_from_euler(bodies, [at, by], turned, moved, around, make)
 
     @classmethod
-    def _from_euler(
+    def _build_from_euler(
         cls,
         body: Body | Bodies,
         parameters: list[Parameter],
@@ -97,14 +97,16 @@ class EnsembleConstructors(EnsembleData[S]):
         environment: Environment,
         one: Callable[..., S],
     ) -> Self:
-        """Build tops from `angles` and `rates`, which were computed from `parameters`.
+        """Build tops whose Euler angles and rates have already been computed.
 
-        `one` constructs a single top from `parameters`. If a member is invalid, the exception of
-        this constructor is raised.
+        Raises the exception of the single-top constructor `one` for the first invalid member.
         """
         around, columns = parse_environments(environment)
         broadcast_shape(body, [*parameters, *around])
-        turned, own = stack_components(*quaternion_from_euler(angles)), cls._frame_quaternions(body)
+        turned, own = (
+            stack_components(*quaternion_from_euler(angles)),
+            cls._compute_frame_quaternions(body),
+        )
         both = np.broadcast_shapes(turned.shape[:-1], own.shape[:-1])
         q = compute_in_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
         with np.errstate(all="ignore"):
@@ -116,7 +118,7 @@ class EnsembleConstructors(EnsembleData[S]):
         return cls.__new__(cls)._store_columns(body, [*parameters, *around], columns, one)
 
     @classmethod
-    def _frame_quaternions(cls, body: Body | Bodies) -> Array:
+    def _compute_frame_quaternions(cls, body: Body | Bodies) -> Array:
         """Return the quaternions that correspond to the Euler angles of unrotated bodies."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
@@ -146,8 +148,8 @@ class EnsembleConstructors(EnsembleData[S]):
     ) -> Self:
         """Build an array of symmetric tops that spin about their axes (see Scene.spinning).
 
-        `spin`, `tilt` and `precession` are numbers or arrays, and the arguments `gravity` to
-        `friction` are as in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
+        `spin`, `tilt` and `precession` are numbers or arrays. The arguments `gravity` to `friction`
+        have the same meaning as in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -159,11 +161,11 @@ class EnsembleConstructors(EnsembleData[S]):
         one: Any = partial(cls._one.spinning, degrees=in_degrees)
         parameters = [parse_parameter("spin", spin), parse_tilt(tilt, in_degrees)]
         rate, angle = (array_to_radians(each.values, in_degrees) for each in parameters)
-        moments_about_axes(bodies)
+        find_symmetry_moments_of_bodies(bodies)
         around = Environment(gravity, damping, turning, shaking, friction)
         if check_steady(steady, fast, precession, around):
             one = partial(one, steady=True, fast=fast)
-            about = steady_rates(
+            about = compute_steady_rates(
                 bodies, [*parameters, parse_parameter("gravity", gravity)], in_degrees, fast, one
             )
         else:
@@ -175,11 +177,13 @@ class EnsembleConstructors(EnsembleData[S]):
         nothing = np.zeros(())
         with np.errstate(all="ignore"):
             rates = about, nothing, rate - about * cos(angle)
-        return cls._from_euler(bodies, parameters, (nothing, angle, nothing), rates, around, one)
+        return cls._build_from_euler(
+            bodies, parameters, (nothing, angle, nothing), rates, around, one
+        )
 
 
 def array_to_radians(values: Array, degrees: bool) -> Array:
-    """Return angles or rates in radians, with results bitwise equal to those of math.radians."""
+    """Convert angles or rates to radians if `degrees` is True, rounded as in math.radians."""
     return values * _DEGREE if degrees else values
 
 
@@ -190,22 +194,22 @@ def split_vectors(vector: Array) -> Components:
 
 
 def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
-    """Return the parameter `tilt`; raise ValueError if any angle is outside [0, pi]."""
+    """Parse the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
     made = parse_parameter("tilt", given)
     angle = array_to_radians(made.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))
     if bad.any():
-        made.raise_at_first(bad, lambda _, one: check_tilt(one, degrees))
+        made.raise_first_error(bad, lambda _, one: check_tilt(one, degrees))
     return made
 
 
-def moments_about_axes(body: Body | Bodies) -> tuple[Array, Array]:
+def find_symmetry_moments_of_bodies(body: Body | Bodies) -> tuple[Array, Array]:
     """Return the transverse and axial moments of inertia of symmetric bodies.
 
     Raises ValueError with the index of the first body that is not symmetric about its apex.
     """
     if isinstance(body, Body):
-        across, along = moments_about_axis(body)
+        across, along = find_symmetry_moments(body)
         return np.asarray(across), np.asarray(along)
     m, com = body.moments, np.abs(body.principal_com)
     reach, largest = com.max(axis=-1), m.max(axis=-1)
@@ -218,20 +222,20 @@ def moments_about_axes(body: Body | Bodies) -> tuple[Array, Array]:
     if bad.any():
         at = tuple(map(int, np.unravel_index(int(bad.argmax()), bad.shape)))
         try:
-            moments_about_axis(body._member(at))
+            find_symmetry_moments(body._select_member(at))
         except ValueError as error:
             raise ValueError(f"body{list(at)}: {error}") from None
     return np.where(is_round, m[..., 2], 0.5 * (i + j)), np.where(is_round, m[..., 2], lone)
 
 
-def steady_rates(
+def compute_steady_rates(
     body: Body | Bodies,
     parameters: Sequence[Parameter],
     degrees: bool,
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
-    """Return the rates of steady precession, given the `parameters` spin, tilt and gravity.
+    """Compute the rates of steady precession of several tops.
 
     Raises ValueError with the index of the first member for which no steady precession exists.
     """
@@ -239,7 +243,7 @@ def steady_rates(
     shape = broadcast_shape(body, parameters)
     spin, tilt, gravity = (each.values for each in parameters)
     rate, angle = array_to_radians(spin, degrees), array_to_radians(tilt, degrees)
-    across, along = moments_about_axes(body)
+    across, along = find_symmetry_moments_of_bodies(body)
     x, y, z = split_components(np.asarray(body.com))
     with np.errstate(all="ignore"):
         lever = np.hypot(np.hypot(x, y), z) if isinstance(body, Bodies) else math.hypot(x, y, z)
@@ -258,5 +262,5 @@ def steady_rates(
     bad = np.broadcast_to(bad & ~at_pole, shape)
     if bad.any():
         at = tuple(map(int, np.unravel_index(int(bad.argmax()), shape)))
-        raise reproduce_member_error(body, parameters, one, shape, at)
+        raise make_member_error(body, parameters, one, shape, at)
     return np.where(at_pole, 0.0, rates)

@@ -1,4 +1,4 @@
-"""Ensemble data: the parameters of many tops, broadcast to one shape and validated together."""
+"""Storage of the parameters of an ensemble."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ ONE_OF = "momentum", "velocity", "body_momentum", "body_velocity"
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-class EnsembleData(Batch[S]):
+class EnsembleStorage(Batch[S]):
     """The data of kr.Ensemble: bodies, and columns of initial states and environments."""
 
     _one: ClassVar[Any]  # the class of one top
@@ -62,7 +62,7 @@ class EnsembleData(Batch[S]):
         friction: ArrayLike | None = None,
     ) -> None:
         given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
-        bodies, start = check_body(body), select_start_parameter(given)
+        bodies, start = check_body(body), parse_momentum_parameter(given)
         turned, q = parse_attitudes(attitude, attitude_xyzw)
         given_around = Environment(gravity, damping, turning, shaking, friction)
         around, columns = parse_environments(given_around)
@@ -80,26 +80,30 @@ class EnsembleData(Batch[S]):
         columns: Mapping[str, Array],
         one: Callable[..., S],
     ) -> Self:
-        """Store the columns of the ensemble.
+        """Validate and store the columns of the ensemble.
 
-        For the first invalid member, raises the exception of the constructor `one`, with the index.
+        Raises the exception of the single-top constructor `one` for the first invalid member.
         """
         shape = broadcast_shape(body, parameters)
         for name, held in columns.items():
-            shape = np.broadcast_shapes(shape, held.shape[: held.ndim - _dimensions_of_value(name)])
+            shape = np.broadcast_shapes(
+                shape, held.shape[: held.ndim - _count_value_dimensions(name)]
+            )
         words = [each for each in parameters if each.values.ndim > len(each.value)]
         bodies = body
         if isinstance(body, Bodies):
             words, bodies = body._varying_parameters() + words, body._broadcast_to(shape)
         self.__dict__["_bodies"] = bodies
-        states = [(name, held, _dimensions_of_value(name)) for name, held in columns.items()]
+        states = [(name, held, _count_value_dimensions(name)) for name, held in columns.items()]
         varied = [(each.name, each.values, len(each.value)) for each in words]
         names = axis_names(shape, words)
-        self._set_columns(shape, names, make_columns(states, shape), make_columns(varied, shape))
+        self._set_shape_and_columns(
+            shape, names, make_columns(states, shape), make_columns(varied, shape)
+        )
         status, index = self._core_scenes.check()
         if status != "OK":
             at = tuple(map(int, np.unravel_index(index, shape)))
-            raise reproduce_member_error(body, parameters, one, shape, at, statuses[status][1])
+            raise make_member_error(body, parameters, one, shape, at, statuses[status][1])
         return self
 
     @classmethod
@@ -136,23 +140,25 @@ class EnsembleData(Batch[S]):
             "shaking": rows[..., 30:33],
             "friction": rows[..., 33],
         }
-        body = Bodies._from_list([scene.body for scene in found], shape)
+        body = Bodies._build_from_list([scene.body for scene in found], shape)
         return cls.__new__(cls)._store_columns(body, (), columns, cls._one)
 
-    def _map_columns(self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]) -> Self:
-        made = super()._map_columns(change, shape, names)
+    def _apply_to_columns(
+        self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]
+    ) -> Self:
+        made = super()._apply_to_columns(change, shape, names)
         body = self._bodies
-        kept = body._map_columns(change, shape, names) if isinstance(body, Bodies) else body
+        kept = body._apply_to_columns(change, shape, names) if isinstance(body, Bodies) else body
         made.__dict__["_bodies"] = kept
         return made
 
-    def _body_at(self, index: Index) -> Body:
+    def _select_body(self, index: Index) -> Body:
         body = self._bodies
-        return body._member(index) if isinstance(body, Bodies) else body
+        return body._select_member(index) if isinstance(body, Bodies) else body
 
-    def _member(self, index: Index) -> S:
+    def _select_member(self, index: Index) -> S:
         words = {name: to_python(held[index]) for name, held in self._columns.items()}
-        made: S = self._one(self._body_at(index), **words)
+        made: S = self._one(self._select_body(index), **words)
         return made
 
     @cached_property
@@ -222,7 +228,7 @@ class EnsembleData(Batch[S]):
         return self._columns["friction"]
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, EnsembleData):
+        if not isinstance(other, EnsembleStorage):
             return NotImplemented
         return super().__eq__(other) and bool(self._bodies == other._bodies)
 
@@ -236,7 +242,7 @@ class EnsembleData(Batch[S]):
         super().__setstate__(state)
 
 
-def _dimensions_of_value(name: str) -> int:
+def _count_value_dimensions(name: str) -> int:
     """Return the number of dimensions of a single value in a column."""
     return int(name not in ("gravity", "friction"))
 
@@ -261,7 +267,7 @@ def broadcast_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Sha
         return common_shape(["body", *[each.name for each in parameters]], [own, *shapes])
 
 
-def reproduce_member_error(
+def make_member_error(
     body: Body | Bodies,
     parameters: Sequence[Parameter],
     one: Callable[..., object],
@@ -269,12 +275,12 @@ def reproduce_member_error(
     at: Index,
     text: str = "not a top",
 ) -> Exception:
-    """Return the exception that the constructor `one` raises for the member at index `at`.
+    """Return the exception that the single-top constructor `one` raises for an invalid member.
 
-    If the constructor raises no exception, a ValueError with the message `text` is returned.
+    If no exception is raised, a ValueError with the message `text` is returned.
     """
     words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in parameters}
-    own = body._broadcast_to(shape)._member(at) if isinstance(body, Bodies) else body
+    own = body._broadcast_to(shape)._select_member(at) if isinstance(body, Bodies) else body
     place = f"top{list(at)}: " if at else ""
     try:
         one(own, **words)
@@ -283,10 +289,11 @@ def reproduce_member_error(
     return ValueError(f"{place}{text}")
 
 
-def select_start_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
+def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
     """Return the single given parameter that determines the momentum.
 
-    Raises ValueError unless exactly one of the parameters in ONE_OF is given.
+    Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
+    given.
     """
     chosen = [name for name, value in given.items() if value is not None]
     if len(chosen) != 1:
@@ -297,7 +304,7 @@ def select_start_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
 
 
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
-    """Return the attitude parameter, and the attitudes as quaternions (w, x, y, z).
+    """Parse the argument `attitude` or `attitude_xyzw`, and return the quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
     unit length.
@@ -320,14 +327,15 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
         single = bad & (np.abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps)
         made = made._replace(values=np.where(single[..., None], q / norm[..., None], q))
         bad &= ~single
-    made.raise_at_first(bad, lambda _, one: unit(name, one, last=xyzw is not None))
+    made.raise_first_error(bad, lambda _, one: unit(name, one, last=xyzw is not None))
     return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
 
 
 def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
-    """Return the momenta in the space frame for the parameter `start` and the attitudes `q`.
+    """Compute angular momenta in the space frame from velocities or momenta.
 
-    The supports rotate with the angular velocities `turning`.
+    The quaternions `q` are the attitudes, and `turning` contains the angular velocities of the
+    supports.
     """
     if start.name == "momentum":
         return start.values

@@ -1,6 +1,6 @@
 """The environment of a top: gravity, damping, the motion of the support, and friction.
 
-The environment comprises all parameters of a scene except the body and the initial state.
+The environment consists of all parameters of a scene other than the body and the initial state.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _TURN: Final = Fraction(
 
 
 class Environment(NamedTuple):
-    """The arguments of a scene that describe its environment, as given by the user."""
+    """Environment parameters as passed by the user."""
 
     gravity: Any = 1.0
     damping: ArrayLike | None = None
@@ -33,7 +33,7 @@ class Environment(NamedTuple):
     friction: ArrayLike | None = None
 
     def validate(self) -> tuple[float, Vector, Vector, Vector, float]:
-        """Return the validated values for one top; raise TypeError or ValueError if invalid."""
+        """Validate the values for a single top; raise TypeError or ValueError if any is invalid."""
         return (
             check_gravity(self.gravity),
             check_damping(self.damping),
@@ -91,7 +91,7 @@ def check_friction(given: object) -> float:
 
 
 def advance_shaking(shaking: Vector, t: float) -> Vector:
-    """Return the shaking for a scene that starts at the time `t` of another scene.
+    """Return the `shaking` parameters of a scene that starts at the time `t` of another scene.
 
     The phase at `t` is computed in rational arithmetic and rounded once.
     """
@@ -103,7 +103,7 @@ def advance_shaking(shaking: Vector, t: float) -> Vector:
 
 
 def list_disturbances(tops: Any) -> list[str]:
-    """Return the names of the disturbances of a scene, or of any member of an ensemble."""
+    """List the disturbances of a scene or an ensemble, such as damping or a moving support."""
     shaking = tops.shaking
     amplitudes = shaking[0] if type(shaking) is tuple else np.asarray(shaking)[..., 0]
     present = {
@@ -116,7 +116,7 @@ def list_disturbances(tops: Any) -> list[str]:
 
 
 def _has_nonzero(values: Any) -> bool:
-    """Return True if any number in `values`, a float, tuple or array, is nonzero."""
+    """Return True if a number, tuple or array has a nonzero element."""
     if type(values) is tuple:
         return any(values)
     return values != 0.0 if type(values) is float else bool(np.any(values))
@@ -127,9 +127,8 @@ def refuse_disturbances(
 ) -> None:
     """Raise ValueError if a scene or an ensemble has disturbances other than those in `allowed`.
 
-    The message consists of `what`, the names of the disturbances, and the reason or an alternative.
-    For supports that turn about e3, the suggested alternative is the same motion in the inertial
-    frame.
+    The message contains `what`, the names of the other disturbances, and `reason`. If the support
+    only rotates about e3, the message suggests the inertial frame instead.
     """
     found = [name for name in list_disturbances(tops) if name not in allowed]
     if not found:
@@ -141,9 +140,9 @@ def refuse_disturbances(
 
 
 def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, Array]]:
-    """Return the environment parameters of many tops, and their columns by name.
+    """Parse the environment parameters of an ensemble, and return them with their columns.
 
-    The parameters are gravity, damping, and all others that are not None.
+    Optional parameters that are None are omitted.
     """
     down, (drag, along) = parse_parameter("gravity", given.gravity), _parse_dampings(given.damping)
     told, columns = [down, drag], {"gravity": down.values, "damping": along}
@@ -174,11 +173,11 @@ def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
         amplitude, rate = values[..., 0], values[..., 1]
         bad = (rate < 0.0) | (amplitude != 0.0) & (rate == 0.0)
     if np.any(bad):
-        made.raise_at_first(bad, lambda _, one: check(one))
+        made.raise_first_error(bad, lambda _, one: check(one))
 
 
 def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
-    """Return the parameter `damping`, and the damping constants along the principal axes."""
+    """Parse `damping`, and return it with the damping constants along the principal axes."""
     nothing = np.zeros(3)
     if given is None:
         return Parameter("damping", nothing, (3,)), nothing
@@ -197,5 +196,5 @@ def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Arr
         along = np.broadcast_to(made.values, (*made.shape, 3))
     negative = (made.values < 0.0).any(axis=-1)
     if negative.any():
-        made.raise_at_first(negative, lambda _, one: check_damping(one))
+        made.raise_first_error(negative, lambda _, one: check_damping(one))
     return made, along

@@ -1,4 +1,4 @@
-"""Euler angles, their rates, and steady precession, for one top or for arrays of tops."""
+"""Euler angles and steady precession, for single tops and for ensembles."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def to_radians(name: str, value: object, degrees: bool) -> Vector:
-    """Return three angles or rates in radians, converted from degrees if `degrees` is True."""
+    """Convert three angles or rates from degrees to radians if `degrees` is True."""
     x, y, z = as_vector(name, value)
     return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
 
@@ -52,11 +52,10 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 
 
 def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
-    """Return the attitude of a body with the Euler angles `angles`.
+    """Compute the attitude of a body from its Euler angles.
 
-    `unturned` is the core's scene of the unrotated body, and `start` is the state of this scene.
-    The Euler angles describe a body-fixed frame whose third axis is the apex. The angles of the
-    unrotated body yield the rotation of this frame relative to the frame of description.
+    The Euler angles describe a body-fixed frame whose third axis is the apex. `unturned` and
+    `start` represent the unrotated body in the core.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]
@@ -75,7 +74,7 @@ def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[
 
 
 def check_tilt(tilt: object, degrees: bool) -> float:
-    """Return `tilt`, the angle to the vertical, in radians.
+    """Validate the angle `tilt` to the vertical, and return it in radians.
 
     Raises ValueError if the angle is outside [0, pi].
     """
@@ -92,7 +91,7 @@ def check_steady(
 ) -> bool:
     """Return True if a steady precession is requested.
 
-    Raises TypeError or ValueError if the other arguments contradict the request.
+    Raises TypeError or ValueError if another argument is incompatible with steady precession.
     """
     if as_bool("fast", fast) and not steady:
         raise ValueError("fast chooses between two steady precessions: also pass steady=True")
@@ -115,7 +114,7 @@ def refuse_steady_rotor(body: Body | Bodies) -> None:
         raise ValueError("steady=True does not support bodies with rotors")
 
 
-def moments_about_axis(body: Body) -> tuple[float, float]:
+def find_symmetry_moments(body: Body) -> tuple[float, float]:
     """Return the transverse and axial moments of inertia of a symmetric body.
 
     Raises ValueError for a body that is not symmetric about its apex.
@@ -137,7 +136,7 @@ def moments_about_axis(body: Body) -> tuple[float, float]:
     )
 
 
-def steady_rate(
+def compute_steady_rate(
     across: float,
     along: float,
     torque: float,
@@ -149,10 +148,10 @@ def steady_rate(
     """Return the rate W of steady precession.
 
     W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
-    is the transverse and I3 the axial moment of inertia, and m g l is the torque of gravity on a
-    horizontal axis. The larger root is computed without cancellation, and the smaller one from the
-    product of the roots. Raises ValueError if no steady precession exists; the message then states
-    the least spin for which one exists.
+    and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
+    gravity. The larger root is computed without cancellation, and the smaller one from the product
+    of the roots. Raises ValueError if no steady precession exists; the message then states the
+    least spin for which one exists.
     """
     if abs(math.sin(tilt)) < 1e-15:
         return 0.0

@@ -1,6 +1,6 @@
 """Sudden changes of the angular momentum, computed without loss of digits.
 
-A momentum with more than 16 digits is stored as the sum of a double and a low-order word.
+For precisions above 16 digits, each component is the sum of a double and a low-order word.
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ _Rational = tuple[Fraction, ...]
 
 
 def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
-    """Return the momentum after an angular impulse, together with its low-order words.
+    """Add an angular impulse to a momentum, and return the sum with its low-order words.
 
-    `low` contains the low-order words of `momentum`. The sums are not finite in case of overflow.
+    The low-order words of the initial momentum are `low`. In case of overflow, the sums are
+    infinite or NaN.
     """
-    x, y, z = map(_add_with_low, momentum, low.tolist(), impulse)
+    x, y, z = map(_add_with_low_word, momentum, low.tolist(), impulse)
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
-def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
+def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
     """Return a + low + b as a double and a low-order word (Knuth's two-sum)."""
     total = a + b
     part = total - a
@@ -34,45 +35,45 @@ def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
     return high, rest - (high - total)
 
 
-def momentum_at_same_velocity(
+def convert_momentum_to_body(
     old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
 ) -> tuple[Vector, Vector]:
-    """Return the momentum of the body `new` at the angular velocity of the body `old`.
+    """Change the body at constant angular velocity, and return the new momentum.
 
-    The computation uses rational arithmetic, with a single rounding at the end.
+    The momentum is computed in rational arithmetic and rounded once at the end.
 
-    Both bodies have the same attitude, and `momentum` is the momentum of `old`. The arguments
-    `attitude_low` and `low` contain low-order words. Returns the momentum and its low-order words.
-    Raises ValueError if the momentum overflows.
+    Both bodies have the same attitude, and `momentum` is the momentum of `old`. `attitude_low` and
+    `low` are the low-order words of the attitude and of the momentum. Returns the momentum and its
+    low-order words. Raises ValueError if the momentum overflows.
     """
     q = _to_fractions(attitude, attitude_low)
-    m = _rotate(_conjugate(q), _to_fractions(momentum, low))
-    along = _rotate(_conjugate(_to_fractions(old.axes)), m)
+    m = _rotate_rational(_conjugate_rational(q), _to_fractions(momentum, low))
+    along = _rotate_rational(_conjugate_rational(_to_fractions(old.axes)), m)
     rate = [
         (x - Fraction(rotor)) / Fraction(moment)
         for x, moment, rotor in zip(along, old.moments, old.principal_rotor, strict=True)
     ]
-    velocity = _rotate(_to_fractions(old.axes), rate)
-    seen = _rotate(_conjugate(_to_fractions(new.axes)), velocity)
+    velocity = _rotate_rational(_to_fractions(old.axes), rate)
+    seen = _rotate_rational(_conjugate_rational(_to_fractions(new.axes)), velocity)
     own = [
         x * Fraction(moment) + Fraction(rotor)
         for x, moment, rotor in zip(seen, new.moments, new.principal_rotor, strict=True)
     ]
-    return _round_to_doubles(_rotate(q, _rotate(_to_fractions(new.axes), own)))
+    return _round_to_doubles(_rotate_rational(q, _rotate_rational(_to_fractions(new.axes), own)))
 
 
 def _to_fractions(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
-    """Return the exact sums of doubles and their low-order words."""
+    """Convert doubles with low-order words to rational numbers."""
     rest = np.zeros(len(high)) if low is None else low
     return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
 
 
-def _conjugate(q: _Rational) -> _Rational:
+def _conjugate_rational(q: _Rational) -> _Rational:
     w, x, y, z = q
     return w, -x, -y, -z
 
 
-def _rotate(q: _Rational, v: Sequence[Fraction]) -> _Rational:
+def _rotate_rational(q: _Rational, v: Sequence[Fraction]) -> _Rational:
     """Return q v q* / |q|^2."""
     w, *u = q
     square = w * w + sum(x * x for x in u)

@@ -1,4 +1,4 @@
-"""Tensors of inertia: parsing, validation, and the change of the reference point."""
+"""Parsing, validation and transformation of inertia tensors."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def principal_moments(tensor: Array) -> list[float]:
 
 
 def ill_conditioned_error(tensor: Array) -> ValueError | None:
-    """Return an exception if rounding errors exceed the least principal moment, or None."""
+    """Return an exception if the least principal moment is smaller than the rounding errors."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
@@ -100,7 +100,7 @@ def add_point_mass(tensor: Array, mass: float, at: Array) -> Array:
 
 
 def parallel_axis_term(mass: float, com: Array, by: Array) -> Array:
-    """Return the change in the inertia about the origin when the body is shifted by `by`."""
+    """Return the change of the inertia tensor when the body is displaced by `by`."""
     with np.errstate(over="ignore", invalid="ignore"):
         mixed = np.outer(com, by)
         products = mass * (mixed + mixed.T + np.outer(by, by))
@@ -113,7 +113,7 @@ def inertia_at_fixed_point(
 ) -> Array:
     """Return the tensor of inertia at the fixed point, from either `inertia` or `about_com`.
 
-    Raises ValueError unless exactly one of the two is given.
+    Raises ValueError unless exactly one of `inertia` and `about_com` is given.
     """
     if (inertia is None) == (about_com is None):
         both = "not none" if about_com is None else "not both"
@@ -125,7 +125,7 @@ def inertia_at_fixed_point(
 
 
 def check_tolerance(inertia_rtol: object) -> float:
-    """Return the relative tolerance of the triangle inequality for the principal moments.
+    """Validate the relative tolerance of the triangle inequality for the principal moments.
 
     Raises ValueError unless the tolerance is at least 0 and less than 1.
     """

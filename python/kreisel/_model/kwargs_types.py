@@ -1,4 +1,4 @@
-"""Types of the keyword arguments of Scene.replace and Scene.vary."""
+"""Static types of the keyword arguments of Scene.replace and Scene.vary."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class VaryKwargs(TypedDict, total=False):
-    """Keyword arguments of Scene.vary: those of Ensemble, of its constructors, and of Bodies."""
+    """Keyword arguments of Scene.vary."""
 
     body: Body | Bodies
     mass: ArrayLike

@@ -1,6 +1,6 @@
-"""Angular momentum in the space frame, from any argument that determines it.
+"""Conversion of velocities and momenta to the angular momentum in the space frame.
 
-For one top, the components are floats; for an ensemble, arrays.
+The components are floats for a single top, and arrays for an ensemble.
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ def angular_momentum(
     rotor: tuple[R, R, R] | None = None,
     turning: tuple[R, R, R] | None = None,
 ) -> tuple[R, R, R]:
-    """Return the momentum in space, given the parameter `name` with value `v` and the attitude `q`.
+    """Compute the angular momentum in the space frame from one of the four initial conditions.
 
-    The body has the principal moments `moments` along the principal axes `axes`, and the rotor
-    momentum `rotor` along these axes. Velocities are relative to the support, which rotates with
-    the angular velocity `turning` in space. Zero components of `rotor` and `turning` must be -0.0,
-    because adding -0.0 changes no number.
+    The initial condition has the name `name` and the value `v`. `q` is the attitude, `moments` are
+    the principal moments of inertia, and `axes` is the rotation from the principal axes to the body
+    frame. `rotor` has components along the principal axes. If the support rotates with the angular
+    velocity `turning` in space, velocities are relative to the support. Zero components of `rotor`
+    and `turning` must be -0.0, because adding -0.0 leaves every floating-point number unchanged.
     """
     if name == "momentum":
         return v

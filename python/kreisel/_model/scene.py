@@ -1,4 +1,4 @@
-"""Scenes: a body, its environment, and its state at t = 0."""
+"""Scenes and ensembles of scenes."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from .euler_angles import (
     attitude_from_euler,
     check_steady,
     check_tilt,
-    moments_about_axis,
+    compute_steady_rate,
+    find_symmetry_moments,
     refuse_steady_rotor,
-    steady_rate,
     to_radians,
     velocity_from_euler,
 )
@@ -44,7 +44,7 @@ _COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole ra
 @refuse_assignment("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
 class Scene:
-    """A body, gravity, damping, the motion of the support, and the state at t = 0.
+    """A rigid body in its environment, and its state at t = 0.
 
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
               one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
@@ -62,8 +62,8 @@ class Scene:
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
 
     A scene always stores momentum and attitude, whichever parameters were passed to the
-    constructor. Rounding of the momentum gives a needle's angular velocity about its own axis an
-    error of about I1 / I3 times the unit roundoff.
+    constructor. For a needle-like body, rounding the momentum changes the axial angular velocity by
+    a relative amount of about I1 / I3 times the unit roundoff.
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
     finite or have the wrong shape, and for attitudes that are not unit quaternions. The squared
@@ -120,7 +120,7 @@ class Scene:
 
     def __repr__(self) -> str:
         """Return the constructor call as text, omitting a support at rest."""
-        words: dict[str, object] = dict(self._arguments())
+        words: dict[str, object] = dict(self._list_constructor_arguments())
         for name in ("turning", "shaking"):
             if not any(getattr(self, name)):
                 del words[name]
@@ -128,7 +128,7 @@ class Scene:
             del words["friction"]
         return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
 
-    def _arguments(self) -> SceneKwargs:
+    def _list_constructor_arguments(self) -> SceneKwargs:
         """Return constructor arguments that reproduce the scene."""
         return {
             "body": self.body,
@@ -150,21 +150,21 @@ class Scene:
         return self.shaking[0] != 0.0
 
     @cached_property
-    def _is_disturbed(self) -> bool:
+    def _has_disturbances(self) -> bool:
         """True if the top has damping, friction, or a moving support."""
         return self._is_losing_energy or self._is_shaken or any(self.turning)
 
     @property
-    def _is_plain(self) -> bool:
+    def _has_only_gravity(self) -> bool:
         """True if the body has no rotor, and only gravity acts."""
-        return not self._is_disturbed and not any(self.body.rotor)
+        return not self._has_disturbances and not any(self.body.rotor)
 
     @property
     def _is_losing_energy(self) -> bool:
         return any(self.damping) or self.friction > 0.0
 
     @cached_property
-    def _rate_estimate(self) -> float:
+    def _rotation_rate(self) -> float:
         """Estimated angular velocity [T^-1], derived from the momentum or from a pendulum."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         amplitude, rate, _ = self.shaking
@@ -177,7 +177,7 @@ class Scene:
     @cached_property
     def _resolvable_horizon(self) -> float:
         """A time [T] up to which `check_horizon` is certain to raise no error."""
-        return 0.5 * _COUNTABLE / self._rate_estimate if self._rate_estimate > 0.0 else math.inf
+        return 0.5 * _COUNTABLE / self._rotation_rate if self._rotation_rate > 0.0 else math.inf
 
     @cached_property
     def _start(self) -> Array:
@@ -192,7 +192,7 @@ class Scene:
 
     def replace(self, **changes: Unpack[SceneKwargs]) -> Self:
         """Return a copy of the scene with some constructor parameters changed."""
-        words: dict[str, object] = dict(self._arguments())
+        words: dict[str, object] = dict(self._list_constructor_arguments())
         if changes.keys() & {"velocity", "body_momentum", "body_velocity"}:
             del words["momentum"]
         if "attitude_xyzw" in changes:
@@ -206,20 +206,20 @@ class Scene:
         Parameters are broadcast as in kr.Ensemble. They may be the parameters of
 
         - Scene: gravity, damping, turning, shaking, friction, body (a Body or kr.Bodies), attitude
-          or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
-          these four is given, the momentum in the space frame is unchanged.
+          or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. By default,
+          the momentum in the space frame is unchanged.
 
         - Body: mass, inertia, com, rotor. Momentum and attitude are unchanged.
 
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
-          unless steady=True. Omitted values, the other Euler angles and the nutation rate are taken
+          unless steady=True. Omitted values, and the remaining Euler angles and rates, are taken
           from the scene.
 
         - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 
-        `degrees` applies to the last two groups. If exactly one scalar parameter varies along a
-        dimension of the ensemble, the dimension is named after this parameter; see tops.axes and
-        tops.coords.
+        `degrees` applies to the parameters of Scene.spinning and Scene.from_euler. If exactly one
+        scalar parameter varies along a dimension of the ensemble, the dimension is named after this
+        parameter; see tops.axes and tops.coords.
 
         >>> import kreisel as kr, numpy as np
         >>> top = kr.scenes.sleeping
@@ -280,8 +280,7 @@ class Scene:
 
             Rz(precession) Rx(nutation) Rz(spin).
 
-        If the apex is not the third axis, the body-fixed frame is first rotated so that its third
-        axis becomes the apex. The angles of a path include the same rotation.
+        Otherwise, the angles describe a body-fixed frame whose third axis is the apex.
 
         degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
                  Scene
@@ -342,7 +341,7 @@ class Scene:
         >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
         True
         """
-        across, along = moments_about_axis(check_type("body", body, Body))
+        across, along = find_symmetry_moments(check_type("body", body, Body))
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
         angle = check_tilt(tilt, in_degrees)
@@ -350,7 +349,7 @@ class Scene:
         if check_steady(steady, fast, precession, around):
             refuse_steady_rotor(body)
             torque = body.mass * around.validate()[0] * math.hypot(*body.com)
-            about = steady_rate(across, along, torque, rate, angle, fast, degrees)
+            about = compute_steady_rate(across, along, torque, rate, angle, fast, degrees)
         else:
             about = 0.0 if precession is None else as_float("precession", precession)
             about = math.radians(about) if in_degrees else about
@@ -363,9 +362,9 @@ class Scene:
 
         A multi-line str is TOML text; any other argument is a file name. The keys are the
         parameters of Scene and, in the table [body], of Body. The keys of Scene may be replaced by
-        a table [from_euler] or [spinning] that contains the parameters of the constructor of this
-        name. Similarly, a table such as [body.cuboid] may replace the keys of Body. Raises
-        ValueError for unknown keys.
+        a table [from_euler] or [spinning] with the parameters of that constructor. Similarly, a
+        table such as [body.cuboid] may replace the keys of Body. Raises ValueError for unknown
+        keys.
 
         >>> import kreisel as kr
         >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"
@@ -402,10 +401,10 @@ class Scene:
 
 @refuse_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
-    """Many tops: one or more bodies, gravity, damping, moving supports, and the states at t = 0.
+    """An array of scenes, whose parameters broadcast to a common shape.
 
-    Each parameter of kr.Scene is a single value or an array of values. All parameters broadcast to
-    one shape, such as (n,), (500, 500) or ().
+    Each parameter of kr.Scene may be a single value or an array of values. All parameters broadcast
+    to one shape, such as (n,), (500, 500) or ().
 
     body      a kr.Body for all tops, or kr.Bodies
     momentum  (..., 3) in space [M L^2 T^-1]. Alternatively, velocity, body_momentum or
@@ -453,7 +452,7 @@ def parse_toml(text: str) -> Scene:
 
 
 def build_from_table(table: dict[str, object]) -> Scene:
-    """Return the scene described by a TOML table, and remove the key "body" from the table."""
+    """Build the scene described by a TOML table. The key "body" is removed from the table."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
     body = body_from_table(table.pop("body"), _ABOVE)

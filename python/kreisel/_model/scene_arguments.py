@@ -1,4 +1,4 @@
-"""Validation of the arguments of a scene.
+"""Validation of the constructor arguments of a scene.
 
 Plain numbers are validated by the core. All other arguments are checked one by one.
 """
@@ -30,7 +30,7 @@ def try_fast_parsing(
     attitude: ArrayLike | Rotation | None,
     environment: tuple[object, object, object, object, object],
 ) -> SceneData | None:
-    """Return the data of a scene, or None if any argument is invalid or not a plain number."""
+    """Let the core validate plain numbers; return None for arguments that need other checks."""
     if len(given) != 1:
         return None
     ((name, value),) = given.items()
@@ -38,7 +38,9 @@ def try_fast_parsing(
     made = scene(body._block, value, attitude, g, d, u, s, f)
     if isinstance(made, tuple) and name != "momentum":
         v, q, around = made[0], made[1], made[2:7]
-        made = scene(body._block, _momentum_of_velocity(body, name, q, v, around[2]), q, *around)
+        made = scene(
+            body._block, _convert_velocity_to_momentum(body, name, q, v, around[2]), q, *around
+        )
     return made if isinstance(made, tuple) else None
 
 
@@ -49,7 +51,7 @@ def check_and_parse(
     attitude_xyzw: ArrayLike | None,
     environment: Environment,
 ) -> SceneData:
-    """Check the arguments of a scene one by one and return the data of the scene."""
+    """Validate the arguments of a scene one by one."""
     around = environment.validate()
     if attitude_xyzw is not None:
         if attitude is not None:
@@ -63,7 +65,7 @@ def check_and_parse(
             + (" and ".join(given) or "none")
         )
     ((name, value),) = given.items()
-    m = _momentum_of_velocity(body, name, q, as_vector(name, value), around[2])
+    m = _convert_velocity_to_momentum(body, name, q, as_vector(name, value), around[2])
     made = scene(body._block, m, q, *around)
     if not isinstance(made, tuple):
         raise status_to_exception(
@@ -72,16 +74,16 @@ def check_and_parse(
     return made
 
 
-def _momentum_of_velocity(
+def _convert_velocity_to_momentum(
     body: Body, name: str, q: Quaternion, value: Vector, turning: Vector
 ) -> Vector:
     """Return the angular momentum of a top, given its angular velocity `value`."""
-    rotor = _with_negative_zeros(body.principal_rotor) if any(body.rotor) else None
-    moving = _with_negative_zeros(turning) if any(turning) else None
+    rotor = _replace_positive_zeros(body.principal_rotor) if any(body.rotor) else None
+    moving = _replace_positive_zeros(turning) if any(turning) else None
     return angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
 
 
-def _with_negative_zeros(vector: Vector) -> Vector:
+def _replace_positive_zeros(vector: Vector) -> Vector:
     """Return the vector with zero components replaced by -0.0."""
     x, y, z = vector
     return x or -0.0, y or -0.0, z or -0.0

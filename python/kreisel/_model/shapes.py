@@ -1,7 +1,7 @@
-"""Homogeneous shapes: volume, second moments and centre of mass, for floats or arrays.
+"""Volume, second moments and centre of mass of homogeneous shapes.
 
 Let s_x, s_y, s_z be the means of x^2, y^2, z^2 over the volume, about the centre of mass. The
-moments of inertia are then mass * (s_y + s_z) and its cyclic permutations (Goldstein, Classical
+moments of inertia are mass * (s_y + s_z) and its cyclic permutations (Goldstein, Classical
 Mechanics, ch. 5).
 """
 
@@ -16,7 +16,7 @@ from .._utils.validation import Array, R, as_positive
 
 
 class Shape(NamedTuple, Generic[R]):
-    """The data of a shape whose axis is the third axis."""
+    """Volume, second moments and centre of mass of a shape."""
 
     name: str
     volume: R  # [L^3]; 0 for a thin shape
@@ -49,7 +49,7 @@ def check_exactly_one(name: str, mass: object, density: object) -> None:
 
 
 def density_without_volume_message(name: str) -> str:
-    """Return the error message for a density given for a thin shape, which has no volume."""
+    """Return the error message for specifying the density of a shape without volume."""
     return f"the {name} is thin and has no volume: give its mass"
 
 

@@ -1,17 +1,16 @@
 """Initial states with a given energy and vertical momentum, for example for Poincaré sections.
 
-Let P be the vertical and M the angular momentum, both in principal-axis components, and J the
-tensor of inertia. Let
+Let P be the vertical direction and M the angular momentum, both with components along the principal
+axes, and let J be the inertia tensor. Let
     M = m_v J P / <P, J P> + w    with <w, P> = 0.
 The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
     U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
-is the amended potential (Smale 1970). Hence an initial state exists for every P with U(P) <= energy
-and for every direction of w. The energy determines the length of w, which is computed without
-cancellation.
+is the amended potential (Smale 1970). An initial state therefore exists if U(P) <= energy, for any
+direction of w. The length of w follows from the energy without cancellation.
 
 Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
 energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are drawn from this
-distribution. The height of the apex, <apex, P>, is stationary for the two directions of w that are
+distribution. The height <apex, P> of the apex is stationary for the two directions of w that are
 orthogonal to J^-1 (apex x P).
 """
 
@@ -47,39 +46,39 @@ class _EnergySurface(NamedTuple):
     vertical: float
 
     def potential(self, P: Array) -> Array:
-        """Return the potential U at the verticals P, an array of shape (n, 3)."""
+        """Return the potential U for vertical directions P, an array of shape (n, 3)."""
         made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
         return made
 
     def momentum(self, P: Array, alpha: Array) -> Array:
-        """Return the angular momentum M for n verticals P and n angles alpha."""
+        """Return the angular momentum M for vertical directions P and angles alpha."""
         across, root = self.moments * P, np.sqrt(self.moments)
-        first, second = self._basis_of_scaled_velocities(P)
+        first, second = self._build_velocity_basis(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
         y = cosine(alpha)[:, None] * first + sine(alpha)[:, None] * second
         about = self.vertical / (P * across).sum(axis=1)
         made: Array = about[:, None] * across + np.sqrt(2.0 * left)[:, None] * root * y
         return made
 
-    def _basis_of_scaled_velocities(self, P: Array) -> tuple[Array, Array]:
+    def _build_velocity_basis(self, P: Array) -> tuple[Array, Array]:
         """Return an orthonormal basis of the vectors y = J^(-1/2) w.
 
         These vectors are orthogonal to J^(1/2) P, and |y|^2 / 2 is the energy of w.
         """
         normal = np.sqrt(self.moments) * P
-        return _tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
+        return _build_tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
-    def angle_of_stationary_height(self, P: Array, apex: Array) -> Array:
+    def find_stationary_height_angle(self, P: Array, apex: Array) -> Array:
         """Return one of the two angles alpha for which the height of the apex is stationary."""
-        first, second = self._basis_of_scaled_velocities(P)
+        first, second = self._build_velocity_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
         return made
 
     def potential_lower_bound(self, P: Array, reach: Array) -> Array:
-        """Return a lower bound of U within the angular distance `reach` of P.
+        """Return a lower bound on U for directions within the angular distance `reach` of P.
 
-        The bound follows from the gradient of U at P and a bound on the curvature of U.
+        The bound uses the gradient of U at P and the largest curvature of U.
         """
         about = P * P @ self.moments
         k = (self.vertical / about) ** 2
@@ -92,14 +91,14 @@ class _EnergySurface(NamedTuple):
         made: Array = self.potential(P) - reach * (across + 0.5 * bend * reach)
         return made
 
-    def min_potential(self) -> float:
+    def find_min_potential(self) -> float:
         """Return the minimum of U, found by refining the best grid points with Newton's method."""
-        P = _points_on_sphere(*_cell_centres((_GRID, 2 * _GRID)))
+        P = _convert_to_sphere_points(*_list_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
 
     def _newton_minimum(self, P: Array) -> float:
-        """Return a local minimum of U near P by Newton's method on the sphere.
+        """Return a local minimum of the potential U near P by Newton's method on the sphere.
 
         Each step uses the absolute values of the curvatures, so U decreases along the step. Among
         successively halved step lengths, the one with the smallest U is used.
@@ -108,7 +107,7 @@ class _EnergySurface(NamedTuple):
         for _ in range(100):
             JP = self.moments * P
             k = (self.vertical / (P @ JP)) ** 2
-            slope, sides = self.lever - k * JP, np.concatenate(_tangent_basis(P[None]))
+            slope, sides = self.lever - k * JP, np.concatenate(_build_tangent_basis(P[None]))
             bend = 4.0 * k / (P @ JP) * np.outer(JP, JP) - k * np.diag(self.moments)
             values, vectors = np.linalg.eigh(sides @ (bend - P @ slope * np.eye(3)) @ sides.T)
             steepest = np.abs(values).max()
@@ -149,8 +148,8 @@ def starts(
               of angles about that axis, and of directions of the momentum. Starts lie at the
               centres of cells of equal size. A cell is omitted if no start exists at its centre
 
-    Each attitude is the smallest rotation from the upright position, since neither the energy nor
-    the vertical momentum depends on the heading. Raises ValueError if no such state exists; the
+    The heading of a top affects neither its energy nor its vertical momentum, so each attitude is
+    the smallest rotation from the upright position. Raises ValueError if no such state exists; the
     message states the least possible energy. Also raises ValueError for a body with a rotor.
 
     >>> import kreisel as kr
@@ -173,7 +172,7 @@ def starts(
     _refuse_overflow(surface)
     if (n is None) == (grid is None):
         raise ValueError(f"give exactly one of n and grid, not {'none' if n is None else 'both'}")
-    least = surface.min_potential()
+    least = surface.find_min_potential()
     if surface.energy < least:
         raise ValueError(
             f"no start has energy = {surface.energy!r} with vertical = {surface.vertical!r}: the "
@@ -181,11 +180,11 @@ def starts(
         )
     to_principal = np.array([turn_back(body.axes, e) for e in _AXES])
     if n is None:
-        P, alpha = _grid_starts(surface, grid, to_principal, body)
+        P, alpha = _list_grid_starts(surface, grid, to_principal, body)
     else:
-        P, alpha = _random_starts(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
+        P, alpha = _draw_random_starts(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
     M = surface.momentum(P, alpha) @ to_principal.T
-    q = _shortest_rotations(P @ to_principal.T)
+    q = _compute_shortest_rotations(P @ to_principal.T)
     return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._clear_variation_cache()
 
 
@@ -201,20 +200,20 @@ def _refuse_overflow(surface: _EnergySurface) -> None:
         raise ValueError(f"energy = {energy!r} is too large for the moments of this body")
 
 
-def _grid_starts(
+def _list_grid_starts(
     surface: _EnergySurface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
-    """Return a grid of vertical directions, in principal axes, and of angles alpha."""
+    """Return a grid of vertical directions P and angles alpha on the energy surface."""
     sizes = array_of("grid", grid, "2 or 3 whole numbers")
     if sizes.shape not in {(2,), (3,)}:
         raise ValueError(f"grid must be 2 or 3 whole numbers, not {short_repr(grid)}")
     counts = [as_int("grid", int(k) if k.is_integer() else k, 1) for k in sizes.tolist()]
     apex = np.array(body.principal_com)
     apex = apex / np.linalg.norm(apex) if apex.any() else np.array(_AXES[2])
-    frame = np.stack([*np.concatenate(_tangent_basis(apex[None])), apex])
+    frame = np.stack([*np.concatenate(_build_tangent_basis(apex[None])), apex])
     if len(counts) == 3:
         frame = to_principal
-    P = _points_on_sphere(*_cell_centres((counts[0], counts[1]))) @ frame
+    P = _convert_to_sphere_points(*_list_cell_centres((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
@@ -224,12 +223,14 @@ def _grid_starts(
     directions = counts[2] if len(counts) == 3 else 2
     begin = np.full(len(P), math.pi / directions)
     if len(counts) == 2:
-        begin = surface.angle_of_stationary_height(P, apex)
+        begin = surface.find_stationary_height_angle(P, apex)
     alpha = begin[:, None] + math.tau * np.arange(directions) / directions
     return np.repeat(P, directions, axis=0), alpha.reshape(-1)
 
 
-def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> tuple[Array, Array]:
+def _draw_random_starts(
+    surface: _EnergySurface, n: int, seed: int, least: float
+) -> tuple[Array, Array]:
     """Return random vertical directions, in principal axes, and random angles alpha."""
     cover = _cover_with_cells(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
@@ -253,9 +254,9 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
 
 
 def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
-    """Return uniformly distributed numbers in [0, 1) of shape (end - begin, 8).
+    """Return an array of shape (end - begin, 8) of uniformly distributed numbers in [0, 1).
 
-    Row i depends only on `seed`, `trial` and begin + i, since Philox is a counter-based generator.
+    Philox is a counter-based generator, so row i depends only on `seed`, `trial` and begin + i.
     """
     counter = [begin * _WORDS // 4, 0, trial + 1, 0]
     raw = np.random.Philox(key=seed, counter=counter).random_raw((end - begin) * _WORDS)
@@ -264,7 +265,7 @@ def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _SphereCells(NamedTuple):
-    """Cells on the sphere, given by the lower ends and lengths of their height and angle ranges."""
+    """Cells on the unit sphere, which are rectangles in height and azimuth."""
 
     height: Array
     angle: Array
@@ -272,22 +273,22 @@ class _SphereCells(NamedTuple):
     wide: Array
 
     def draw_verticals(self, drawn: Array) -> Array:
-        """Return uniformly distributed points in the cells, each from three random numbers."""
+        """Draw uniformly distributed points in the cells, each from three random numbers."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
-        return _points_on_sphere(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
+        return _convert_to_sphere_points(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
-    def centres_and_reaches(self) -> tuple[Array, Array]:
+    def compute_centres_and_radii(self) -> tuple[Array, Array]:
         """Return the centre of each cell, and a bound on the angular distance of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
         aside = 0.5 * self.wide * np.sin(polar[1])
-        return _points_on_sphere(middle, self.angle + 0.5 * self.wide), up + aside
+        return _convert_to_sphere_points(middle, self.angle + 0.5 * self.wide), up + aside
 
     def halve_cells(self) -> _SphereCells:
-        """Return the two halves of each cell, which is cut across its longer side."""
+        """Divide each cell into two halves across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
         lower = self.tall / level > self.wide * level
@@ -301,11 +302,11 @@ class _SphereCells(NamedTuple):
 
 
 def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
-    """Return small cells that together cover all verticals P with U(P) <= energy."""
+    """Return small cells that cover all directions P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
-        P, reach = cover.centres_and_reaches()
+        P, reach = cover.compute_centres_and_radii()
         kept = surface.potential_lower_bound(P, reach) <= surface.energy
         cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
         if len(cover.height) >= _CELLS:
@@ -314,7 +315,7 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
     return cover
 
 
-def _shortest_rotations(P: Array) -> Array:
+def _compute_shortest_rotations(P: Array) -> Array:
     """Return the smallest rotations that take the body-frame vector P to e3."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -325,20 +326,20 @@ def _shortest_rotations(P: Array) -> Array:
     return q
 
 
-def _cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
+def _list_cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
     """Return the heights and angles of the centres of equally large cells on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()
 
 
-def _points_on_sphere(height: Array, angle: Array) -> Array:
+def _convert_to_sphere_points(height: Array, angle: Array) -> Array:
     """Return points on the unit sphere, given their heights and azimuths."""
     across = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), 0.0))
     return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
 
 
-def _tangent_basis(normals: Array) -> tuple[Array, Array]:
+def _build_tangent_basis(normals: Array) -> tuple[Array, Array]:
     """Return, for each row, two unit vectors orthogonal to the row and to each other."""
     first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1)[:, None]

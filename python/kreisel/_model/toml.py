@@ -1,4 +1,4 @@
-"""TOML input and output of scenes; tables contain constructor arguments in full precision."""
+"""TOML input and output of scenes."""
 
 from __future__ import annotations
 
@@ -17,10 +17,7 @@ _MAX_BYTES = 1 << 20  # far larger than any scene; limits the data read from a d
 
 
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
-    """Parse `source`, which is TOML text if it has several lines, and a file name otherwise.
-
-    Messages of TypeError and ValueError start with the file name.
-    """
+    """Read and parse TOML text, or the file `source` if this string has a single line."""
     if isinstance(source, str) and "\n" in source:
         return parse(source)
     with open(
@@ -30,7 +27,7 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
 
 
 def read_limited_text(file: BinaryIO) -> str:
-    """Return the text of a file, device or pipe.
+    """Read the text of a file, device or pipe.
 
     Raises ValueError if the text is longer than 1 MiB or not valid UTF-8.
     """
@@ -41,7 +38,7 @@ def read_limited_text(file: BinaryIO) -> str:
 
 
 def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
-    """Call `make`, and prefix the messages of any TypeError or ValueError with `name`."""
+    """Call `make`, and put `name` in front of the message of a TypeError or ValueError."""
     try:
         return make()
     except (TypeError, ValueError) as error:
@@ -50,7 +47,7 @@ def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
 
 
 def parse_tables(text: str) -> dict[str, object]:
-    """Return the tables and values of a TOML text."""
+    """Parse a TOML text, and return its tables and values."""
     import tomllib  # imported here to keep `import kreisel` fast
 
     try:
@@ -75,8 +72,8 @@ def call_constructor(
 ) -> _T:
     """Call the constructor `make` with the entries of a table as keyword arguments.
 
-    Raises ValueError for unknown and missing keys. `elsewhere` maps a misplaced key to the name of
-    its proper table. `others` contains further keys that an error message can suggest.
+    Raises ValueError for unknown and missing keys. `elsewhere` maps keys of other tables to a
+    phrase for the error message. The error message may also suggest the keys in `others`.
     """
     parameters = inspect.signature(make).parameters
     for word in words:
@@ -91,7 +88,7 @@ def call_constructor(
 
 
 def dump(words: Mapping[str, object]) -> str:
-    """Return one line of TOML for each key; numbers are written in full precision."""
+    """Return key-value pairs as TOML text, with numbers in full precision."""
     return "".join([f"{name} = {_format_value(value)}\n" for name, value in words.items()])
 
 

@@ -1,4 +1,4 @@
-"""Bodies in TOML: a table with the parameters of Body or of one of its constructors."""
+"""Construction of bodies from TOML tables."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. The key `rotor` may be given in addition to this table. `elsewhere` maps a
-    misplaced key to the table where it belongs.
+    constructor. The key `rotor` may be added to either form. `elsewhere` maps keys of other tables
+    to a phrase for the error message.
     """
     words = dict(check_table("body", table))
     if not MAKERS.keys() & words.keys():

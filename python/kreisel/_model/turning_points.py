@@ -1,4 +1,4 @@
-"""Turning points of the apex from the closed form, as roots of a cubic polynomial."""
+"""Turning points of the apex, computed from the roots of a cubic polynomial."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class TurningPoints:
-    """Turning points of n motions. Each field is an array of shape (n,), except `rows`.
+    """Turning points of n motions. All fields except `rows` are arrays of shape (n,).
 
     least, greatest      least and greatest nutation [rad]
     t_least, t_greatest  first times at which they occur [T]
@@ -36,7 +36,7 @@ class TurningPoints:
 
 
 def turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
-    """Build the turning points from the rows computed by the core, and the types of motion."""
+    """Build the turning points from the array computed by the core."""
     least, greatest, t_least, t_greatest, spin = (read_only(x.copy()) for x in rows.T[:5])
     motion_type.flags.writeable = False
     return TurningPoints(least, greatest, t_least, t_greatest, spin, motion_type, rows)
@@ -51,7 +51,7 @@ def compute_turning_points(scene: Scene) -> TurningPoints:
 
 
 def explain_no_turning_points(status: str, scene: Scene) -> str:
-    """Return text that explains why a motion has no turning points, given the core's status."""
+    """Explain why the turning points of a motion are not defined."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
     what = "a damped top" if scene._has_damping else f"this one, of kind {scene.body.kind!r},"

@@ -27,9 +27,9 @@ from .ensemble_constructors import (
     Components,
     EnsembleConstructors,
     array_to_radians,
+    compute_steady_rates,
     parse_tilt,
     split_vectors,
-    steady_rates,
 )
 from .ensemble_data import ONE_OF, broadcast_shape
 from .environment import Environment
@@ -58,7 +58,7 @@ class _EulerState(NamedTuple):
 
 
 def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
-    """Build an ensemble from `scene` in which the parameters `words` vary."""
+    """Build an ensemble from a scene and from arrays of varied parameters."""
     for name in words:
         if name not in _KNOWN:
             raise TypeError(unknown_name_message("parameter", name, _KNOWN))
@@ -77,11 +77,11 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     if steady is not False or fast is not False:
         is_steady = check_steady(steady, fast, given.get("precession"), around)
     if kinds[1] or (is_steady and not described):
-        start = _start_from_spin(body, scene, given, around.gravity, in_degrees, (is_steady, fast))
+        start = _parse_spin_start(body, scene, given, around.gravity, in_degrees, (is_steady, fast))
     elif is_steady:
-        raise ValueError(f"steady=True goes with spin and tilt, not with {described[0]}")
+        raise ValueError(f"steady=True requires spin and tilt instead of {described[0]}")
     elif kinds[2]:
-        start = _start_from_euler(scene, given, in_degrees)
+        start = _parse_euler_start(scene, given, in_degrees)
     else:
         plain = {name: given[name] for name in kinds[0]}
         if not plain.keys() & set(ONE_OF):
@@ -89,11 +89,11 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
         if not plain.keys() & {"attitude", "attitude_xyzw"}:
             plain["attitude"] = scene.attitude
         return many(body, **around._asdict(), **plain)
-    return many._from_euler(body, *start, around, _accept_any_arguments)
+    return many._build_from_euler(body, *start, around, _accept_any_arguments)
 
 
 def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
-    """Return the environment of `scene` with the given values, which may be arrays."""
+    """Return the environment parameters of a scene, with some replaced by arrays."""
     words = {name: given.get(name) for name in _AROUND}
     for name, value in words.items():
         own = np.asarray(getattr(scene, name))
@@ -103,7 +103,7 @@ def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
 
 
 def _accept_any_arguments(_: object, **__: object) -> None:
-    """Accept any arguments and do nothing, in place of the constructor of one member."""
+    """Accept any arguments and do nothing."""
 
 
 def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
@@ -120,7 +120,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
     return Bodies(**{**kept, **changed}, inertia_rtol=own.inertia_rtol, unphysical=own.unphysical)
 
 
-def _euler_state(scene: Any) -> _EulerState:
+def _compute_euler_state(scene: Any) -> _EulerState:
     """Return the Euler angles and rates at t = 0; rates at rounding level are set to zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start)[0]) for n in names]
@@ -137,7 +137,7 @@ def _euler_state(scene: Any) -> _EulerState:
 _Start = tuple[list[Parameter], Components, Components]
 
 
-def _start_from_spin(
+def _parse_spin_start(
     body: Body | Bodies,
     scene: Any,
     given: Mapping[str, Any],
@@ -145,12 +145,12 @@ def _start_from_spin(
     degrees: bool,
     steady: tuple[bool, bool],
 ) -> _Start:
-    """Return the parameters `given`, and the Euler angles and rates for spin, tilt and precession.
+    """Compute the Euler angles and rates for varied values of spin, tilt or precession.
 
-    Values that are not given are taken from the scene. `steady` contains two flags: whether the
-    precession is steady, and whether it is the faster of the two steady precessions.
+    Parameters that do not vary are taken from the scene. The flags `steady` select steady
+    precession, and the faster of its two rates.
     """
-    now = _euler_state(scene)
+    now = _compute_euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
     parameters = {
         name: parse_tilt(given[name], degrees)
@@ -168,27 +168,28 @@ def _start_from_spin(
     broadcast_shape(body, list(parameters.values()))
     if steady[0]:
         as_given = [
-            parameters.get(n, _parameter_in_degrees(n, own[n], degrees)) for n in ("spin", "tilt")
+            parameters.get(n, _make_parameter_in_degrees(n, own[n], degrees))
+            for n in ("spin", "tilt")
         ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
         down = parse_parameter("gravity", gravity)
-        turning = steady_rates(body, [*as_given, down], degrees, steady[1], one)
+        turning = compute_steady_rates(body, [*as_given, down], degrees, steady[1], one)
     with np.errstate(all="ignore"):
         rates = turning, np.asarray(now.nutation), rate - turning * cos(angle)
     precession, _, spin = now.angles
     return list(parameters.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
 
 
-def _parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
+def _make_parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
     return Parameter(name, np.asarray(math.degrees(radian) if degrees else radian), ())
 
 
-def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
+def _parse_euler_start(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
     """Return the parameters `given`, and the Euler angles and rates.
 
-    Values that are not given are taken from the scene.
+    Parameters that do not vary are taken from the scene.
     """
-    now = _euler_state(scene)
+    now = _compute_euler_state(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
     own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
     parameters = {
@@ -217,14 +218,14 @@ def scatter(
 ) -> E:
     """Build an ensemble of `n` variants of `scene` with normally distributed perturbations.
 
-    `momentum`, `attitude` and `gravity` are standard deviations. The members equal the members
-    begin to begin + n - 1 of any larger ensemble with the same seed.
+    `momentum`, `attitude` and `gravity` are standard deviations. The result contains the members
+    `begin` to `begin` + `n` - 1 of any larger ensemble with the same seed.
     """
     count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
         raise ValueError("give the width of at least one of momentum, attitude, gravity")
     normal = _draw_normal_numbers(key, begin, count)
-    words = scene._arguments()
+    words = scene._list_constructor_arguments()
     with np.errstate(all="ignore"):
         if momentum is not None:
             off = _parse_standard_deviation("momentum", momentum, 3) * normal[:, :3]
@@ -234,7 +235,9 @@ def scatter(
                 _parse_standard_deviation("attitude", attitude, 3) * normal[:, 3:6],
                 np.array(scene.attitude),
             )
-            words["attitude"] = compute_in_blocks(_rotate_first, (count,), 4, own, turns)
+            words["attitude"] = compute_in_blocks(
+                _compose_with_rotation_vectors, (count,), 4, own, turns
+            )
         if gravity is not None:
             words["gravity"] = (
                 scene.gravity + _parse_standard_deviation("gravity", gravity, 1) * normal[:, 6]
@@ -243,7 +246,7 @@ def scatter(
 
 
 def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Array:
-    """Return a standard deviation: one number for all components, or one for each component."""
+    """Parse a standard deviation, which is a single number or one number for each component."""
     made = parse_parameter(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
     if made.shape or (made.values < 0.0).any():
         many, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
@@ -255,7 +258,7 @@ def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Arra
 
 
 def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
-    """Return n rows of normally distributed numbers; row i depends only on `seed` and first + i.
+    """Draw n rows of normally distributed numbers; row i depends only on `seed` and `first` + i.
 
     Each member uses 8 random words of the counter-based generator Philox. The Box-Muller transform
     converts these words to normally distributed numbers.
@@ -273,7 +276,7 @@ def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
     return drawn
 
 
-def _rotate_first(q: Four, r: Components) -> Four:
+def _compose_with_rotation_vectors(q: Four, r: Components) -> Four:
     """Return the attitudes of bodies rotated first by the rotation vectors `r`, then by `q`."""
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)

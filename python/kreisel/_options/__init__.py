@@ -1,1 +1,1 @@
-"""Options that are validated before any run: methods, quantities, times and plans."""
+"""Validation of options: methods, quantities, times and plans."""

@@ -1,4 +1,4 @@
-"""The choice by the method 'auto' between a closed form on a torus and the Taylor series."""
+"""The rule by which method='auto' chooses between a closed form and the Taylor series."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 
 
 class _TorusFormCosts(NamedTuple):
-    """The costs of a closed form, in units of one step of the Taylor series.
+    """The cost of a closed form, in units of one step of the Taylor series.
 
-    The values were chosen by validation/studies/set_up_times.py. With these values, the closed form
-    is slower for about 1 % of the random tops for which 'auto' chooses it.
+    The cost parameters were chosen with the program validation/studies/set_up_times.py. The closed
+    form is slower than the Taylor series in about 1 % of the cases in which it is chosen.
 
     ratio   the ratio of each equal moment to the third one
     set_up  the time of the set-up [steps]
@@ -41,52 +41,50 @@ _FORMS: Final = {
 
 
 def prefers_closed_form(scene: Scene, t: object) -> bool:
-    """Return True if 'auto' uses the closed form of a Kowalewski or Goryachev-Chaplygin top.
+    """Return True if method='auto' uses the closed form of a Kowalewski or Goryachev-Chaplygin top.
 
-    `t` is the argument of kreisel.solve. Raises TypeError or ValueError if `t` contains no valid
-    times.
+    Raises TypeError or ValueError if the times `t` are invalid.
     """
-    allowed = allow_certificate(scene, t)
+    allowed = compute_largest_certificate(scene, t)
     return allowed > 0.0 and torus_plan(scene._block, allowed)[0] == "OK"
 
 
-def allow_certificate(scene: Scene, t: object) -> float:
-    """Return the largest certificate of a closed form that 'auto' uses for a top on a torus.
+def compute_largest_certificate(scene: Scene, t: object) -> float:
+    """Return the largest error bound (certificate) for which method='auto' uses a closed form.
 
-    Returns 0.0 if 'auto' uses the Taylor series for any certificate. `t` is the argument of
-    kreisel.solve. Raises TypeError or ValueError if it contains no times.
+    Returns 0.0 if method='auto' uses the Taylor series regardless of the error bound. Raises
+    TypeError or ValueError if the times `t` are invalid.
     """
-    if _ends_too_early(scene, t):
+    if _is_too_short_for_closed_form(scene, t):
         return 0.0
-    return _judge(scene, as_finite_array("t", t, TIMES_FORM))[1]
+    return _decide_on_closed_form(scene, as_finite_array("t", t, TIMES_FORM))[1]
 
 
-def _ends_too_early(scene: Scene, t: object) -> bool:
-    """Return True if the last time of `t` is certainly too early for the closed form.
+def _is_too_short_for_closed_form(scene: Scene, t: object) -> bool:
+    """Return True if the last time is so early that the Taylor series is certainly faster.
 
-    This check takes far less time than a short solve, unlike the validation of `t`.
+    Checking only the last time is much faster than validating all times.
     """
     last = t
     if (isinstance(t, list) or (isinstance(t, np.ndarray) and t.ndim == 1)) and len(t) > 0:
         last = t[-1]
     form = _FORMS[scene.body.kind]
     # The angular velocity is at most `ratio` times the rate.
-    most_steps = (0.5 * form.ratio + 1.0) * scene._rate_estimate
+    most_steps = (0.5 * form.ratio + 1.0) * scene._rotation_rate
     return isinstance(last, (int, float)) and most_steps * abs(last) < form.set_up
 
 
 def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
-    """Return the reason why 'auto' integrates a Kowalewski or Goryachev-Chaplygin top numerically.
+    """Return the reason why method='auto' does not use the closed form of a top, or None.
 
-    Returns None if 'auto' uses the closed form. The closed form is used if it is at least as fast
-    as the Taylor series, and at least as accurate at all `times`. The result depends only on the
-    arguments, not on the speed of the machine. `times` is None if the times are not known.
+    The closed form is used if it is neither slower nor less accurate than the Taylor series. The
+    choice of method depends only on the arguments, not on the speed of the machine. `times` is None
+    if the requested times are unknown.
 
-    The rule applies to single scenes. In an ensemble, the method of a top depends only on its
-    scene, because the threads of the core do not plan closed forms. See "Ensembles" in
-    docs/theory/closed_form.md.
+    The costs of the two methods are compared only for single scenes. In an ensemble, the method
+    chosen for each top depends only on its scene. See "Ensembles" in docs/theory/closed_form.md.
     """
-    reason, allowed = _judge(scene, times)
+    reason, allowed = _decide_on_closed_form(scene, times)
     if reason:
         return reason
     status, refusal = torus_plan(scene._block, allowed)[:2]
@@ -94,15 +92,15 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     return None if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
 
 
-def _judge(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for the series before a plan is set up, or "", and the certificate allowed.
+def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
+    """Return the reason for using the Taylor series (if any), and the largest certificate allowed.
 
-    The certificate is 0.0 if there is a reason.
+    The reason is an empty string if the closed form may be used.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
-    if scene._is_disturbed or not methods[EXACT].suits(scene):
+    if scene._has_disturbances or not methods[EXACT].suits(scene):
         return explain_no_closed_form(scene), 0.0
-    if _has_mismatch(scene, form.ratio):
+    if _is_only_nearly_integrable(scene, form.ratio):
         return f"the closed form of a {top} top would neglect rounding errors of this scene", 0.0
     if times is None:
         reason = (
@@ -121,8 +119,8 @@ def _judge(scene: Scene, times: Array | None) -> tuple[str, float]:
     return "", min(_ROUNDING * steps / _ERROR_PER_CERTIFICATE, _LARGEST_CERTIFICATE)
 
 
-def _has_mismatch(scene: Scene, ratio: float) -> bool:
-    """Return True if the body only approximately satisfies the conditions of the closed form."""
+def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
+    """Return True if the body satisfies the conditions of the closed form only approximately."""
     moments, com = scene.body.moments, scene.body.principal_com
     odd = moments.index(min(moments))
     pair = ratio * moments[odd]
@@ -132,10 +130,10 @@ def _has_mismatch(scene: Scene, ratio: float) -> bool:
 
 
 def _estimate_steps(scene: Scene, end: float) -> float:
-    """Return an estimate of the number of steps of the Taylor series up to the time `end`.
+    """Estimate the number of steps that the Taylor series needs to reach the time `end`.
 
-    The number is proportional to the angular velocity or, for slow tops, to the rate of a pendulum.
-    For random tops, the number is between 0.8 and 4 times the estimate.
+    The estimated number is proportional to the angular velocity or, for slow tops, to the pendulum
+    frequency. For random tops, the actual number of steps is between 0.8 and 4 times the estimate.
     """
     body = scene.body
     velocity = math.hypot(*values("velocity", scene._block, scene._start).ravel())

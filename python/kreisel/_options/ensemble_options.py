@@ -1,4 +1,4 @@
-"""Validated options of an ensemble: solver options, times, reductions and threads."""
+"""Validated options for ensembles: solver options, times, reductions and threads."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _MAX_THREADS = 1024
 
 
 class Reduction(NamedTuple):
-    """A reduction of one component of a quantity over the output times of a top.
+    """A statistic of one component of a quantity, taken over all output times of a top.
 
-    `component` is the index of the component, and `kind` is the core's number for the kind of
-    reduction. `name` is the quantity or component named by the user.
+    `component` is the index of the component, and `kind` is the index of the statistic. `name` is
+    the name of the quantity or component, as given by the user.
     """
 
     quantity: str
@@ -48,7 +48,7 @@ class Reduction(NamedTuple):
 
 @dataclass(frozen=True)
 class EnsembleOptions:
-    """The options of an ensemble.
+    """The validated options for solving an ensemble.
 
     solve        options of all tops; if `is_auto` is True, the method in `solve` is used only for
                  tops without a closed form
@@ -63,40 +63,40 @@ class EnsembleOptions:
     core_events: CoreEvents | None = None
 
     @property
-    def searches_step(self) -> bool:
-        """True if a method and a step are chosen for each top, as with method='geometric'."""
+    def has_step_search(self) -> bool:
+        """True if the method and step are chosen separately for each top."""
         return self.solve.error is not None
 
     @property
     def is_one_by_one(self) -> bool:
-        """True if tops are computed one at a time: with events, tangents or more than 16 digits."""
+        """True if the tops must be computed one at a time."""
         one_by_one = self.core_events is not None or bool(self.solve.tangents)
-        return one_by_one or self.solve.has_low_words
+        return one_by_one or self.solve.has_extended_precision
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
-        """The first arguments for a worker of the core; the method None means 'auto'."""
+        """The method and its parameters, as passed to the C library."""
         name, step, tol, digits, most, leave_heading = self.solve.core
         return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
     @cached_property
-    def reductions_for_core(self) -> list[tuple[str, int, int]]:
-        """The reductions in the form accepted by a worker of the core."""
+    def core_reductions(self) -> list[tuple[str, int, int]]:
+        """The reductions, as passed to the C library."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
     def state_bytes(self) -> int:
-        """The number of bytes per state; 0 with reductions."""
+        """The number of bytes stored for each state."""
         if self.reductions:
             return 0
-        numbers = self.solve.state_bytes + 8 * 6 * self.solve.tangent_columns
-        return numbers * (2 if self.solve.has_low_words else 1)
+        numbers = self.solve.state_bytes + 8 * 6 * self.solve.tangent_column_count
+        return numbers * (2 if self.solve.has_extended_precision else 1)
 
-    def options_for(self, scene: Scene) -> SolveOptions:
-        """Return the options for one top of the ensemble."""
+    def make_options_for_top(self, scene: Scene) -> SolveOptions:
+        """Return the options for solving one top of the ensemble."""
         one, requested = self.solve, self.solve.requested_method
         if any(scene.turning):
-            one = one.keep_heading()
+            one = one.with_heading()
         if not self.is_auto:
             return one
         method = resolve_method(requested, scene)
@@ -105,7 +105,7 @@ class EnsembleOptions:
         )
 
     def limit_steps(self, max_steps: int) -> EnsembleOptions:
-        """Return a copy of these options with at most `max_steps` steps for each top."""
+        """Return a copy of the options with at most `max_steps` steps per top."""
         steps = min(self.solve.max_steps or max_steps, max_steps)
         return replace(self, solve=replace(self.solve, max_steps=steps))
 
@@ -116,20 +116,19 @@ def format_index(index: Index) -> str:
 
 
 def unravel_index(i: int, shape: Shape) -> Index:
-    """Return the multi-dimensional index of member i (in C order) in an ensemble of this shape."""
+    """Return the multi-dimensional index of an ensemble member, given its index in C order."""
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 
 def member(tops: Ensemble, i: int) -> Scene:
     """Return member i of an ensemble, counted in C order."""
-    return tops._member(unravel_index(i, tops.shape))
+    return tops._select_member(unravel_index(i, tops.shape))
 
 
-def method_for_all(name: object, tops: Ensemble) -> Method:
-    """Return the method named `name` for all members of an ensemble.
+def get_method_for_ensemble(name: object, tops: Ensemble) -> Method:
+    """Return the method named `name` if it applies to all members of an ensemble.
 
-    Raises ValueError if the method does not apply to a member; the message gives the first such
-    member.
+    Raises ValueError if the method does not apply to a member; the message states its index.
     """
     method = get_method(name)
     if method.name == FALLBACK:  # suits every top
@@ -157,18 +156,18 @@ def parse_ensemble_options(
     every: object = None,
     has_events: bool = False,
 ) -> EnsembleOptions:
-    """Return the validated options of an ensemble.
+    """Return the validated options for solving an ensemble.
 
     Raises TypeError or ValueError for an invalid argument.
     """
     is_auto = isinstance(method, str) and method == "auto"
-    chosen = method_for_all(FALLBACK if is_auto else method, tops)
+    chosen = get_method_for_ensemble(FALLBACK if is_auto else method, tops)
     reductions = parse_reductions(reduce)
     if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
     solve = make_options(chosen, step, tol, digits, max_steps, method, names, every)
-    if reductions and solve.has_low_words:
+    if reductions and solve.has_extended_precision:
         raise ValueError("reduce accepts at most 16 digits: its results are doubles")
     if has_events:
         solve = replace(solve, events=())
@@ -184,10 +183,9 @@ _COMPONENTS = {
 
 @lru_cache
 def list_components(name: str) -> list[tuple[str, int]]:
-    """Return pairs (quantity, index of a component).
+    """Return all components with the given name, as pairs (quantity, index).
 
-    If `name` is a quantity, there is one pair for each of its components. The name of a component
-    yields one pair.
+    The name of a quantity denotes all of its components.
     """
     if name in QUANTITIES:
         return [(name, i) for i in range(QUANTITIES[name].doubles)]
@@ -195,7 +193,7 @@ def list_components(name: str) -> list[tuple[str, int]]:
 
 
 def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
-    """Return the reductions requested by a mapping such as {"nutation": ("min", "max")}."""
+    """Parse a mapping of quantities to statistics, such as {"nutation": ("min", "max")}."""
     if reduce is None:
         return ()
     if not isinstance(reduce, Mapping):
@@ -220,7 +218,7 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
 
 
 def _parse_reduction_kinds(name: str, given: object) -> list[str]:
-    """Return the requested kinds of reduction of a quantity, without duplicates."""
+    """Return the statistics requested for a quantity, without duplicates."""
     kinds = [given] if isinstance(given, str) else given
     if not isinstance(kinds, Iterable):
         raise TypeError(
@@ -240,7 +238,7 @@ def _parse_reduction_kinds(name: str, given: object) -> list[str]:
 
 
 def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
-    """Return the times of all tops, with one row per top if each top has its own times.
+    """Return the requested times, with one row per top if the tops have different times.
 
     Raises ValueError if the times are not monotonic, or if reaching them takes 2**53 steps or more.
     """
@@ -271,9 +269,9 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
 
 
 def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
-    """Return times of shape (n, k) from an array that broadcasts to the shape (*shape, k).
+    """Broadcast an array of times to the shape of the ensemble, and return one row per top.
 
-    Raises ValueError if `times` does not broadcast, or if the times of a top are not monotonic.
+    Raises ValueError if `times` cannot be broadcast, or if the times of a top are not monotonic.
     """
     wanted = (*tops.shape, times.shape[-1])
     try:
@@ -291,9 +289,9 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
 
 
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
-    """Raise ValueError, with the index of the top, if the times in a row are not monotonic.
+    """Raise ValueError if the times of a top are not monotonic.
 
-    The first row belongs to the top with the flat index `first` (in C order).
+    `first` is the index, in the ensemble, of the top in the first row.
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0
@@ -309,7 +307,7 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
 
 
 def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOptions) -> Array | None:
-    """Return the array `out` for states of shape (n, k, 8), or None if `out` is None.
+    """Validate the output array `out`, and reshape it to one row per top.
 
     Raises TypeError or ValueError if `out` is not a suitable array.
     """
@@ -332,14 +330,15 @@ def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOption
 def parse_threads(threads: object, executor: object) -> int:
     """Return the number of threads, which defaults to the number of available processors.
 
-    Raises TypeError or ValueError for an invalid argument, or if both arguments are given.
+    Raises TypeError or ValueError if an argument is invalid, or if both `threads` and `executor`
+    are given.
     """
     if executor is not None:
         if threads is not None:
             raise ValueError("give either threads or an executor, not both")
         if not isinstance(executor, Executor):
             raise TypeError(
-                "executor must be one of concurrent.futures, as a ThreadPoolExecutor, "
+                "executor must be one of concurrent.futures, such as a ThreadPoolExecutor, "
                 f"not {short_repr(executor)}"
             )
     if threads is not None:

@@ -1,4 +1,4 @@
-"""The methods of this build, from the method table of the core."""
+"""The methods of this build, as listed by the C library."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FALLBACK: Final = "taylor"
 
 @dataclass(frozen=True)
 class Method:
-    """A method of integration, or the closed form.
+    """An integration method, or the closed form.
 
     order      p if the error of a path is proportional to step^p; 0 if the method chooses p
     conserves  the invariants that the method conserves up to rounding
@@ -64,14 +64,14 @@ class Method:
 
     @property
     def digits(self) -> bool:
-        """True if the method supports more digits than double precision."""
+        """True if the method can compute in more than double precision."""
         return bool(self.flags & FLAGS["digits"])
 
     @property
     def splitting(self) -> bool:
         """True if each step consists of kicks and drifts.
 
-        A drift is exact if two principal moments are equal.
+        Drifts are exact if two principal moments are equal.
         """
         return bool(self.flags & FLAGS["splitting"])
 
@@ -82,9 +82,9 @@ class Method:
 
     @property
     def exact(self) -> bool:
-        """True for the closed form, which has no step and no tolerance.
+        """True if the method is the closed form, which takes no steps and has no tolerance.
 
-        The closed form needs an integrable scene.
+        The closed form exists only for integrable scenes.
         """
         return bool(self.flags & FLAGS["integrable"])
 
@@ -120,7 +120,7 @@ class Method:
 
     @property
     def tops(self) -> str:
-        """A description of the bodies to which the method applies."""
+        """A description of the bodies to which the method can be applied."""
         lagrange = "two equal moments and the centre of mass on the third axis"
         kinds = {
             FLAGS["lagrange_only"]: lagrange,
@@ -133,24 +133,24 @@ class Method:
         return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Return True if the method applies to this body under any gravity.
+        """Return True if the method applies to `body` for any value of gravity.
 
-        The attribute `tops` describes these bodies.
+        The attribute `tops` describes all bodies to which the method applies.
         """
         return method_applies(self.name, check_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
-        """Return True if the method applies to this scene.
+        """Return True if the method applies to `scene`.
 
-        A scene without gravity has a closed form for any body without a rotor. Few methods apply to
-        tops with damping, friction, or a moving support.
+        In the absence of gravity, the motion of any body without a rotor has a closed form. Few
+        methods apply to tops with damping, friction, or a moving support.
         """
-        plain = check_type("scene", scene, Scene)._is_plain
+        plain = check_type("scene", scene, Scene)._has_only_gravity
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
 
 
 class Methods(dict[MethodName, Method]):
-    """The methods by name. Printing this dictionary shows a table.
+    """The methods by name. Printing the dictionary shows a table of the methods.
 
     The KeyError for an unknown name suggests the nearest known name.
     """
@@ -189,31 +189,30 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 
 def describe_kind(scene: Scene) -> str:
-    """Return text that describes the body of a scene according to its kind."""
-    damped, near = "damped " if scene._has_damping else "", scene.body._near_kind
+    """Return a text that describes the body of a scene."""
+    damped, near = "damped " if scene._has_damping else "", scene.body._nearby_kind_message
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
-    more = list_disturbances(scene) if scene._is_disturbed else []
+    more = list_disturbances(scene) if scene._has_disturbances else []
     more = [name for name in more if name != "damping"]
     around = f" {'and' if rotor else 'with'} {' and '.join(more)}" if more else ""
     return f"this {damped}body of kind {scene.body.kind!r}{rotor}{around}{which}"
 
 
 def has_torus(scene: Scene) -> bool:
-    """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
+    """Return True if the scene is a Kowalewski or Goryachev-Chaplygin top under gravity.
 
-    For such a top, setting up the closed form takes as much time as many steps of the Taylor
-    series.
+    Setting up a closed form on a torus is as expensive as many steps of the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
 
 
 def explain_no_closed_form(scene: Scene) -> str:
-    """Return the reason why a scene has no closed form."""
+    """Return the reason why the motion of a scene has no closed form."""
     if scene._has_damping:
         return f"no closed form is known for {describe_kind(scene)} with damping"
-    if scene._is_disturbed and not methods[EXACT].suits(scene):
+    if scene._has_disturbances and not methods[EXACT].suits(scene):
         return f"no closed form is known for {describe_kind(scene)}"
     if any(scene.body.rotor):
         return (
@@ -245,8 +244,8 @@ def get_method(name: object) -> Method:
     return method
 
 
-def _describe_tops(method: Method, scene: Scene) -> str:
-    """Describe the tops to which a method applies, for an error message about `scene`."""
+def _describe_applicable_tops(method: Method, scene: Scene) -> str:
+    """Describe the tops to which a method applies, for use in an error message."""
     if scene._has_damping and not method.damped:
         return "tops without damping"
     if scene.friction and not method.friction:
@@ -265,8 +264,7 @@ def _describe_tops(method: Method, scene: Scene) -> str:
 def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method named `name` or, for 'auto', the most suitable method for the scene.
 
-    For a Kowalewski or Goryachev-Chaplygin top, the best method depends on the requested times;
-    here 'auto' selects the Taylor series.
+    For Kowalewski and Goryachev-Chaplygin tops, 'auto' is replaced by the Taylor series.
 
     Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """
@@ -276,10 +274,10 @@ def resolve_method(name: object, scene: Scene) -> Method:
     method = get_method(name)
     if not method.suits(scene):
         has_form = method.applies_to(scene.body) or (method.exact and any(scene.body.rotor))
-        if has_form and not scene._is_disturbed:
+        if has_form and not scene._has_disturbances:
             raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
-        tops = _describe_tops(method, scene)
+        tops = _describe_applicable_tops(method, scene)
         raise ValueError(
             f"the method {name!r} does not apply to {describe_kind(scene)}: "
             f"it is for {tops}; these apply: {others}"

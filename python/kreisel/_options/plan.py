@@ -1,4 +1,4 @@
-"""The plan of a solve: what the run of a scene computes and omits, and why."""
+"""The plan of a run: what is computed and omitted, and why."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Reasons = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class StepChoice:
-    """The method and step chosen by method='geometric', and the cost of choosing them.
+    """The method and step size chosen by method='geometric', and the cost of choosing them.
 
     step          [T]
     target        the largest error allowed [rad]
@@ -90,7 +90,7 @@ class Plan:
     turn: float | None = None
 
     def _description_rows(self) -> list[tuple[str, str]]:
-        """Return the lines of the description as pairs (name, text); repeated names are empty."""
+        """Return the description of the plan as pairs of a heading and a text."""
         order = (
             f"order {self.order}"
             if self.order
@@ -129,15 +129,14 @@ def make_plan(
     choice: StepChoice | None = None,
     times: Array | None = None,
 ) -> Plan:
-    """Return the plan for solving `scene` with `states` recorded states.
+    """Return the plan for computing the motion of a scene.
 
-    `times` are the times passed to kreisel.solve, on which the choice of 'auto' can depend. For
-    runs and ensembles, `times` is None.
+    `times` are the requested times, which can affect the method chosen by 'auto'.
     """
     is_series = options.method.name == FALLBACK
-    kernel, order = _find_kernel(options.core) if is_series else ("", options.method.order)
+    kernel, order = _find_taylor_kernel(options.core) if is_series else ("", options.method.order)
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
-    if options.want is None and options.has_low_words:
+    if options.want is None and options.has_extended_precision:
         columns += "q_low", "m_low"
     return Plan(
         method=options.method.name,
@@ -148,33 +147,33 @@ def make_plan(
         kernel=kernel,
         columns=columns,
         bytes=8 * sum(map(count_components, columns)),
-        left_out=_list_omissions(scene, options, states),
+        left_out=_list_omitted_computations(scene, options, states),
         kept=_list_unneeded_computations(scene, options),
         choice=choice,
-        turn=_turn_per_step(scene, options),
+        turn=_estimate_turn_per_step(scene, options),
     )
 
 
 @lru_cache
-def _find_kernel(core: CoreArguments) -> tuple[str, int]:
-    """Return the instruction set in use and the order of the Taylor series.
+def _find_taylor_kernel(core: CoreArguments) -> tuple[str, int]:
+    """Return the instruction set and the order of the Taylor series.
 
-    Both depend only on the options, so any scene can be used.
+    The instruction set and the order depend only on the options, not on the scene.
     """
     scene = Scene(Body(1.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
     _, top = start(scene._block, *core)
     return top.kernel if top else ("", 0)
 
 
-def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
-    """Return the approximate angle by which the top turns per fixed step, or None if steps vary.
+def _estimate_turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
+    """Return the approximate angle of rotation per step, or None if the step size varies.
 
-    Few methods can follow a top that turns by one radian or more per step.
+    Few methods are accurate if the top turns by one radian or more per step.
     """
     if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
-    return options.step * max(velocity, scene._rate_estimate)
+    return options.step * max(velocity, scene._rotation_rate)
 
 
 def _explain_method(
@@ -211,7 +210,7 @@ def _is_torque_free(scene: Scene) -> bool:
     return scene.gravity == 0.0 or not any(scene.body.com)
 
 
-def _list_omissions(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
+def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
     want, name = options.want, options.method.name
     rows = []
     if options.can_skip_heading:

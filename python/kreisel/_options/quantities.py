@@ -1,4 +1,4 @@
-"""Quantities of a path: the core's table, the times, and low-order words for 20 or 30 digits."""
+"""Quantities that can be recorded along a path."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 }
 
 
-def _low_quantity(name: str) -> Quantity:
-    """Return the quantity for the low-order words of `name`, the digits beyond double precision."""
+def _make_low_word_quantity(name: str) -> Quantity:
+    """Return the quantity that contains the digits of `name` beyond double precision."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
-    text = f"the low words of {name}, to be added to its doubles; zero up to 16 digits"
+    text = f"low words of {name}, to be added to {name}; zero up to 16 digits"
     return whole._replace(name=f"{name}_low", components=words, text=text)
 
 
-LOW = {low.name: low for low in map(_low_quantity, ("q", "m"))}
+LOW = {low.name: low for low in map(_make_low_word_quantity, ("q", "m"))}
 RECORDABLE = QUANTITIES | LOW  # the quantities that `want` may contain
 TIME = Quantity("t", 1, ["t"], False, "T", "times")
 HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
@@ -61,7 +61,7 @@ ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians"
 
 
 def derivative_shape(name: str) -> tuple[int, ...]:
-    """Return the shape of a derivative of a quantity; the derivative of q is a rotation vector."""
+    """Return the shape of the derivative of a quantity."""
     return (3,) if name == "q" else QUANTITIES[name].shape
 
 
@@ -73,5 +73,5 @@ def check_quantity(name: object) -> str:
 
 
 def count_components(name: str) -> int:
-    """Return the number of components of a quantity or of time."""
+    """Return the number of components of a quantity."""
     return (TIME if name == "t" else RECORDABLE[name]).doubles

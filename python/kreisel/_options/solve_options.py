@@ -1,4 +1,4 @@
-"""Validated options of a solve: the method, its parameters, and the recorded quantities."""
+"""Validated options for kreisel.solve: the method, its parameters, and the recorded quantities."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ CoreArguments = tuple[str, float, float, int, int, bool]
 
 @dataclass(frozen=True)
 class SolveOptions:
-    """The validated arguments of a solve, independent of the scene.
+    """The validated arguments of kreisel.solve, except the scene and the times.
 
-    `step`, `tol` or `digits` is None if the method has no such parameter or chooses its value.
-    `error` is the error tolerance for method='geometric'; `method` is then a placeholder. `events`
-    are kreisel.events.Event objects; for a loaded path, `events` is empty. `tangents` contains the
-    names of the parameters with respect to which the state is differentiated. `keeps_heading` is
-    True for a turning support, whose motion depends on the heading.
+    An argument is None if the method has no such parameter, or if its default is used. If `error`
+    is given, the cheapest suitable method is found by a search and replaces `method`. `events`
+    contains kreisel.events.Event objects. `tangents` contains the names of the parameters with
+    respect to which the state is differentiated. `keeps_heading` is True if the support turns,
+    because the motion then depends on the heading.
     """
 
     method: Method
@@ -50,24 +50,24 @@ class SolveOptions:
 
     @property
     def has_events(self) -> bool:
-        """True if events are requested, which may require quantities that are not in `want`."""
+        """True if events are to be found along the path."""
         return self.events is not None
 
     @property
-    def tangent_bits(self) -> int:
-        """The sum of the core's bit flags for the names in `tangents`."""
+    def tangent_flags(self) -> int:
+        """The bit flags of the requested tangents."""
         return sum(TANGENTS[name][0] for name in self.tangents)
 
     @property
-    def tangent_columns(self) -> int:
-        """The number of columns of the tangents."""
+    def tangent_column_count(self) -> int:
+        """The number of columns in the matrix of tangents."""
         return sum(TANGENTS[name][1] for name in self.tangents)
 
     @cached_property
     def core(self) -> CoreArguments:
-        """The arguments passed to the core."""
+        """The method and its parameters, as passed to the C library."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
-        precise = self.has_low_words or self.has_events
+        precise = self.has_extended_precision or self.has_events
         can_leave = self.method.skips_heading and not self.keeps_heading
         leave_heading = level and can_leave and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
@@ -75,23 +75,23 @@ class SolveOptions:
 
     @cached_property
     def path_options(self) -> SolveOptions:
-        """A copy without the options that concern only a single run, such as `max_steps`."""
+        """A copy of the options without those that concern only a single run."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options
 
     @property
     def can_skip_heading(self) -> bool:
-        """True if the core can omit the heading, because no requested quantity depends on it."""
+        """True if the heading is not computed because no requested quantity depends on it."""
         return self.core[-1]
 
-    def keep_heading(self) -> SolveOptions:
-        """Return options that include the heading, as a turning support requires."""
+    def with_heading(self) -> SolveOptions:
+        """Return a copy of the options with which the heading is computed."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property
     def step_count_horizon(self) -> float:
-        """A time [T] up to which step counts are certain to be exact in double precision."""
+        """A time [T] up to which the number of steps is represented exactly in double precision."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
     @cached_property
@@ -101,16 +101,16 @@ class SolveOptions:
 
     @property
     def state_bytes(self) -> int:
-        """The number of bytes per state, without the time."""
+        """The number of bytes stored for each state, excluding the time."""
         return 64 if self.want is None else 8 * sum(map(count_components, self.want))
 
     @property
-    def has_low_words(self) -> bool:
-        """True if the low-order words of the states are also recorded."""
+    def has_extended_precision(self) -> bool:
+        """True if the states are recorded with more digits than double precision."""
         return (self.digits or 0) > 16
 
-    def step_with_sign(self, is_back: bool) -> float | None:
-        """Return the step, with a negative sign if `is_back`, or None if there is no step."""
+    def get_signed_step(self, is_back: bool) -> float | None:
+        """Return the step size, which is negative if `is_back` is True."""
         return -self.step if is_back and self.step is not None else self.step
 
 
@@ -128,9 +128,8 @@ def parse_options(
 ) -> SolveOptions:
     """Return the validated options for solving `scene`.
 
-    `requested` is the method named by the user, which defaults to `method`. `t` contains the
-    requested times, or is None if the times are not known. Raises TypeError or ValueError for an
-    invalid argument.
+    `requested` is the name of the method given by the user. `t` contains the requested times, or is
+    None if they are unknown. Raises TypeError or ValueError for an invalid argument.
     """
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
     chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
@@ -139,7 +138,7 @@ def parse_options(
         chosen = methods[EXACT]
     name = method if requested is None else requested
     options = make_options(chosen, step, tol, digits, max_steps, name, want, every)
-    return options.keep_heading() if any(top.turning) else options
+    return options.with_heading() if any(top.turning) else options
 
 
 def options_for_method(
@@ -152,7 +151,7 @@ def options_for_method(
     want: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the validated options for solving any scene by `method`.
+    """Return the validated options for a method, independently of the scene.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -162,9 +161,9 @@ def options_for_method(
         parse_tol(method, tol),
         parse_digits(method, digits, tol),
         as_int("max_steps", max_steps, 0),
-        parse_want(want),
+        parse_requested_quantities(want),
         str(requested),
-        parse_every(method, every),
+        parse_recording_interval(method, every),
     )
 
 
@@ -181,7 +180,7 @@ def make_options(
     want: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the result of `options_for_method`, memoized if the arguments are hashable."""
+    """Return the validated options for a method, from a cache if possible."""
     if want is None or type(want) is tuple:
         try:
             return _find_options(method, step, tol, digits, max_steps, requested, want, every)
@@ -190,8 +189,8 @@ def make_options(
     return options_for_method(method, step, tol, digits, max_steps, requested, want, every)
 
 
-def parse_want(want: object) -> tuple[QuantityName, ...] | None:
-    """Return the names of the quantities to record, without duplicates, or None for the states.
+def parse_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
+    """Return the names of the quantities to record, without duplicates.
 
     Raises TypeError or ValueError for invalid names.
     """
@@ -227,7 +226,7 @@ def parse_step(method: Method, step: object) -> float | None:
 
 
 def parse_tol(method: Method, tol: object) -> float | None:
-    """Return the tolerance, or None for the default tolerance or the closed form.
+    """Return the tolerance, or None for the default tolerance.
 
     Raises ValueError if the method has no tolerance, or if `tol` is not between 0 and 1.
     """
@@ -244,7 +243,7 @@ def parse_tol(method: Method, tol: object) -> float | None:
 
 
 def parse_digits(method: Method, digits: object, tol: object) -> int | None:
-    """Return the number of digits, rounded up to 16, 20 or 30, or None if `digits` is None.
+    """Return the number of digits, rounded up to 16, 20 or 30.
 
     Raises ValueError if the method has a fixed precision, or if both `digits` and `tol` are given.
     """
@@ -262,8 +261,8 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
     return 16 if asked <= 16 else 20 if asked <= 20 else 30
 
 
-def parse_every(method: Method, every: object) -> int | None:
-    """Return the number of steps between two recorded states, or None if `every` is None.
+def parse_recording_interval(method: Method, every: object) -> int | None:
+    """Return the number of steps between two recorded states.
 
     Raises ValueError for an adaptive method.
     """

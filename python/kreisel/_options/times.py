@@ -1,4 +1,4 @@
-"""Requested times: their validation, and the times of a grid as one array or in chunks."""
+"""Validation of the requested times, and generation of equally spaced times."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ TIMES_FORM = "a number or a list of times"
 def time_array(
     t: object, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
 ) -> Array:
-    """Return the times specified by `t`: a list of times, or an end time as in `time_grid`.
+    """Return the requested times, given either as a list or as a final time.
 
-    `size` is the number of bytes per state. Raises MemoryError if the states would not fit into
-    memory.
+    `size` is the number of bytes required for each state. Raises MemoryError if the states would
+    not fit into memory.
     """
     times = parse_time_list(t)
     if times.ndim == 0:
@@ -46,14 +46,14 @@ def parse_time_list(t: object) -> Array:
 def time_grid(
     end: float, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
 ) -> Array:
-    """Return `begin` and `end` or, if `every` is given, the time of every `every`-th step."""
+    """Return times at intervals of `every` steps, or only `begin` and `end` if `every` is None."""
     if step is None or every is None:
         return np.array([begin, end])
     return _make_grid(end, step, every, size + 8, begin)
 
 
 def check_times(times: Array, every: int | None) -> None:
-    """Raise ValueError if a list of times is not monotonic, or if `every` is given too."""
+    """Raise ValueError if a list of times is not monotonic, or if `every` is given as well."""
     if every is not None:
         raise ValueError("every needs t as a number; a list has its own times")
     check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
@@ -62,7 +62,7 @@ def check_times(times: Array, every: int | None) -> None:
 def check_monotonic(times: Array, last: float, back: bool) -> None:
     """Raise ValueError unless the times start at or after `last` and do not decrease.
 
-    If `back` is True, the times must start at or before `last` and must not increase.
+    If `back` is True, the times must not increase.
     """
     steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
     if times.size and (times[0] > last if back else times[0] < last):
@@ -76,7 +76,7 @@ def check_monotonic(times: Array, last: float, back: bool) -> None:
     raise ValueError(f"times must move away from 0 in one direction; {here} goes back from {there}")
 
 
-def time_chunks(
+def iterate_time_chunks(
     t: Numbers | Iterator[float],
     step: float | None,
     every: int | None,
@@ -84,15 +84,15 @@ def time_chunks(
     after: float | None,
     begin: float = 0.0,
 ) -> Iterator[Array]:
-    """Return the times specified by `t`, in chunks of `size` times.
+    """Return the requested times in chunks of length `size`.
 
     `t` may also be an infinite iterator. If `t` is a number, the steps start at the time `begin`,
-    and only times beyond `after` are returned.
+    and times up to `after` are omitted.
     """
     if isinstance(t, Iterator):
         if every is not None:
             raise ValueError("every needs t as a number; an iterator has its own times")
-        return _iterator_chunks(t, size)
+        return _split_iterator_into_chunks(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
         times = time_array(t, step, every)
         return _slice_times(times, size)
@@ -101,17 +101,17 @@ def time_chunks(
             "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
-    return _grid_chunks(end, step, every, size, after, begin)
+    return _split_grid_into_chunks(end, step, every, size, after, begin)
 
 
-def start_chunks(
+def parse_direction_and_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return a flag that is True if the times are negative, and the times as in `time_chunks`."""
+    """Return True if time runs backwards, or False otherwise, and the times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = parse_direction(t)
-        return is_back, time_chunks(t, step, every, size, None)
+        return is_back, iterate_time_chunks(t, step, every, size, None)
     return times.size > 0 and bool(times[-1] < 0.0), _slice_times(times, size)
 
 
@@ -120,10 +120,10 @@ def _slice_times(times: Array, size: int) -> Iterator[Array]:
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return a flag that is True if the times are negative, and `t` itself.
+    """Return True if time runs backwards, or False otherwise, and the times.
 
-    An iterator `t` is read up to its first nonzero time. The returned iterator still yields all
-    times.
+    An iterator is read up to its first nonzero time. The returned iterator also includes the times
+    that have been read.
     """
     if isinstance(t, Iterator):
         begun, back = [], False
@@ -140,7 +140,7 @@ def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Itera
     return isinstance(last, (int, float, np.number)) and bool(last < 0.0), t
 
 
-def _iterator_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
+def _split_iterator_into_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
     while piece := list(itertools.islice(t, size)):
         times = as_finite_array("t", piece, "an iterator of times")
         if times.ndim != 1:
@@ -158,31 +158,31 @@ def _count_steps(end: float, step: float, begin: float = 0.0) -> int:
     return steps - 1 if steps * step - length > rounding else steps
 
 
-def _grid_times(steps: R, step: float, begin: float) -> R:
-    """Return the times of the steps numbered `steps` on a grid that starts at `begin`."""
+def _compute_grid_times(steps: R, step: float, begin: float) -> R:
+    """Return the times of the given steps of an equally spaced grid."""
     times = steps * step
     return times + begin if begin else times
 
 
 def _make_grid(end: float, step: float, every: int, size: int, begin: float) -> Array:
-    """Return the times of every `every`-th step from `begin` to `end`."""
+    """Return the times from `begin` to `end` at intervals of `every` steps."""
     steps = _count_steps(end, step, begin)
     states = steps // every + 1
     check_memory(states, size)
     grid = np.arange(0, steps + 1, every, dtype=np.float64)
-    return _grid_times(grid, math.copysign(step, end - begin), begin)
+    return _compute_grid_times(grid, math.copysign(step, end - begin), begin)
 
 
-def _grid_chunks(
+def _split_grid_into_chunks(
     end: float, step: float, every: int, size: int, after: float | None, begin: float
 ) -> Iterator[Array]:
     last = 2**53 - 1 if math.isinf(end) else _count_steps(end, step, begin)
     first, signed = 0, math.copysign(step, end - begin)
     if after is not None:
         first = _count_steps(after, step, begin) // every * every
-        first += every if abs(_grid_times(float(first), signed, begin)) <= abs(after) else 0
+        first += every if abs(_compute_grid_times(float(first), signed, begin)) <= abs(after) else 0
     return (
-        _grid_times(
+        _compute_grid_times(
             np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64), signed, begin
         )
         for k in range(first, last + 1, size * every)
@@ -190,7 +190,7 @@ def _grid_chunks(
 
 
 def check_memory(states: int, size: int) -> None:
-    """Raise MemoryError if `states` states of `size` bytes each would not fit into memory."""
+    """Raise MemoryError if the given number of states, of `size` bytes each, exceeds the memory."""
     if size * states > total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
@@ -222,7 +222,7 @@ def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     """
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps_message(end, abs(step)))
-    angle = scene._rate_estimate * abs(end)
+    angle = scene._rotation_rate * abs(end)
     if angle >= COUNTABLE:
         raise ValueError(
             f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot "

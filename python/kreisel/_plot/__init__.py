@@ -1,1 +1,1 @@
-"""Charts drawn with matplotlib, without pyplot, so the global state of pyplot is unchanged."""
+"""Charts drawn with matplotlib, without changing the global state of pyplot."""

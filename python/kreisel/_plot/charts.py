@@ -40,7 +40,7 @@ class Plottable(Protocol):
     def precession_angle(self) -> Array: ...
 
 
-class AngleDifference(NamedTuple):
+class AngleBetweenPaths(NamedTuple):
     """The angle between the attitudes of two paths at their common times.
 
     t      (k,) times [T]
@@ -54,17 +54,17 @@ class AngleDifference(NamedTuple):
 
 
 class Picture(tuple[Axes, ...]):
-    """The axes of a picture, three per path: trace, nutation and precession.
+    """The axes of a figure, three for each path: trace, nutation and precession.
 
-    In a picture of two paths, the last axes show their difference. Notebooks display the picture.
-    `picture.figure.savefig("top.png")` saves the picture to a file.
+    If there are two paths, the last axes show the angle between them. Notebooks display the
+    picture. To save the figure to a file, call `picture.figure.savefig("top.png")`.
     """
 
     __slots__ = ()
 
     @property
     def figure(self) -> Figure:
-        """The figure that contains the axes; call `figure.savefig` to save it to a file."""
+        """The figure that contains the axes; to save it, call `figure.savefig`."""
         figure = self[0].get_figure()
         assert isinstance(figure, Figure)
         return figure
@@ -85,11 +85,11 @@ def plot_paths(
     axes: Iterable[Axes] | None,
     degrees: bool,
     time_unit: str,
-    compute_difference: Callable[[], AngleDifference] | None = None,
+    compute_difference: Callable[[], AngleBetweenPaths] | None = None,
 ) -> Picture:
-    """Plot each path and the states at its events in three axes, in a new figure by default.
+    """Plot each path and its events in three axes, in a new figure by default.
 
-    If there are further axes, they show the difference of the paths.
+    For two paths, additional axes may show the angle between them.
     """
     unit, name = (180.0 / np.pi, "°") if as_bool("degrees", degrees) else (1.0, "rad")
     label = time_label(as_unit("time_unit", time_unit))
@@ -151,7 +151,7 @@ def _draw_path(
     angle: tuple[float, str],
     time: str,
 ) -> None:
-    """Draw a path and its states at events; `angle` is the factor and name of an angular unit."""
+    """Draw a path and its events, with angles in the given unit."""
     sphere, above, below = axes
     unit, sign = angle
     limits = _turning_points_or_none(path.scene)
@@ -164,14 +164,18 @@ def _draw_path(
     for height in [] if limits is None else [limits.least[0], limits.greatest[0]]:
         above.axhline(unit * float(height), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
     around = np.unwrap(path.precession_angle)
-    below.plot(*_break_jumps(path.t, unit * around, _find_jumps(around)), color=BLUE, linewidth=1.2)
+    below.plot(
+        *_insert_gaps_at_jumps(path.t, unit * around, _find_precession_jumps(around)),
+        color=BLUE,
+        linewidth=1.2,
+    )
     has_events = events is not None and len(events.t) > 0
     if events is not None and has_events:
         _mark_events(axes, path.t, around, events, unit)
     _draw_legend(sphere, bool(heights), has_events)
     above.set_ylabel(f"nutation [{sign}]")
     below.set(xlabel=time, ylabel=f"precession [{sign}]")
-    _widen_narrow_range(above, unit)
+    _widen_narrow_axis(above, unit)
     above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
     for chart in above, below:
         apply_style(chart)
@@ -194,7 +198,7 @@ def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
 
 
 def _draw_difference(
-    chart: Axes, difference: AngleDifference, angle: tuple[float, str], time: str
+    chart: Axes, difference: AngleBetweenPaths, angle: tuple[float, str], time: str
 ) -> None:
     """Plot the angle between two paths on a logarithmic scale, omitting angles equal to 0."""
     unit, sign = angle
@@ -213,26 +217,28 @@ def _draw_difference(
     apply_style(chart)
 
 
-def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
-    """Return the indices of the intervals in which the precession angle jumps.
+def _find_precession_jumps(around: Array) -> npt.NDArray[np.intp]:
+    """Find the time intervals in which the precession angle jumps, and return their indices.
 
-    In such an interval, the apex passes close to the vertical. The angle changes by more than 0.5
-    rad there, and by more than 8 times the median change.
+    The precession angle jumps if the apex passes close to the vertical. A jump is a change by more
+    than 0.5 rad and by more than 8 times the median change.
     """
     change = np.abs(np.diff(around))
     usual = float(np.median(change)) if len(change) else 0.0
     return np.flatnonzero(change > max(0.5, 8.0 * usual))
 
 
-def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return the times and values with a NaN inserted in each of the `intervals`."""
+def _insert_gaps_at_jumps(
+    t: Array, values: Array, intervals: npt.NDArray[np.intp]
+) -> tuple[Array, Array]:
+    """Insert a NaN into the times and values in each of the given intervals."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
 def _mark_events(
     axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit: float
 ) -> None:
-    """Draw a point at each event, on the trace and in both charts."""
+    """Mark the events of a path by dots in all three charts."""
     sphere, above, below = axes
 
     def draw_event_dots(chart: Axes, x: Array, y: Array) -> None:
@@ -252,11 +258,8 @@ def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
         return None
 
 
-def _widen_narrow_range(chart: Axes, unit: float) -> None:
-    """Widen the range of the vertical axis if the nutation is constant up to rounding errors.
-
-    The curve is then drawn as a horizontal line.
-    """
+def _widen_narrow_axis(chart: Axes, unit: float) -> None:
+    """Widen the range of the vertical axis if the nutation is constant up to rounding errors."""
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:
         middle, half = 0.5 * (low + high), 0.05 * unit
@@ -286,7 +289,8 @@ def draw_trace(
 ) -> None:
     """Draw a trace on the unit sphere, with fainter lines on the far side of the sphere.
 
-    A dot marks the start, and an arrow points upwards. Dashed lines mark the heights in `limits`.
+    The initial state is marked by a dot, and the vertical by an arrow. The given heights are marked
+    by dashed lines.
     """
     draw_sphere(axes, elevation)
     for height in limits:

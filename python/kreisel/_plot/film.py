@@ -1,6 +1,6 @@
 """Animations of a moving body, as GIF, MP4 or HTML.
 
-An animation is completed in memory before its file is written, so the file is never incomplete.
+Each file is written only after the animation is complete.
 """
 
 from __future__ import annotations
@@ -83,7 +83,6 @@ class Film:
         size: int,
         time_unit: str | None = None,
     ) -> None:
-        """Store the data of an animation; `apex` has BETWEEN points per frame after the first."""
         self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
         self.__dict__.update(_time_unit=time_unit)
 
@@ -97,9 +96,9 @@ class Film:
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the animation atomically to a file ending in .gif, .mp4 (needs ffmpeg) or .html.
 
-        Raises ValueError for other suffixes, and OSError if the file cannot be written.
+        Raises ValueError for an unknown suffix, and OSError if the file cannot be written.
         """
-        make = writer_for(file)
+        make = select_film_encoder(file)
         atomic_write(file, make(self))
 
     def _repr_html_(self) -> str:
@@ -110,7 +109,7 @@ class Film:
         return _encode_html(self).decode()
 
     def _draw_frames(self) -> Iterator[Figure]:
-        """Yield the same figure once per frame, redrawn each time."""
+        """Yield the figure once for each frame, after redrawing it."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         quads, colours, edge = _body_faces(self._body)
@@ -124,7 +123,9 @@ class Film:
         (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project_to_view(self._apex)
-        begin, out = _extent_along_apex(quads @ _rotation_matrix(self._q[0]).T, self._apex[0])
+        begin, out = _measure_extent_along_apex(
+            quads @ _rotation_matrix(self._q[0]).T, self._apex[0]
+        )
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)
             behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
@@ -147,16 +148,16 @@ class Film:
             shadow.remove()
 
 
-def _extent_along_apex(corners: Array, apex: Array) -> tuple[float, float]:
-    """Return the positions of the two ends of the body along the apex axis."""
+def _measure_extent_along_apex(corners: Array, apex: Array) -> tuple[float, float]:
+    """Return the smallest and the largest coordinate of a body along its apex axis."""
     heights = corners @ apex
     return max(float(heights.min()), 0.0), float(heights.max())
 
 
 def _find_floor(quads: Array, q: Array, apex: Array) -> float:
-    """Return the height of a floor that neither the body nor the trace of its apex reaches.
+    """Return the height of a floor that lies below the body and the trace of its apex.
 
-    The height is 0 if the body never extends below the fixed point.
+    If the body always stays above the fixed point, the floor is at height 0.
     """
     corners = np.unique(quads.reshape(-1, 3), axis=0)
     lowest = min(float((corners @ _rotation_matrix(one)[2]).min()) for one in q)
@@ -175,7 +176,7 @@ def make_film(
 
     All arguments are validated before any state is computed.
     """
-    make = None if file is None else writer_for(file)
+    make = None if file is None else select_film_encoder(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     unit = None if time_unit is None else as_unit("time_unit", time_unit)
     begin, end = _time_limits(path.t)
@@ -190,17 +191,17 @@ def make_film(
     steps = max(round(frames) - 1, 1)
     t = np.linspace(begin, end, steps * BETWEEN + 1)
     states = path(t)
-    q, apex = _turn_to_side(states.q, states.apex)
+    q, apex = _rotate_lean_to_side(states.q, states.apex)
     film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide, unit)
     if file is not None and make is not None:
         atomic_write(file, make(film))
     return film
 
 
-def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Rotate the states about the vertical so that the body leans sideways in the picture.
+def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
+    """Rotate all states about the vertical so that the body leans to the side in the picture.
 
-    At the first state with a clear lean, the axis leans to the right and a little towards the eye.
+    In the first clearly tilted state, the apex points to the right and slightly towards the viewer.
     """
     lean = np.hypot(apex[:, 0], apex[:, 1])
     at = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
@@ -220,7 +221,7 @@ def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
 
 
 def _time_limits(t: Array) -> tuple[float, float]:
-    """Return the first and the last time of a path that may run forwards or backwards."""
+    """Return the first and the last time of a path, which may run backwards in time."""
     low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
     if not low < high:
         raise ValueError("a film needs a path of positive duration: solve to a later time")
@@ -228,10 +229,10 @@ def _time_limits(t: Array) -> tuple[float, float]:
 
 
 def _body_faces(body: Body) -> tuple[Array, Array, float]:
-    """Return the faces of a body, their colours, and the width of their outlines.
+    """Return the faces of a body, their colours, and the line width of their outlines [pt].
 
-    The faces are scaled to fit into the sphere, with corners in the frame of description. The width
-    of the outlines is 0 for a body of revolution [pt].
+    The corners are given in the frame of description, after scaling the body to fit into the unit
+    sphere. The outlines of a body of revolution have width 0.
     """
     quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
     quads = quads @ _rotation_matrix(np.array(body.axes)).T
@@ -251,8 +252,8 @@ def _rotation_matrix(q: Array) -> Array:
     )
 
 
-def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
-    """Return the function that encodes an animation for a file of this name.
+def select_film_encoder(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
+    """Return the function that encodes animations in the format of the given file.
 
     Raises ValueError for an unknown suffix, and OSError if the file cannot be written.
     """
@@ -282,8 +283,8 @@ def _encode_gif(film: Film) -> bytes:
 def _choose_palette(image: Image.Image) -> Image.Image:
     """Return an image that contains the palette of an animation.
 
-    The palette consists of the most frequent colours of the first frame. It also contains the
-    colours of thin lines and texts, which are rare or missing in that frame.
+    The palette contains the most frequent colours of the first frame. Colours of thin lines and
+    texts are added, because they are rare in the first frame.
     """
     ground = np.array(image.getpixel((0, 0)))
     ink = matplotlib.rcParams["text.color"]
@@ -325,7 +326,7 @@ def _encode_mp4(film: Film) -> bytes:
 
 
 def _write_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
-    """Write the frames to a file in a temporary folder, and return the bytes of this file."""
+    """Write the frames to a temporary file, and return its contents."""
     frames = film._draw_frames()
     with tempfile.TemporaryDirectory() as folder:
         out = File(folder, f"film{suffix}")

@@ -1,4 +1,4 @@
-"""Charts of fits: measurements with the fitted motion, and residuals below them."""
+"""Charts of fits: measurements, the fitted motion, and residuals in a lower panel."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class SeriesPanel(Protocol):
 
 
 def plot_panels(panels: list[SeriesPanel]) -> Picture:
-    """Draw two charts per panel: measurements with the fitted motion, and scaled residuals."""
+    """Draw two charts per panel: one of measurements and fitted motion, and one of residuals."""
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []
     grid = figure.subplots(2, len(panels), sharex="col", squeeze=False, height_ratios=(2.0, 1.0))

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .._model.scene import Ensemble
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .panels import CLASSES, apply_style, new_axes, time_label, unit_label
+from .panels import CLASSES, apply_style, create_axes, time_label, unit_label
 from .solids import FAINT, check_axes
 
 with optional_dependency("'kreisel[plot]'"):
@@ -24,8 +24,8 @@ _LOWEST = {"megno": 0.1, "oli": 0.1}  # values below are left out of the logarit
 _CHAOTIC, _DOUBTFUL = 1, 2  # indices of CLASSES
 
 
-class TopVerdicts(Protocol):
-    """A chaos indicator with a verdict for each top."""
+class IndicatorWithClasses(Protocol):
+    """The values of a chaos indicator and the classification of each top."""
 
     @property
     def name(self) -> str: ...
@@ -43,16 +43,16 @@ class TopVerdicts(Protocol):
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool: ...
 
 
-def classify_tops(indicator: TopVerdicts) -> npt.NDArray[np.int8]:
-    """Return an array that contains, for each top, the index of its class in CLASSES."""
+def classify_tops(indicator: IndicatorWithClasses) -> npt.NDArray[np.int8]:
+    """Return an index for each top: 0 if it is regular, 1 if chaotic, and 2 if in doubt."""
     found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
     return found
 
 
-def draw_curves(indicator: TopVerdicts, axes: Axes | None, unit: str) -> Axes:
-    """Draw the curve of each top over time, in the colour of its class."""
-    chart = new_axes() if axes is None else check_axes(axes)
+def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, unit: str) -> Axes:
+    """Plot an indicator over time, with one curve per top, coloured by the class of the top."""
+    chart = create_axes() if axes is None else check_axes(axes)
     curves = indicator.curve.reshape(-1, indicator.t.size)
     lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops(indicator)
     visible = np.where(curves > lowest, curves, np.nan)
@@ -77,7 +77,7 @@ def draw_curves(indicator: TopVerdicts, axes: Axes | None, unit: str) -> Axes:
 
 
 def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
-    """Return the legend entries for the classes that occur."""
+    """Return a legend entry for each class of tops that occurs."""
     found, counts = np.unique(classes, return_counts=True)
     marks = []
     for k, n in zip(found, counts, strict=True):
@@ -87,9 +87,11 @@ def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
     return marks
 
 
-def draw_map(indicator: TopVerdicts, tops: Ensemble, axes: Axes | None, unit: str) -> Axes:
-    """Plot the final values over two parameters, and mark each doubtful top with a dot."""
-    chart = new_axes() if axes is None else check_axes(axes)
+def draw_indicator_map(
+    indicator: IndicatorWithClasses, tops: Ensemble, axes: Axes | None, unit: str
+) -> Axes:
+    """Plot the final values of an indicator over two parameters, and mark doubtful tops by dots."""
+    chart = create_axes() if axes is None else check_axes(axes)
     values = indicator.curve[..., -1]
     (up_name, up), (along_name, along) = (_axis_values(tops, d) for d in (0, 1))
     scale: Normalize = Normalize()
@@ -118,7 +120,7 @@ def draw_map(indicator: TopVerdicts, tops: Ensemble, axes: Axes | None, unit: st
 
 
 def _axis_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
-    """Return the name of a dimension and its values, or indices if they are not monotonic."""
+    """Return the name of a parameter and its values."""
     name, n = tops.axes[dimension], tops.shape[dimension]
     values: Any = tops.coords.get(name)
     if values is not None and np.size(values) == n:

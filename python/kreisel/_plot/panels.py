@@ -15,7 +15,7 @@ CLASSES = (("regular", "#1f5fb5"), ("chaotic", "#f0810f"), ("in doubt", "#a0a0a0
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def new_axes(width: float = 6.0, height: float = 4.0) -> Axes:
+def create_axes(width: float = 6.0, height: float = 4.0) -> Axes:
     """Create a figure of the given size [in], and return its axes."""
     return Figure(figsize=(width, height), layout="constrained").add_subplot()
 
@@ -38,7 +38,7 @@ def apply_style(chart: Axes) -> None:
 def unit_label(name: str, dimension: str, time_unit: str) -> str:
     """Return the label of an axis: a name and, if there is one, a dimension such as M L^2 T^-1.
 
-    The letter T in the dimension is replaced by the unit of time.
+    The letter T in `dimension` is replaced by the unit of time.
     """
     if not dimension:
         return name

@@ -1,4 +1,4 @@
-"""A chart of a section: one point per state, coloured by top or by class of motion."""
+"""A scatter plot of a Poincaré section, with one point per state."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .panels import CLASSES, apply_style, new_axes
+from .panels import CLASSES, apply_style, create_axes
 from .solids import check_axes
 
 with optional_dependency("'kreisel[plot]'"):
@@ -33,7 +33,7 @@ def draw_points(
     top      (e,) the index of the top of each point
     classes  for each top, the index of its class in CLASSES; None: a colour for each top
     """
-    chart = new_axes(5.2, 4.4) if axes is None else check_axes(axes)
+    chart = create_axes(5.2, 4.4) if axes is None else check_axes(axes)
     x, y = points
     size = float(np.clip(_INK / max(len(x), 1), _SMALLEST, _LARGEST))
     if classes is None:

@@ -1,4 +1,4 @@
-"""Drawings of solids, viewed from slightly above: shaded faces, rods, and bodies."""
+"""Drawings of shaded solids, viewed from slightly above."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _ROUND = 24  # flat sides that approximate a round tube
 def project_to_view(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Return the components of points along three directions: right, up, and towards the viewer.
+    """Project points onto three directions: right, up, and towards the viewer.
 
-    The line of sight has the angle `elevation` to the horizontal plane, and the angle `azimuth`
-    about the vertical [degrees].
+    The viewing direction is given by its elevation above the horizontal plane and its azimuth
+    [degrees].
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
@@ -53,12 +53,12 @@ def draw_faces(
     azimuth: float = 0.0,
     edge: float = 0.0,
 ) -> PolyCollection:
-    """Draw the faces of a solid; `corners` has the shape (n, 4, 3).
+    """Draw the faces of a solid, given their corners in an array of shape (n, 4, 3).
 
-    The corners of each face are listed counterclockwise as seen from outside. Only faces turned
-    towards the viewer are drawn, the most distant ones first. Faces turned towards the light are
-    drawn brighter. `colour` is either a single colour for all faces or an array with one row per
-    face. `edge` is the line width of the face outlines [pt].
+    The corners of each face are listed counterclockwise as seen from outside. Only the faces
+    visible to the viewer are drawn, in order of decreasing distance. Faces that are turned towards
+    the light are brighter. `colour` is either one colour for all faces or an array of colours.
+    `edge` is the line width of the outlines [pt].
     """
     x, y, depth = project_to_view(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
@@ -96,9 +96,9 @@ def draw_tube(
 ) -> None:
     """Draw a tube of elliptical cross-section along a curve through n points.
 
-    The axes of the ellipse are parallel to the two unit vectors in `normals`, of shape (n, 2, 3);
-    their lengths have the ratio `section`. The major axis has the length `thickness`, by default
-    one thirtieth of the curve's extent.
+    The axes of the ellipse are parallel to the unit vectors in `normals`, an array of
+    shape (n, 2, 3). The axes of the ellipse have the ratio `section`, and the major axis has the
+    length `thickness`.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
@@ -111,7 +111,7 @@ def draw_tube(
         np.concatenate([middle[0], first[:, ::-1]], axis=1),
         np.concatenate([middle[1], last], axis=1),
     ]
-    draw_faces(axes, np.concatenate([_join_rims(rims), *ends]), colour, elevation, azimuth)
+    draw_faces(axes, np.concatenate([_connect_rings(rims), *ends]), colour, elevation, azimuth)
     hide_axes(axes)
 
 
@@ -120,15 +120,14 @@ def draw_scale(
 ) -> None:
     """Mark the first point of a curve, and draw a scale bar below the curve.
 
-    The length of the bar is 1, 2 or 5 times a power of ten, and at most a quarter of the drawing's
-    extent.
+    The length of the scale bar is 1, 2 or 5 times a power of ten.
     """
     ink = matplotlib.rcParams["text.color"]
     x, y, _ = project_to_view(centre, elevation, azimuth)
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
     extent = float(max(np.ptp(x), np.ptp(y)))
-    aside, upwards = _direction_away_from_curve(x, y, 0.3 * extent)
+    aside, upwards = _find_direction_away_from_curve(x, y, 0.3 * extent)
     axes.annotate(
         "start", (x[0], y[0]), xytext=(9 * aside, 9 * upwards),
         ha=("center", "left", "right")[round(aside)],
@@ -148,11 +147,7 @@ def draw_scale(
     )  # fmt: skip
 
 
-def _direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
-    """Return the direction from the mean of all points within `reach` to the first point.
-
-    If the first point coincides with this mean, the direction points to the left.
-    """
+def _find_direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
     near = np.hypot(x - x[0], y - y[0]) <= reach
     away = complex(x[0] - x[near].mean(), y[0] - y[near].mean())
     if not abs(away) > 0.0:
@@ -161,18 +156,18 @@ def _direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float,
 
 
 def _thickness_or_default(centre: Array, thickness: float | None) -> float:
-    """Return the given thickness or, by default, a fraction of the centre line's extent."""
+    """Return the thickness of a tube, by default a thirtieth of the size of its centre line."""
     return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
 
 
-def _join_rims(rims: Array) -> Array:
-    """Return the faces that connect consecutive rims, for n rims of k points each."""
+def _connect_rings(rims: Array) -> Array:
+    """Return the faces that connect each ring of points with the next."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def parallel_normals(tangent: Array) -> Array:
-    """Return two unit normals at each point of a curve, which do not twist along the curve."""
+def compute_parallel_normals(tangent: Array) -> Array:
+    """Return two unit normals at each point of a curve, without twist along the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
     for k, along in enumerate(tangent):
@@ -183,11 +178,11 @@ def parallel_normals(tangent: Array) -> Array:
 
 
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
-    """Return the half-edge lengths, centre and axes (rows) of a homogeneous cuboid.
+    """Return the half-edge lengths, centre and axes of a homogeneous cuboid.
 
-    The cuboid has the principal moments of inertia `moments` about the fixed point. If no such
-    cuboid exists, as for an unphysical body, the mass is increased at constant mass * com. Among
-    all possible masses, the one that gives the largest cuboid is chosen.
+    The cuboid has the given principal moments of inertia about the fixed point. If no cuboid has
+    these moments, the mass is increased while mass * com is kept constant. The increased mass is
+    chosen so as to make the cuboid as large as possible.
     """
     best = _cuboid_of_mass(mass, moments, mass * com)
     if best is None:
@@ -213,7 +208,7 @@ def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, A
 
 
 def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the six faces of a cuboid and their colours; one face is brighter than the others."""
+    """Return the faces of a cuboid and their colours, with one brighter face."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):
@@ -229,9 +224,9 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
 def body_of_revolution(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
     """Return the faces of a body of revolution about the third axis, together with their colours.
 
-    `radius` and `half` are the radius and half-length of a cylinder centred at `height`. If `tip`
-    is False, the body is this cylinder. If `tip` is True, the body is a spinning top of similar
-    size that stands on the origin. A bright sector makes the spin visible.
+    `radius`, `half` and `height` are the radius, half-length and centre height of a cylinder. If
+    `tip` is True, the cylinder is replaced by a spinning top of similar size that stands on the
+    origin. A bright sector makes the spin visible.
     """
     low = height - half
     if tip:
@@ -270,10 +265,11 @@ def _spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float
 
 
 def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
-    """Return the faces of a solid that represents a body, in principal axes, and their colours.
+    """Return the faces of a solid that represents a body, and their colours.
 
-    A body that is symmetric about its apex is represented by a spinning top or a cylinder. Any
-    other body is represented by a cuboid.
+    A body with an axis of symmetry through its centre of mass is drawn as a spinning top or a
+    cylinder. Any other body is drawn as a cuboid. The corners of the faces are given in principal
+    axes.
     """
     half, centre, axes = cuboid(mass, moments, com)
     apex = int(np.argmax(np.abs(com))) if com.any() else 2

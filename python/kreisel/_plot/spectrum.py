@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .panels import apply_style, new_axes, unit_label
+from .panels import apply_style, create_axes, unit_label
 from .solids import BLUE, ORANGE, check_axes
 
 with optional_dependency("'kreisel[plot]'"):
@@ -35,9 +35,9 @@ class SpectralLines(Protocol):
     def rest(self) -> float: ...
 
 
-def draw_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -> Axes:
+def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -> Axes:
     """Plot the amplitude of each spectral line against its frequency, and return the axes."""
-    chart = new_axes(6.4, 3.4) if axes is None else check_axes(axes)
+    chart = create_axes(6.4, 3.4) if axes is None else check_axes(axes)
     strengths = np.abs(spectrum.amplitudes)
     found = strengths > 0.0
     lines, strengths = spectrum.lines[found], strengths[found]
@@ -64,7 +64,7 @@ def draw_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -> Axes:
 
 
 def _label_lines(chart: Axes, spectrum: SpectralLines, lines: Array, strengths: Array) -> None:
-    """Label each line with its offset from the precession frequency in terms of the nutation."""
+    """Label each spectral line by its offset in multiples of the nutation frequency."""
     style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
     if spectrum.nutation > 0.0:
         multiples = (lines - spectrum.precession) / spectrum.nutation

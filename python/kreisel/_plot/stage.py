@@ -1,4 +1,4 @@
-"""The scenery around a moving body: a floor, the sphere of the apex, a stand and a soft shadow.
+"""The scenery around a moving body: a floor, the unit sphere, a stand and a soft shadow.
 
 The colours match those of the interactive viewer.
 """
@@ -28,7 +28,7 @@ _MARGIN = 1.08  # half width of the picture
 
 
 def draw_stage(axes: Axes, floor: float) -> None:
-    """Draw all stationary parts, with the floor at the height `floor`."""
+    """Draw the floor, the sphere and the stand."""
     _set_limits(axes, floor)
     _draw_floor(axes, floor)
     _draw_dome(axes, floor)
@@ -45,11 +45,13 @@ def _set_limits(axes: Axes, floor: float) -> None:
 
 
 def _draw_floor(axes: Axes, height: float) -> None:
-    """Draw circles and spokes on the floor that fade with distance from the centre."""
+    """Draw concentric circles and spokes that fade towards the edge of the floor."""
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
     out = np.linspace(0.0, _RADIUS, 31)
-    lines = [r * _directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]]
-    lines += list(_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None])
+    lines = [
+        r * _make_horizontal_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
+    ]
+    lines += list(_make_horizontal_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None])
     pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
     far = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
     colours = np.tile(to_rgba(GRID), (len(pieces), 1))
@@ -61,28 +63,30 @@ def _draw_floor(axes: Axes, height: float) -> None:
 def _draw_dome(axes: Axes, floor: float) -> None:
     """Draw the outline of the unit sphere above the floor, and the circle where they intersect."""
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    x, y = _directions(turn).T
+    x, y = _make_horizontal_directions(turn).T
     height = y * np.cos(np.radians(20.0))  # of the points of the outline
     axes.plot(x, np.where(height >= floor, y, np.nan), color=FAINT, linewidth=0.8, zorder=0.6)
     if floor > -1.0:
-        rim = _project_at_height((1.0 - floor * floor) ** 0.5 * _directions(turn), floor)
+        rim = _project_at_height(
+            (1.0 - floor * floor) ** 0.5 * _make_horizontal_directions(turn), floor
+        )
         axes.plot(*rim.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
     base, tip = (tuple(_project_at_height(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
     axes.annotate("", tip, base, arrowprops={"arrowstyle": "->", "color": FAINT})
 
 
 def _draw_stand(axes: Axes, floor: float) -> None:
-    """Draw the fixed point and, if the point is above the floor, a needle that supports it."""
+    """Draw the fixed point and a needle that supports it above the floor."""
     axes.plot(*np.stack([_project_at_height(np.zeros(2), z) for z in (0.0, floor)]).T,
               color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
 
 
 def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
-    """Draw the shadow that the faces with the given `corners` cast on the floor.
+    """Draw the shadow of a body on the floor, given the corners of its faces.
 
-    The light source is extended, not a point. The shadow is therefore sharp where the body is close
-    to the floor, and blurred elsewhere.
+    The light source has a finite size. The shadow is sharp only where the body is close to the
+    floor.
     """
     above = corners[..., 2:] - floor
     outlines = []
@@ -99,7 +103,7 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
 
 
 def _join_faces(faces: Array) -> Outline:
-    """Combine the faces into a single path whose filled area is their union, and return it."""
+    """Combine the faces into a single path that encloses their union."""
     x, y = np.moveaxis(faces, -1, 0)
     area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
     faces = faces[area > 0.0]  # faces away from the lamp cover the same area
@@ -108,11 +112,11 @@ def _join_faces(faces: Array) -> Outline:
     return Outline(corners, codes.astype(np.uint8))
 
 
-def _directions(angle: Array) -> Array:
+def _make_horizontal_directions(angle: Array) -> Array:
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _project_at_height(places: Array, height: float) -> Array:
-    """Project points of a horizontal plane onto the picture, and return their coordinates."""
+    """Project points in a horizontal plane onto the picture."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project_to_view(lifted)[:2], axis=-1)

@@ -1,1 +1,1 @@
-"""Results of runs: paths built from the output of the core, and exceptions for failed runs."""
+"""Results of runs: paths, ensembles of paths, and exceptions."""

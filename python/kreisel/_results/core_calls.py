@@ -1,4 +1,4 @@
-"""Core calls that record the states of a single scene, and the exception for an invalid scene."""
+"""Functions that compute the motion of a single scene in the core."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from .._utils.validation import Array, as_finite_array, as_float
 CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
-class RunOrigin(NamedTuple):
+class RunStart(NamedTuple):
     """The time [T] of a run's initial state, and the low-order words of that state or None.
 
-    The time is 0 unless the run has been pushed, reset or changed.
+    The time is nonzero only after a `push`, a `reset` or a change of the scene.
     """
 
     begin: float = 0.0
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Return the origin as numbers for a JSON header, or None if it is the default."""
+        """Return a JSON representation, or None for the default origin."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
-    def from_json(cls, value: object) -> RunOrigin:
+    def from_json(cls, value: object) -> RunStart:
         """Return the origin described by numbers in a header. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
@@ -46,7 +46,7 @@ class RunOrigin(NamedTuple):
         return cls(as_float("the time of the start", value[0]), low)
 
 
-ORIGIN = RunOrigin()
+ORIGIN = RunStart()
 
 
 def record_states(
@@ -54,7 +54,7 @@ def record_states(
     options: SolveOptions,
     times: Array,
     progress: Progress | Work | None = None,
-    origin: RunOrigin = ORIGIN,
+    origin: RunStart = ORIGIN,
 ) -> CoreResult:
     """Record the states at times that have already been validated.
 
@@ -65,16 +65,16 @@ def record_states(
     return record(scene._block, *options.core, times, progress=progress, begin=begin, low=low)
 
 
-def record_unordered(
-    scene: Scene, options: SolveOptions, times: Array, origin: RunOrigin = ORIGIN
+def record_states_at_unordered_times(
+    scene: Scene, options: SolveOptions, times: Array, origin: RunStart = ORIGIN
 ) -> CoreResult:
-    """Record the states at unordered times, which may be negative, zero or positive.
+    """Compute the states at times in any order, positive or negative.
 
-    Negative and positive times are computed in separate runs. If one of these runs fails, only its
-    result is returned, which contains the states before the failure.
+    Negative and positive times are computed in separate runs. If one of these runs fails, the
+    result contains only the states of this run before the failure.
     """
     states = np.empty((times.size, 8))
-    low = np.empty((times.size, 8)) if options.has_low_words else None
+    low = np.empty((times.size, 8)) if options.has_extended_precision else None
     counts, end = np.zeros(4, dtype=np.int64), 0.0
     for side in (times < 0.0, times >= 0.0):
         at = np.flatnonzero(side)
@@ -91,10 +91,10 @@ def record_unordered(
     return "OK", states, low, (steps, rejected, evaluations, iterations), end
 
 
-def creation_error(
+def make_creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
-    """Return the exception for a top for which the core cannot create a run.
+    """Return the exception that explains why the core cannot start a run.
 
     If `step` is too large, the message suggests a smaller step that the core accepts.
     """

@@ -1,4 +1,4 @@
-"""Buffers with one row per top of an ensemble, in C order, and the core calls that fill them."""
+"""Buffers for the results of an ensemble, and the functions that fill them."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _NOT_YET = -1  # the status of a top that has not run
 INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
 
-class RawEvents(NamedTuple):
+class EventColumns(NamedTuple):
     """Events of several tops, stored as columns of equal length e.
 
-    The columns are the row of the top, the state and its low-order words (8 numbers each), and the
-    index and direction of the event.
+    `top` is the row of the top, and `states` and `low` are the state and its low-order words.
+    `which` and `direction` are the index and the direction of the event.
     """
 
     top: Counts
@@ -38,15 +38,15 @@ class RawEvents(NamedTuple):
     which: npt.NDArray[np.intc]
     direction: npt.NDArray[np.intc]
 
-    def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
+    def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> EventColumns:
         """Return the events at the indices `chosen`, with `numbers` as the column `top`."""
         states, low = self.states[chosen], self.low[chosen]
-        return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
+        return EventColumns(numbers, states, low, self.which[chosen], self.direction[chosen])
 
 
 @dataclass
 class EnsembleBuffers:
-    """The results of n tops at k times each; results that are not requested are None or empty.
+    """Buffers for the results of n tops at k times; unused buffers are None or empty.
 
     status, done   (n,) the code of the status, and the number of times with valid states
     counts         (n, 4) numbers of steps, rejected steps, evaluations and iterations
@@ -78,12 +78,12 @@ class EnsembleBuffers:
     reduced: Array | None = None
     last: dict[int, Array] = field(default_factory=dict)
     messages: dict[int, str] = field(default_factory=dict)
-    events: list[RawEvents] = field(default_factory=list)
+    events: list[EventColumns] = field(default_factory=list)
     chosen: dict[int, StepChoice] = field(default_factory=dict)
 
     @classmethod
     def empty(cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None) -> Self:
-        """Return empty buffers for n tops at k times, using `out` for the states if given."""
+        """Allocate buffers for n tops at k times; `out` is an optional array for the states."""
         buffers = cls(
             np.full(n, _NOT_YET, dtype=np.int8),
             np.zeros(n, dtype=np.int64),
@@ -97,11 +97,11 @@ class EnsembleBuffers:
                 buffers.columns[name] = np.empty((n, k, *RECORDABLE[name].shape))
         else:
             buffers.states = np.empty((n, k, 8)) if out is None else out
-            buffers.low = np.empty((n, k, 8)) if options.solve.has_low_words else None
+            buffers.low = np.empty((n, k, 8)) if options.solve.has_extended_precision else None
         if options.solve.tangents:
-            shape = n, k, 6, options.solve.tangent_columns
+            shape = n, k, 6, options.solve.tangent_column_count
             buffers.tangents, buffers.truncation = np.empty(shape), np.full(n, np.nan)
-            buffers.tangents_low = np.empty(shape) if options.solve.has_low_words else None
+            buffers.tangents_low = np.empty(shape) if options.solve.has_extended_precision else None
         return buffers
 
     @property
@@ -109,7 +109,7 @@ class EnsembleBuffers:
         """The number of tops."""
         return len(self.status)
 
-    def _arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+    def _list_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
         names = ["status", "done", "counts", "reached", "states", "low", "reduced"]
         names += ["tangents", "tangents_low", "truncation"]
         arrays = {name: getattr(self, name) for name in names}
@@ -120,7 +120,7 @@ class EnsembleBuffers:
 
         If `which` is a slice, the arrays of the returned buffers are views.
         """
-        arrays = {name: array[which] for name, array in self._arrays().items()}
+        arrays = {name: array[which] for name, array in self._list_arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
         if self.last or self.messages or self.chosen:
@@ -128,10 +128,10 @@ class EnsembleBuffers:
             part.last = {j: self.last[i] for j, i in numbers if i in self.last}
             part.messages = {j: self.messages[i] for j, i in numbers if i in self.messages}
             part.chosen = {j: self.chosen[i] for j, i in numbers if i in self.chosen}
-        part.events = self._events_of_rows(which) if self.events else []
+        part.events = self._select_events_of_rows(which) if self.events else []
         return part
 
-    def _events_of_rows(self, which: Which) -> list[RawEvents]:
+    def _select_events_of_rows(self, which: Which) -> list[EventColumns]:
         """Return the events of the rows selected by `which`, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
@@ -145,17 +145,17 @@ class EnsembleBuffers:
             )
         return found
 
-    def copy_rows_in(self, begin: int, part: EnsembleBuffers) -> None:
+    def copy_rows_from(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
         end = begin + part.size
-        mine, columns = self._arrays(), self.columns
-        for name, array in part._arrays().items():
+        mine, columns = self._list_arrays(), self.columns
+        for name, array in part._list_arrays().items():
             mine[name][begin:end] = array
         for name, array in part.columns.items():
             columns[name][begin:end] = array
-        self.merge_part(begin, part)
+        self.add_events_and_failures(begin, part)
 
-    def merge_part(self, begin: int, part: EnsembleBuffers) -> None:
+    def add_events_and_failures(self, begin: int, part: EnsembleBuffers) -> None:
         """Add the failures, choices and events of `part`, whose first row has index `begin`."""
         if part is self:
             return
@@ -169,7 +169,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Set the status of tops that have not run to ERR_INTERRUPTED, and their values to NaN."""
+        """Mark tops that have not run as interrupted, with NaN as their values."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         values = self.states, self.reduced, self.low, self.tangents, self.tangents_low
@@ -181,7 +181,7 @@ class EnsembleBuffers:
 
 
 class SliceRunner(NamedTuple):
-    """A function that runs the tops begin..end of an ensemble and stores the results in buffers.
+    """A function that computes the motions of a slice of an ensemble.
 
     `is_native` is True if the core itself distributes the tops over threads.
     """
@@ -190,7 +190,7 @@ class SliceRunner(NamedTuple):
     is_native: bool = False
 
 
-def run_lanes(
+def run_slice_in_lanes(
     buffers: EnsembleBuffers,
     options: EnsembleOptions,
     tops: Ensemble,
@@ -199,13 +199,13 @@ def run_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end, several at once in SIMD lanes, and return their rows.
+    """Run a slice of an ensemble in SIMD lanes, and return the buffers of this slice.
 
-    The rows are views of `buffers`. `work` can stop the run, and specifies the number of threads
-    that the core uses.
+    The returned arrays are views of `buffers`. `work` can stop the run, and specifies the number of
+    threads.
     """
     part = buffers if end - begin == buffers.size else buffers.select_rows(slice(begin, end))
-    failed, last = Worker(*options.core, options.reductions_for_core, work).run(
+    failed, last = Worker(*options.core, options.core_reductions, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
     )  # fmt: skip
@@ -213,7 +213,7 @@ def run_lanes(
     return part
 
 
-def run_scalar(
+def run_slice_sequentially(
     buffers: EnsembleBuffers,
     options: EnsembleOptions,
     tops: Ensemble,
@@ -222,25 +222,25 @@ def run_scalar(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one at a time, and return their rows with events and tangents.
+    """Run the tops of a slice one by one, including events and tangents.
 
-    The arguments are the same as for run_lanes.
+    The arguments are the same as for run_slice_in_lanes.
     """
     part = buffers.select_rows(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
         *options.solve.core, list(options.core_events or ()), work,
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
-        options.solve.tangent_bits, part.tangents, part.tangents_low, part.truncation,
+        options.solve.tangent_flags, part.tangents, part.tangents_low, part.truncation,
     )  # fmt: skip
     part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(of.tolist())}
     if options.core_events is not None:
-        part.events = [RawEvents(by, states, rest, which, direction)]
+        part.events = [EventColumns(by, states, rest, which, direction)]
     return part
 
 
-LANES = SliceRunner(run_lanes, is_native=True)
-SCALAR = SliceRunner(run_scalar)
+LANES = SliceRunner(run_slice_in_lanes, is_native=True)
+SCALAR = SliceRunner(run_slice_sequentially)
 
 
 def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
@@ -253,9 +253,9 @@ def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
 
 
 def derivatives(name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int) -> Array:
-    """Return the derivatives of a quantity for all states, as an array of shape (n, k, ..., c).
+    """Return the derivatives of a quantity for all tops, as an array of shape (n, k, ..., c).
 
-    `bits` is the sum of the core's bit flags for the parameters.
+    `bits` is a bit mask of the parameters with respect to which tangents were computed.
     """
     assert buffers.states is not None and buffers.tangents is not None
     n, k, _, columns = buffers.tangents.shape

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._utils.validation import Array, ReadOnlyArrays
-from .ensemble_buffers import Counts, RawEvents
+from .ensemble_buffers import Counts, EventColumns
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +50,19 @@ class EnsembleEvents(ReadOnlyArrays):
         return self.states[:, 5:]
 
 
-def join_events(met: list[RawEvents]) -> RawEvents:
+def join_events(met: list[EventColumns]) -> EventColumns:
     """Return the events of several slices as one table, sorted by the index of the top."""
     if not met:
         none = np.empty(0, dtype=np.intc)
-        return RawEvents(
+        return EventColumns(
             np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), none, none
         )
     columns = [np.concatenate(column) for column in zip(*met, strict=True)]
     order = np.argsort(columns[0], kind="stable")
-    return RawEvents(*(column[order] for column in columns))
+    return EventColumns(*(column[order] for column in columns))
 
 
-def ensemble_events(met: RawEvents, shape: tuple[int, ...]) -> EnsembleEvents:
+def ensemble_events(met: EventColumns, shape: tuple[int, ...]) -> EnsembleEvents:
     """Return the recorded events `met` of an ensemble of shape `shape` as an EnsembleEvents."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)

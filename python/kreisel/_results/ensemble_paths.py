@@ -1,4 +1,4 @@
-"""Paths of an ensemble: arrays whose shape starts with the ensemble's, and one path per top."""
+"""Paths of an ensemble, stored as arrays and accessible one by one."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .._options.quantities import LOW, RECORDABLE, check_quantity
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, read_only, short_repr
-from .ensemble_buffers import RawEvents, derivatives, values
+from .ensemble_buffers import EventColumns, derivatives, values
 from .ensemble_events import EnsembleEvents, ensemble_events, join_events
 from .ensemble_result import EnsembleResult
-from .indexing import flat_index
+from .indexing import find_flat_index
 from .path import Events, Path
 from .state_quantities import NO_STATES, STATE_COLUMNS, add_quantities
 from .tables import quantity_rows
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 class Paths(EnsembleResult, QuantityAttributes):
     """The motions of all tops in an ensemble, each at k times.
 
-    All arrays are read-only; t, q and m are views of `states`, and other quantities are computed on
-    first access. The shape of an array is (*shape, k) followed by the shape of the quantity. If a
-    top failed, its values after the last valid state are NaN.
+    All arrays are read-only. The arrays t, q and m are views of `states`, and other quantities are
+    computed on first access. The shape of an array is (*shape, k) followed by the shape of the
+    quantity. If a top failed, its values after the last valid state are NaN.
 
     tops    the ensemble
     paths[i], paths[i, j]   a kreisel.Path of one top with the same values. Calling this path with
@@ -46,7 +46,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """The quantities stored in addition to t, or None if the paths store complete states."""
+        """The stored quantities other than t, or None if the paths store complete states."""
         return self._options.solve.want
 
     @property
@@ -57,26 +57,26 @@ class Paths(EnsembleResult, QuantityAttributes):
     def states(self) -> Array:
         """(*shape, k, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
         if self._buffers.states is None:
-            raise self._missing_error("states")
-        return self._to_ensemble_shape(self._buffers.states)
+            raise self._make_missing_quantity_error("states")
+        return self._reshape_to_ensemble(self._buffers.states)
 
-    def _quantity_values(self, name: str) -> Array:
+    def _compute_quantity(self, name: str) -> Array:
         """Return the values of a quantity for all tops."""
         columns = self._buffers.columns
         if name in columns:
-            return self._to_ensemble_shape(columns[name])
+            return self._reshape_to_ensemble(columns[name])
         if self.want is not None:
-            raise self._missing_error(name)
+            raise self._make_missing_quantity_error(name)
         if name in STATE_COLUMNS:
             return self.states[..., STATE_COLUMNS[name]]
         if name in LOW:
             part, low = STATE_COLUMNS[name.removesuffix("_low")], self._buffers.low
             if low is None:
                 return read_only(0.0 * self.states[..., part])
-            return self._to_ensemble_shape(low)[..., part]
-        return self._to_ensemble_shape(values(name, self.tops, self._buffers))
+            return self._reshape_to_ensemble(low)[..., part]
+        return self._reshape_to_ensemble(values(name, self.tops, self._buffers))
 
-    def _missing_error(self, name: str) -> AttributeError:
+    def _make_missing_quantity_error(self, name: str) -> AttributeError:
         more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
         return AttributeError(
             f"this result has no {name!r}: it has only the quantities of want={self.want!r}; {more}"
@@ -85,40 +85,40 @@ class Paths(EnsembleResult, QuantityAttributes):
     @property
     def q(self) -> Array:
         """(*shape, k, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self._quantity_values("q")
+        return self._compute_quantity("q")
 
     @property
     def m(self) -> Array:
         """(*shape, k, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self._quantity_values("m")
+        return self._compute_quantity("m")
 
     @cached_property
     def q_low(self) -> Array:
         """(*shape, k, 4) low words of q; zero if at most 16 digits were requested."""
-        return self._quantity_values("q_low")
+        return self._compute_quantity("q_low")
 
     @cached_property
     def m_low(self) -> Array:
         """(*shape, k, 3) low words of m [M L^2 T^-1]; zero if at most 16 digits were requested."""
-        return self._quantity_values("m_low")
+        return self._compute_quantity("m_low")
 
     @property
     def tangents(self) -> Array:
         """(*shape, k, 6, c) derivatives of the states, as in Path.tangents."""
-        return self._to_ensemble_shape(self._tangents())
+        return self._reshape_to_ensemble(self._tangents())
 
     @property
     def tangents_low(self) -> Array:
         """(*shape, k, 6, c) low words of the tangents; zero up to 16 digits."""
         high, low = self._tangents(), self._buffers.tangents_low
-        return self._to_ensemble_shape(0.0 * high if low is None else low)
+        return self._reshape_to_ensemble(0.0 * high if low is None else low)
 
     @property
     def tangents_rest(self) -> Array:
         """(*shape) the truncation error of the tangents of each top, relative to their size."""
         self._tangents()
         assert self._buffers.truncation is not None
-        return self._to_ensemble_shape(self._buffers.truncation)
+        return self._reshape_to_ensemble(self._buffers.truncation)
 
     def derivative(self, quantity: QuantityName) -> Array:
         """Return the derivatives of a quantity for all tops, in an array (*shape, k, ..., c).
@@ -132,8 +132,8 @@ class Paths(EnsembleResult, QuantityAttributes):
         Raises AttributeError if the paths store no tangents, and ValueError for an unknown name.
         """
         self._tangents()
-        name, bits = check_quantity(quantity), self._options.solve.tangent_bits
-        return self._to_ensemble_shape(derivatives(name, self.tops, self._buffers, bits))
+        name, bits = check_quantity(quantity), self._options.solve.tangent_flags
+        return self._reshape_to_ensemble(derivatives(name, self.tops, self._buffers, bits))
 
     def _tangents(self) -> Array:
         """Return the tangents of all tops; raise AttributeError if none are stored."""
@@ -145,7 +145,7 @@ class Paths(EnsembleResult, QuantityAttributes):
     @property
     def q_xyzw(self) -> Array:
         """(*shape, k, 4) unit quaternions (x, y, z, w), with the scalar component last."""
-        return self._quantity_values("q")[..., [1, 2, 3, 0]]
+        return self._compute_quantity("q")[..., [1, 2, 3, 0]]
 
     if not TYPE_CHECKING:
 
@@ -154,7 +154,7 @@ class Paths(EnsembleResult, QuantityAttributes):
             if name.startswith("_"):
                 raise AttributeError(name)
             if self.want is not None and hasattr(type(self), name):
-                raise self._missing_error(name)
+                raise self._make_missing_quantity_error(name)
             if name in TANGENT_ATTRIBUTES and self._buffers.tangents is None:
                 hint = TANGENT_ATTRIBUTES[name]
                 raise AttributeError(f"these paths have no {name!r}: {hint}")
@@ -164,17 +164,17 @@ class Paths(EnsembleResult, QuantityAttributes):
     @cached_property
     def events(self) -> EnsembleEvents:
         """The events that occurred during the runs; empty if none were requested."""
-        return ensemble_events(self._raw_events, self.shape)
+        return ensemble_events(self._event_columns, self.shape)
 
     @cached_property
-    def _raw_events(self) -> RawEvents:
+    def _event_columns(self) -> EventColumns:
         return join_events(self._buffers.events)
 
-    def _member(self, i: int) -> Path:
-        path = super()._member(i)
+    def _select_member(self, i: int) -> Path:
+        path = super()._select_member(i)
         if self._options.core_events is None:
             return path
-        met = self._raw_events
+        met = self._event_columns
         first, last = np.searchsorted(met.top, [i, i + 1])
         here = slice(int(first), int(last))
         at = self._path(i, met.states[here].copy(), met.low[here].copy())
@@ -192,34 +192,32 @@ class Paths(EnsembleResult, QuantityAttributes):
         >>> paths[3], paths[1:3].q.shape
         (<kreisel.Path: 3 states, t = 0 .. 2; exact, 2 steps>, (2, 3, 4))
         """
-        i = flat_index(self.shape, key)
-        return self._select_tops(key) if i is None else self._member(i)
+        i = find_flat_index(self.shape, key)
+        return self._select_tops(key) if i is None else self._select_member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because paths consist of several arrays."""
-        raise TypeError(
-            "paths are not an array: use one of their arrays, as paths.q or paths.states"
-        )
+        raise TypeError("paths are not an array: use an array such as paths.q or paths.states")
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with one variable per quantity in `names`.
 
         If no names are given, the Dataset contains all quantities that the paths store. The
-        dimensions are those of the ensemble, then time, then those of the quantity as in
-        Path.to_xarray. If each top has its own times, the coordinate t depends on the ensemble
-        dimensions and on time.
+        dimensions are those of the ensemble, followed by time and by the component dimensions
+        described in Path.to_xarray. If each top has its own times, the coordinate t depends on the
+        ensemble dimensions and on time.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        The parameters that vary, `status` and `reached` are stored as coordinates. In all other
-        respects, the Dataset is like that of Path.to_xarray.
+        The parameters that vary, `status` and `reached` are stored as coordinates. In other
+        respects, the Dataset has the same form as that returned by Path.to_xarray.
         """
         from .ensemble_tables import dataset
 
         return dataset(self, quantity_rows(self, names, degrees, unwrap))
 
 
-add_quantities(Paths, ("*shape", "k"), Paths._quantity_values)
+add_quantities(Paths, ("*shape", "k"), Paths._compute_quantity)

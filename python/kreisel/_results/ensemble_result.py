@@ -18,8 +18,8 @@ from .._utils.errors import refuse_assignment
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
-from .indexing import flat_index, flat_indices
-from .path import Error, Interrupted, Path, make_path, progress_text, stop_exception
+from .indexing import find_flat_index, list_flat_indices
+from .path import Error, Interrupted, Path, format_progress, make_path, make_stop_exception
 from .state_quantities import NO_STATES
 from .tangent_data import TangentData
 
@@ -70,20 +70,20 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def step(self) -> float | None:
-        """The step used [T], always positive; None if the method has no step or chose it itself."""
+        """The absolute value of the step size [T], or None if the method chose it or has none."""
         return self._options.solve.step
 
     @property
     def tol(self) -> float | None:
-        """The tolerance used; None if the method has no tolerance or chose it itself."""
+        """The tolerance used, or None if the method chose it or has none."""
         return self._options.solve.tol
 
     @property
     def digits(self) -> int | None:
-        """The number of digits used; None if it was not given."""
+        """The requested number of digits, or None if it was not given."""
         return self._options.solve.digits
 
-    def _to_ensemble_shape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
+    def _reshape_to_ensemble(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
         """Return `rows`, an array with one row per top, reshaped to the ensemble's shape."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
@@ -92,23 +92,24 @@ class EnsembleResult(ReadOnlyArrays):
     @property
     def t(self) -> Array:
         """(k,) times common to all tops, or (*shape, k) if each top has its own times [T]."""
-        return read_only(self._t[:]) if self._t.ndim == 1 else self._to_ensemble_shape(self._t)
+        return read_only(self._t[:]) if self._t.ndim == 1 else self._reshape_to_ensemble(self._t)
 
     @property
     def status(self) -> Codes:
         """(*shape) 0 for a top without failure, otherwise the code of its failure.
 
-        `status_names` lists the names of the status codes, and `message` describes a failure.
+        The attribute `status_names` contains the names of the status codes, and `message` describes
+        a failure.
         """
-        return self._to_ensemble_shape(self._buffers.status)
+        return self._reshape_to_ensemble(self._buffers.status)
 
     @property
     def status_names(self) -> npt.NDArray[np.str_]:
         """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
 
-        The names are those of the constants in kreisel.h, without their prefix.
+        Each name is that of a constant in kreisel.h without its prefix.
         """
-        return self._to_ensemble_shape(np.array(STATUSES)[self._buffers.status])
+        return self._reshape_to_ensemble(np.array(STATUSES)[self._buffers.status])
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
@@ -122,87 +123,85 @@ class EnsembleResult(ReadOnlyArrays):
     @property
     def reached(self) -> Array:
         """(*shape) the time of the last valid state of each top [T]."""
-        return self._to_ensemble_shape(self._buffers.reached)
+        return self._reshape_to_ensemble(self._buffers.reached)
 
     @property
     def state_counts(self) -> Counts:
         """(*shape) the number of requested times that each top reached."""
-        return self._to_ensemble_shape(self._buffers.done)
+        return self._reshape_to_ensemble(self._buffers.done)
 
     @property
     def steps(self) -> Counts:
         """(*shape) the number of steps of the method."""
-        return self._to_ensemble_shape(self._buffers.counts[:, 0])
+        return self._reshape_to_ensemble(self._buffers.counts[:, 0])
 
     @property
     def rejected(self) -> Counts:
         """(*shape) the number of rejected steps."""
-        return self._to_ensemble_shape(self._buffers.counts[:, 1])
+        return self._reshape_to_ensemble(self._buffers.counts[:, 1])
 
     @property
     def evaluations(self) -> Counts:
         """(*shape) the number of evaluations of the right-hand side or of the torque."""
-        return self._to_ensemble_shape(self._buffers.counts[:, 2])
+        return self._reshape_to_ensemble(self._buffers.counts[:, 2])
 
     @property
     def iterations(self) -> Counts:
         """(*shape) the number of iterations of an implicit solver."""
-        return self._to_ensemble_shape(self._buffers.counts[:, 3])
+        return self._reshape_to_ensemble(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
         """Return why the top at `index` failed, or 'success' if it did not fail."""
-        i = flat_index(self.shape, index)
+        i = find_flat_index(self.shape, index)
         if i is None:
             raise IndexError(
                 f"{short_repr(index)} is not the index of one top, of the shape {self.shape}"
             )
-        return (
-            statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure_exception(i))
-        )
+        return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._make_exception(i))
 
     def check(self) -> Self:
         """Return this result if every top reached its final time.
 
         Raises kreisel.Error for the first top that did not reach its final time. The error message
-        states the index of this top and the number of failed tops. The `.path` of the exception is
-        the path of this top, and its `.paths` is this result.
+        states the index of the failed top and the number of all failed tops. The attribute `path`
+        of the exception is the path of this top, and `paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
-            raise self._stop_error(int(failed[0]), failed.size)
+            raise self._make_stop_error(int(failed[0]), failed.size)
         return self
 
-    def _failure_exception(self, i: int) -> BaseException:
+    def _make_exception(self, i: int) -> BaseException:
         """Return the exception that would be raised if the i-th top were solved alone."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
-        path = self._member(i)
-        times = self._times_of_top(i)
+        path = self._select_member(i)
+        times = self._select_times_of_top(i)
         end = float(times[-1]) if times.size else 0.0
-        return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
+        return make_stop_exception(
+            STATUSES[self._buffers.status[i]], path, format_progress(path, end)
+        )
 
-    def _stop_error(self, i: int, count: int) -> Error | Interrupted:
+    def _make_stop_error(self, i: int, count: int) -> Error | Interrupted:
         """Return the exception for `count` unfinished tops, the first of which has index `i`."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
-        text = (
-            f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure_exception(i)}"
-        )
+        text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._make_exception(i)}"
         kind = Interrupted if interrupted else Error
-        return kind(text, STATUSES[self._buffers.status[i]], self._member(i), self)
+        return kind(text, STATUSES[self._buffers.status[i]], self._select_member(i), self)
 
-    def _times_of_top(self, i: int) -> Array:
+    def _select_times_of_top(self, i: int) -> Array:
         return self._t if self._t.ndim == 1 else self._t[i]
 
-    def _member_options(self, i: int) -> SolveOptions:
+    def _make_member_options(self, i: int) -> SolveOptions:
         """Return options to solve the i-th top alone and record complete states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
-        options = self._options.options_for(member(self.tops, i))
+        options = self._options.make_options_for_top(member(self.tops, i))
         return replace(options, want=None, error=None)
 
-    def _member(self, i: int) -> Path:
+    def _select_member(self, i: int) -> Path:
         """Return the path of the i-th top, counted in C order.
 
         If the top failed, the path ends with its last valid state.
@@ -217,13 +216,17 @@ class EnsembleResult(ReadOnlyArrays):
             return replace(path, _tangent_data=self._tangent_data(i))
         if buffers.columns:
             columns = {name: column[i, :done] for name, column in buffers.columns.items()}
-            path = replace_columns(path, {"t": self._times_of_top(i)[:done].copy()} | columns)
+            path = replace_columns(
+                path, {"t": self._select_times_of_top(i)[:done].copy()} | columns
+            )
         return (
-            self._with_last_valid_state(i, path) if i in buffers.last or buffers.status[i] else path
+            self._append_last_valid_state(i, path)
+            if i in buffers.last or buffers.status[i]
+            else path
         )
 
     def _tangent_data(self, i: int) -> TangentData:
-        """Return the tangents at the valid states of the i-th top."""
+        """Return the tangents of the i-th top."""
         buffers, done = self._buffers, int(self._buffers.done[i])
         assert buffers.tangents is not None and buffers.truncation is not None
         high, low = buffers.tangents[i, :done], buffers.tangents_low
@@ -234,20 +237,22 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _path(self, i: int, states: Array, low: Array | None) -> Path:
-        times = self._times_of_top(i)
+        times = self._select_times_of_top(i)
         end = float(times[-1]) if times.size else 0.0
         steps, rejected, evaluations, iterations = self._buffers.counts[i].tolist()
         counts = steps, rejected, evaluations, iterations
         result = "OK", states, low, counts, end
-        path = make_path(member(self.tops, i), self._member_options(i), result)
+        path = make_path(member(self.tops, i), self._make_member_options(i), result)
         choice = self._buffers.chosen.get(i)
         return path if choice is None else replace(path, _choice=choice)
 
-    def _with_last_valid_state(self, i: int, path: Path) -> Path:
+    def _append_last_valid_state(self, i: int, path: Path) -> Path:
         """Return the path of the i-th top; append its last valid state if the path lacks it."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
-        if len(path) == len(self._times_of_top(i)) or (len(path) and path.t[-1] == state[0, 0]):
+        if len(path) == len(self._select_times_of_top(i)) or (
+            len(path) and path.t[-1] == state[0, 0]
+        ):
             return path
         low = None
         if path._low is not None:
@@ -265,7 +270,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     def _select_tops(self, key: Any) -> Self:
         """Return the result for the tops selected by `key`."""
-        at = flat_indices(self.shape, key)
+        at = list_flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
         return type(self)(self.tops[key], t, self._options, self._buffers.select_rows(which))
@@ -288,7 +293,7 @@ class EnsembleResult(ReadOnlyArrays):
 
 
 def replace_columns(path: Path, columns: dict[str, Array]) -> Path:
-    """Return a copy of the path that stores `columns` in place of its states."""
+    """Return a copy of the path that stores the quantities `columns` instead of states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)
     return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)

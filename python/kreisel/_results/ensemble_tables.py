@@ -23,14 +23,14 @@ Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 
 def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
-    """Return a Dataset of the quantities in `rows` at all states."""
+    """Build a Dataset from quantities at all states of an ensemble."""
     with optional_dependency(TABLES):
         import xarray as xr
     along = paths.tops.axes
-    coordinates, variables = _top_variables(paths), {}
+    coordinates, variables = _build_top_variables(paths), {}
     own = paths.t.ndim > 1
     for quantity, values in rows:
-        inner = _array_dimensions(quantity)
+        inner = _name_array_dimensions(quantity)
         coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
         variables[quantity.name] = (
             (*along, "time", *inner),
@@ -40,42 +40,44 @@ def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     time = "t" if own else "time"
     where = (*along, "time") if own else ("time",)
     coordinates[time] = (where, np.array(paths.t), _unit_attributes(TIME))
-    return xr.Dataset(variables, coordinates, _run_attributes(paths))
+    return xr.Dataset(variables, coordinates, _list_run_attributes(paths))
 
 
-def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
+def build_reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
     """Return a Dataset of the reductions for all tops."""
     with optional_dependency(TABLES):
         import xarray as xr
     along = reduced.tops.axes
-    coordinates, variables = _top_variables(reduced), {}
-    for name, quantity, values in _reductions_with_units(kept):
-        inner = _array_dimensions(quantity) if values.ndim > reduced.ndim else {}
+    coordinates, variables = _build_top_variables(reduced), {}
+    for name, quantity, values in _yield_reductions_with_units(kept):
+        inner = _name_array_dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
         variables[name] = ((*along, *inner), np.array(values), _unit_attributes(quantity))
-    return xr.Dataset(variables, coordinates, _run_attributes(reduced))
+    return xr.Dataset(variables, coordinates, _list_run_attributes(reduced))
 
 
-def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
+def build_reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
     """Return a DataFrame of the reductions, with one row per top."""
     with optional_dependency(TABLES):
         import pandas as pd
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
-    for name, (dims, values, about) in _top_variables(reduced).items():
+    for name, (dims, values, about) in _build_top_variables(reduced).items():
         columns[name] = broadcast_to_tops(reduced.tops, dims, values)
         units[name] = str(about["units"])
-    for column, values, unit in reduction_columns(reduced, kept):
+    for column, values, unit in list_reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
     frame = pd.DataFrame(columns)
-    frame.attrs = _run_attributes(reduced) | {"units": units}
+    frame.attrs = _list_run_attributes(reduced) | {"units": units}
     return frame
 
 
-def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
+def list_reduction_columns(
+    reduced: EnsembleResult, kept: Reduced
+) -> Iterator[tuple[str, Array, str]]:
     """Yield one column (name, values, unit) per component of the reductions."""
     n = len(reduced._buffers.status)
-    for name, quantity, values in _reductions_with_units(kept):
+    for name, quantity, values in _yield_reductions_with_units(kept):
         kind = name.removeprefix(quantity.name)
         parts = values.reshape(n, -1)
         for i in range(parts.shape[1]):
@@ -83,7 +85,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
             yield column, parts[:, i], quantity.dimension
 
 
-def _reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
+def _yield_reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
     """Yield each reduction as a triple: its name, a Quantity with unit and text, and its values."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
@@ -100,7 +102,7 @@ def _reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array
             yield f"{name}_{kind}", of._replace(name=name, dimension=dimension, text=text), values
 
 
-def _array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
+def _name_array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
     """Return the names of a quantity's component dimensions, together with their labels."""
     own = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, own)
@@ -110,14 +112,14 @@ def _unit_attributes(quantity: Quantity) -> dict[str, object]:
     return {"units": quantity.dimension, "long_name": quantity.text}
 
 
-def _run_attributes(of: EnsembleResult) -> dict[str, object]:
+def _list_run_attributes(of: EnsembleResult) -> dict[str, object]:
     values = {"method": of.method, "step": of.step, "tol": of.tol, "digits": of.digits}
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
+def _build_top_variables(of: EnsembleResult) -> dict[str, Variable]:
     """Return a variable for each varying parameter, and the variables `status` and `reached`."""
-    axes, rows = of.tops.axes, parameter_variables(of.tops)
+    axes, rows = of.tops.axes, build_parameter_variables(of.tops)
     codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
     rows["status"] = (axes, np.array(of.status), codes)
     about: dict[str, object] = {
@@ -128,7 +130,7 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
     return rows
 
 
-def parameter_variables(tops: Ensemble) -> dict[str, Variable]:
+def build_parameter_variables(tops: Ensemble) -> dict[str, Variable]:
     """Return one variable for each parameter that varies."""
     axes = tops.axes
     rows: dict[str, Variable] = {}
@@ -146,9 +148,9 @@ def parameter_variables(tops: Ensemble) -> dict[str, Variable]:
 
 
 def broadcast_to_tops(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
-    """Broadcast an array with the dimensions `dims` to all tops, and return one value per top.
+    """Broadcast values to the ensemble, and return a list with one value per top.
 
-    Vectors are returned as tuples.
+    Vector values are returned as tuples.
     """
     axes = tops.axes
     own = [d for d in dims if d not in axes]

@@ -1,12 +1,11 @@
-"""Error estimates for paths, based on a more precise reference run and on rounding-error growth.
+"""Estimates of the attitude error of a path.
 
 A Taylor series in 20-digit arithmetic is far more accurate than any run in double precision, even
 if the motion strongly amplifies rounding errors. For fast tops, a closed form is a cheaper
-reference. However, closed forms are evaluated in double precision, and treat a body that is
-integrable up to rounding errors as exactly integrable. A closed form is therefore used only if the
-body is exactly integrable. In addition, the estimated error must be far larger than the rounding
-errors of the closed form.
-
+reference. However, closed forms are evaluated in double precision, and they treat a nearly
+integrable body as exactly integrable. A closed form is therefore used only if the body is exactly
+integrable. In addition, the estimated error must be far larger than the rounding errors of the
+closed form.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from .._options.solve_options import Progress, SolveOptions
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, Quaternion
 from ..quaternion import conjugate, multiply, turn
-from .core_calls import ORIGIN, CoreResult, RunOrigin
+from .core_calls import ORIGIN, CoreResult, RunStart
 
 CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
 SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
@@ -49,9 +48,9 @@ ROUNDINGS = 128
 def has_cheap_exact_form(scene: Scene) -> bool:
     """Return True if the scene has a cheap closed form that is exact for its body.
 
-    A closed form is not exact if it treats nearly equal moments of inertia as equal. Nor is it
-    exact if it treats a centre of mass near a principal axis as lying on that axis. Closed forms of
-    Kowalewski and Goryachev-Chaplygin tops are not cheap, because they take long to set up.
+    A closed form is inexact if it treats nearly equal moments of inertia as equal, or if it moves
+    the centre of mass to a nearby principal axis. Closed forms of Kowalewski and
+    Goryachev-Chaplygin tops are not cheap, because they take long to set up.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False
@@ -93,31 +92,29 @@ def estimate_error(
     return angle_to(LONGEST_SERIES) if digits or is_unsure else error
 
 
-def rounding_directions(scene: Scene, digits: int = 16) -> Array:
+def compute_rounding_effects(scene: Scene, digits: int = 16) -> Array:
     """Return, as columns, the changes of attitude and momentum caused by rounding the state.
 
-    Each change is divided by the relative rounding error. For at most 16 digits, the momentum's
-    rounding error is relative to the largest moment of inertia times a bound on the angular
-    velocity. For more digits, the core stores the components of the momentum along the axes of the
-    body. Rounding the attitude then also rotates the momentum, and each component has its own
-    relative rounding error.
+    Each column is divided by the relative rounding error. For at most 16 digits, the rounding error
+    of the momentum is proportional to the largest moment of inertia and the estimated angular
+    velocity. For more digits, the core stores the momentum in the frame of the body. Rounding the
+    attitude then also rotates the momentum, and each component has its own rounding error.
     """
     if digits <= 16:
-        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_estimate] * 3)
+        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
     to_space, principal = _rotation_matrix(scene.attitude), _rotation_matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
-    turns = _rounding_rotations(scene)
+    turns = _compute_rounding_rotations(scene)
     taken = to_space @ np.cross(turns.T, seen).T
     own = to_space @ (principal * (principal.T @ seen))
     return np.block([[turns, np.zeros((3, 3))], [taken, own]])
 
 
-def _rounding_rotations(scene: Scene) -> Array:
+def _compute_rounding_rotations(scene: Scene) -> Array:
     """Return the rotation vectors [rad], in the body frame, that result from rounding the attitude.
 
-    The core stores the attitude of the principal axes as a quaternion. Each component of this
-    quaternion is a sum of products, and the rounding error of each product is proportional to its
-    magnitude.
+    The core stores the attitude of the principal axes as a quaternion. Each component of the
+    quaternion is a sum of products, each of which has a relative rounding error.
     """
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
@@ -131,24 +128,24 @@ def _rotation_matrix(q: Quaternion) -> Array:
     return np.array([turn(q, axis) for axis in axes]).T
 
 
-def rounding_growth(
+def estimate_rounding_growth(
     scene: Scene,
     times: Array,
     digits: int = 16,
     max_steps: int = 0,
     progress: Progress | Work | None = None,
-    origin: RunOrigin = ORIGIN,
+    origin: RunStart = ORIGIN,
 ) -> tuple[CoreResult, float]:
-    """Return a core result, and the largest factor by which an initial rounding error is amplified.
+    """Estimate how much a motion amplifies rounding errors of its initial state.
 
-    This factor is the change of attitude [rad] divided by the relative rounding error. The estimate
-    is based on tangents from the Taylor series, regardless of the method that computed the path.
-    For at most 16 digits, the returned value is the largest amplification of any single rounding
-    error. For more digits, the effects of all rounding errors are combined as independent errors.
-    The amplification is infinite if a tangent overflows. The result contains the states at which
-    the amplification was evaluated. Some of these states are missing if the run fails.
+    The amplification is the change of attitude [rad] divided by the relative rounding error. The
+    estimate is based on tangents from the Taylor series, regardless of the method that computed the
+    path. For at most 16 digits, the largest amplification of any single rounding error is returned.
+    For more digits, the effects of all rounding errors are combined as independent errors. The
+    amplification is infinite if a tangent overflows. Returns the core result of the run used for
+    the estimate, and the amplification. If the run fails, the states after the failure are missing.
     """
-    directions, most = rounding_directions(scene, digits), 1.0
+    directions, most = compute_rounding_effects(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):
@@ -174,16 +171,16 @@ def rounding_growth(
     return came, most
 
 
-def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+def compute_max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
     """Return the largest angle [rad] between corresponding attitudes in two arrays."""
-    return float(angles_between(one, other).max())
+    return float(compute_angles_between(one, other).max())
 
 
-def angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+def compute_angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the angles [rad] between corresponding attitudes in two arrays.
 
-    Each argument is a pair of arrays: n attitudes and their low-order words. The attitudes are
-    subtracted before they are multiplied, which preserves the relative accuracy of small angles.
+    Each argument contains n attitudes and their low-order words. The attitudes are subtracted
+    before they are multiplied, which preserves the relative accuracy of small angles.
     """
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)

@@ -1,4 +1,4 @@
-"""Execution of jobs by an executor, and of ensemble slices by threads or an executor."""
+"""Parallel execution of jobs by threads or by a concurrent.futures.Executor."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _R = TypeVar("_R")
 Job = tuple[Callable[..., _R], tuple[Any, ...]]  # a function and its arguments
 
 
-def is_local(executor: Executor) -> bool:
+def has_local_workers(executor: Executor) -> bool:
     """Return True if the workers of `executor` share memory with this process."""
     return isinstance(executor, ThreadPoolExecutor)
 
@@ -37,10 +37,10 @@ def run_jobs(
     poll: Callable[[], object],
     stop: Callable[[], object],
 ) -> None:
-    """Run jobs, and pass the key and future of each finished job to `collect`.
+    """Run jobs in parallel, and pass the key and the future of each finished job to `collect`.
 
-    `poll` is called regularly. After an exception or Ctrl-C, `stop` is called to end the running
-    jobs, and waiting jobs are cancelled. The results of finished jobs are then passed to `collect`,
+    `poll` is called regularly. After an exception or Ctrl-C, waiting jobs are cancelled, and `stop`
+    is called to end the running jobs. The results of finished jobs are then passed to `collect`,
     and the exception is raised again. After an exception, run_jobs waits for jobs that run in
     threads, but not for jobs in other processes.
     """
@@ -64,7 +64,7 @@ def run_jobs(
     except BaseException:
         stop()
         left = [future for future in running if not future.cancel()]
-        if is_local(executor):
+        if has_local_workers(executor):
             wait(left)
         for future in left:
             if future.done() and not future.cancelled() and future.exception() is None:
@@ -74,7 +74,7 @@ def run_jobs(
 
 @dataclass
 class SliceTask(Generic[_R]):
-    """A task for the n members of an ensemble, which is performed slice by slice.
+    """A computation for n members of an ensemble that can be divided into slices.
 
     job        a function that returns the job for the members begin..end
     collect    a function that receives the first index and the result of each slice
@@ -91,7 +91,7 @@ class SliceTask(Generic[_R]):
 
 
 class WorkerPool(NamedTuple):
-    """A pool of workers: threads of this process, or an executor supplied by the user."""
+    """A pool of threads, or an executor supplied by the user."""
 
     threads: int
     executor: Executor | None = None
@@ -99,7 +99,7 @@ class WorkerPool(NamedTuple):
     @property
     def is_remote(self) -> bool:
         """True if the workers do not share memory with this process."""
-        return self.executor is not None and not is_local(self.executor)
+        return self.executor is not None and not has_local_workers(self.executor)
 
     def run(self, task: SliceTask[Any]) -> None:
         """Run a task until it is complete.
@@ -115,7 +115,7 @@ class WorkerPool(NamedTuple):
             with ThreadPoolExecutor(self.threads) as executor:
                 _run_with_executor(executor, self, task)
 
-    def divide_evenly(self, n: int) -> Iterator[tuple[int, int]]:
+    def yield_slices(self, n: int) -> Iterator[tuple[int, int]]:
         """Yield slices of n members, of decreasing size so that all threads finish together."""
         begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
         while begin < n:
@@ -128,7 +128,7 @@ class WorkerPool(NamedTuple):
 def _run_in_calling_thread(task: SliceTask[Any], threads: int) -> None:
     """Run a task in the calling thread, while checking for signals and reporting progress."""
     task.work.listen(task.n, task.progress)
-    slices: Any = WorkerPool(1).divide_evenly(task.n)
+    slices: Any = WorkerPool(1).yield_slices(task.n)
     if task.is_native:
         task.work.share(threads)
         slices = [(0, task.n)]
@@ -156,5 +156,5 @@ def _run_with_executor(executor: Executor, pool: WorkerPool, task: SliceTask[Any
             last_call = now
             task.progress((done if pool.is_remote else task.work.done) / task.n)
 
-    jobs = ((part, task.job(*part)) for part in pool.divide_evenly(task.n))
+    jobs = ((part, task.job(*part)) for part in pool.yield_slices(task.n))
     run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, poll, task.work.stop)

@@ -1,4 +1,4 @@
-"""Indices of path states and of ensemble members, and validation of times."""
+"""Validation of indices and times."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
 def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
-    """Convert an index to a slice or to an array of integers below n, and return it.
+    """Convert an index to a slice or an array of integers.
 
     An integer is converted to a slice of length 1. Raises TypeError or IndexError for an invalid
     index.
@@ -45,7 +45,7 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
 
     Raises ValueError for times outside the path.
 
-    `reached` contains the times of the path, and `begin` is the time of the scene's initial state.
+    `reached` contains the times of the path, and `begin` is its initial time.
     """
     times = parse_time_list(t)
     low, high = float(reached.min(initial=begin)), float(reached.max(initial=begin))
@@ -60,13 +60,13 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
     return times.reshape(-1)
 
 
-def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
+def list_flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
     """Return the flat indices, in C order, of the elements that `key` selects from `shape`."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 
 
-def flat_index(shape: tuple[int, ...], key: Any) -> int | None:
+def find_flat_index(shape: tuple[int, ...], key: Any) -> int | None:
     """Return the flat index of the member that `key` selects, or None if it selects several.
 
     `shape` is the shape of the ensemble.

@@ -1,4 +1,4 @@
-"""Tables of a chaos indicator and the resulting classification, for pandas and xarray."""
+"""Conversion of chaos indicators to pandas and xarray."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from .._model.scene import Ensemble
 from .._options.quantities import TIME
 from .._utils.optional import optional_dependency
-from .ensemble_tables import Variable, broadcast_to_tops, parameter_variables
+from .ensemble_tables import Variable, broadcast_to_tops, build_parameter_variables
 from .tables import TABLES
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-    from .._plot.growth_charts import TopVerdicts
+    from .._plot.growth_charts import IndicatorWithClasses
 
 
 _UNITS = {"lyapunov": "T^-1", "megno": "", "oli": ""}
@@ -30,14 +30,14 @@ _TEXTS = {
 }
 
 
-def indicator_frame(indicator: TopVerdicts, tops: Ensemble | None) -> DataFrame:
+def build_indicator_frame(indicator: IndicatorWithClasses, tops: Ensemble | None) -> DataFrame:
     """Return a DataFrame with one row per top."""
     with optional_dependency(TABLES):
         import pandas as pd
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
     if tops is not None:
-        for name, (dims, values, about) in parameter_variables(tops).items():
+        for name, (dims, values, about) in build_parameter_variables(tops).items():
             columns[name] = broadcast_to_tops(tops, dims, values)
             units[name] = str(about["units"])
     columns[indicator.name] = np.atleast_1d(indicator.value).ravel()
@@ -45,16 +45,19 @@ def indicator_frame(indicator: TopVerdicts, tops: Ensemble | None) -> DataFrame:
         columns[name] = np.ravel(getattr(indicator, name))
     units |= {indicator.name: _UNITS[indicator.name], **dict.fromkeys(_TEXTS, "")}
     frame = pd.DataFrame(columns)
-    frame.attrs = _attributes(indicator) | {"t": float(indicator.t[-1]), "units": units}
+    frame.attrs = _list_indicator_attributes(indicator) | {
+        "t": float(indicator.t[-1]),
+        "units": units,
+    }
     return frame
 
 
-def indicator_dataset(indicator: TopVerdicts, tops: Ensemble | None) -> Dataset:
+def build_indicator_dataset(indicator: IndicatorWithClasses, tops: Ensemble | None) -> Dataset:
     """Return a Dataset with the indicator of each top over time, and the classification."""
     with optional_dependency(TABLES):
         import xarray as xr
     axes = () if tops is None else tops.axes
-    variables: dict[str, Variable] = {} if tops is None else parameter_variables(tops)
+    variables: dict[str, Variable] = {} if tops is None else build_parameter_variables(tops)
     coordinates = set(variables) | {"time"}
     about: dict[str, object] = {"units": TIME.dimension, "long_name": TIME.text}
     variables["time"] = ("time",), np.array(indicator.t), about
@@ -63,8 +66,10 @@ def indicator_dataset(indicator: TopVerdicts, tops: Ensemble | None) -> Dataset:
     for name, text in _TEXTS.items():
         about = {"units": "", "long_name": text}
         variables[name] = axes, np.array(getattr(indicator, name)), about
-    return xr.Dataset(variables, attrs=_attributes(indicator)).set_coords(coordinates)
+    return xr.Dataset(variables, attrs=_list_indicator_attributes(indicator)).set_coords(
+        coordinates
+    )
 
 
-def _attributes(indicator: TopVerdicts) -> dict[str, object]:
+def _list_indicator_attributes(indicator: IndicatorWithClasses) -> dict[str, object]:
     return {"indicator": indicator.name, "threshold": indicator.threshold}

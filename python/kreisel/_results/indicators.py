@@ -1,7 +1,7 @@
 """Chaos indicators, computed from the growth of one tangent vector per top of an ensemble.
 
-The limits below were determined by validation/studies/chaos_verdicts.py, which counts
-misclassifications.
+The thresholds were determined by counting misclassifications in
+validation/studies/chaos_verdicts.py.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def value(self) -> Array | float:
-        """The final value of the indicator: a float for a scene, an array for an ensemble."""
+        """The final value of the indicator, a float for a scene or an array for an ensemble."""
         last = self.curve[..., -1]
         return float(last) if last.ndim == 0 else read_only(last)
 
@@ -101,7 +101,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno` above which a motion is classified as chaotic: 4.
+        """The value of `final_megno`, 4, above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
         of the Lyapunov exponent and t. Every indicator therefore uses MEGNO to classify motions.
@@ -116,9 +116,9 @@ class Indicator(ReadOnlyArrays):
         A motion is classified as chaotic if `final_megno` exceeds `threshold`. The Lyapunov
         exponent of a motion classified as regular is below about 2 * threshold / t. A motion that
         starts exactly on an unstable steady or periodic orbit has a positive exponent, and is
-        classified as chaotic. The value is False for a failed top. See also `doubt`.
+        classified as chaotic. The value is False for a top whose run failed. See also `doubt`.
         """
-        return _scalar_or_array(self.final_megno > THRESHOLD)
+        return _unwrap_scalar(self.final_megno > THRESHOLD)
 
     @property
     def doubt(self) -> npt.NDArray[np.str_] | str:
@@ -131,25 +131,24 @@ class Indicator(ReadOnlyArrays):
         - a value of `final_megno` between 2.5 and 8, which is near the threshold;
         - fewer than 100 turns, unless the motion is chaotic.
 
-        In a study of 1600 random tops, 536 of them chaotic, no regular top was confidently
-        classified as chaotic. Some tops that were confidently classified as regular were in fact
-        chaotic. Their share was 2 % for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000
-        turns.
+        In a study of 1600 random tops, of which 536 were chaotic, no regular top was classified as
+        chaotic without doubt. Of the tops classified as regular without doubt, 2 % were in fact
+        chaotic for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000 turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""
-        for text, is_so in self._reasons_for_doubt().items():
+        for text, is_so in self._find_reasons_for_doubt().items():
             found[is_so & (found == "")] = text
-        return _scalar_or_array(found.astype(np.str_))
+        return _unwrap_scalar(found.astype(np.str_))
 
     @property
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool:
         """(*shape,) True where `doubt` has a reason; a bool for one scene."""
-        return _scalar_or_array(
-            np.any([self.status != "OK", *self._reasons_for_doubt().values()], axis=0)
+        return _unwrap_scalar(
+            np.any([self.status != "OK", *self._find_reasons_for_doubt().values()], axis=0)
         )
 
-    def _reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
+    def _find_reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
         """Return reasons why the classification is doubtful, for all runs that did not fail."""
         megno, (low, high) = self.final_megno, NEAR
         return {
@@ -174,10 +173,11 @@ class Indicator(ReadOnlyArrays):
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scenes are described, for the labels
 
-        For a scene or an ensemble with one dimension, one curve per top is plotted against time.
-        Colours distinguish regular, chaotic and doubtful motions. A dashed line marks the MEGNO
-        threshold. For an ensemble with two dimensions, the final values are drawn as a map, in
-        which dots mark doubtful tops. On logarithmic scales, nonpositive values are omitted.
+        For a single scene or a one-dimensional ensemble, the indicator of each top is plotted
+        against time. Colours distinguish regular, chaotic and doubtful motions. A dashed line marks
+        the MEGNO threshold. For an ensemble with two dimensions, the final values are drawn as a
+        map, in which dots mark doubtful tops. On logarithmic scales, nonpositive values are
+        omitted.
 
             >>> import kreisel as kr
             >>> kr.megno(kr.scenes.asymmetric, 1000).plot(time_unit="s").get_xlabel()
@@ -192,11 +192,11 @@ class Indicator(ReadOnlyArrays):
                 f"indicators of {self.curve.ndim - 1} dimensions cannot be drawn: select two of "
                 "the ensemble's dimensions before computing the indicator"
             )
-        from .._plot.growth_charts import draw_curves, draw_map
+        from .._plot.growth_charts import draw_indicator_curves, draw_indicator_map
 
         if self._tops is not None and self._tops.ndim == 2:
-            return draw_map(self, self._tops, axes, unit)
-        return draw_curves(self, axes, unit)
+            return draw_indicator_map(self, self._tops, axes, unit)
+        return draw_indicator_curves(self, axes, unit)
 
     def _repr_html_(self) -> str | None:
         """Return the indicator as a picture, or None if it cannot be drawn."""
@@ -216,9 +216,9 @@ class Indicator(ReadOnlyArrays):
             >>> list(kr.oli(tops, 1000).to_pandas())[:4]
             ['gravity', 'oli', 'final_megno', 'is_chaotic']
         """
-        from .indicator_tables import indicator_frame
+        from .indicator_tables import build_indicator_frame
 
-        return indicator_frame(self, self._tops)
+        return build_indicator_frame(self, self._tops)
 
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with the indicator over time and the classification of each top.
@@ -232,12 +232,12 @@ class Indicator(ReadOnlyArrays):
             >>> kr.megno(tops, 1000).to_xarray()["megno"].dims
             ('gravity', 'time')
         """
-        from .indicator_tables import indicator_dataset
+        from .indicator_tables import build_indicator_dataset
 
-        return indicator_dataset(self, self._tops)
+        return build_indicator_dataset(self, self._tops)
 
 
-def _scalar_or_array(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
+def _unwrap_scalar(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
     """Return a read-only array, or a Python scalar if the array has no dimensions."""
     if values.ndim == 0:
         return values.item()
@@ -253,10 +253,10 @@ def compute_indicator(
     pool: WorkerPool,
     progress: Progress | None,
 ) -> Indicator:
-    """Compute the indicator `name` for all tops at times that have already been validated.
+    """Compute a chaos indicator for all tops of an ensemble at validated times.
 
-    `controls` contains tol, max_steps and the direction of the initial tangent vector. Raises
-    kreisel.Interrupted, with the results of all finished tops, after Ctrl-C.
+    `controls` contains the tolerance, the step limit and the initial direction of the tangent
+    vector. Raises kreisel.Interrupted, with the results of all finished tops, after Ctrl-C.
     """
     n, shape = tops.size, tops.shape
     curve, worst, megno = np.full((n, t.size), np.nan), np.full(n, np.nan), np.full(n, np.nan)
@@ -285,7 +285,7 @@ def compute_indicator(
         left = np.flatnonzero(status == INTERRUPTED)
         if not left.size:
             raise
-        raise _stop_error(Interrupted, tops, int(left[0]), "interrupted", result()) from None
+        raise _make_stop_error(Interrupted, tops, int(left[0]), "interrupted", result()) from None
     if progress is not None:
         progress(1.0)
     return result()
@@ -308,10 +308,10 @@ def _compute_rows(
     return status, out
 
 
-def _stop_error(
+def _make_stop_error(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, indicator: Indicator
 ) -> Error | Interrupted:
-    """Return the exception for the i-th top, whose `.paths` is `indicator`."""
+    """Return the exception for an indicator whose i-th top failed or was interrupted."""
     scene = tops.ravel()[i]
     status = str(indicator.status.ravel()[i])
     none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
@@ -319,7 +319,7 @@ def _stop_error(
     return kind(f"{text}: the tangent of {scene!r}", status, path, indicator)
 
 
-def single_indicator(indicator: Indicator) -> Indicator:
+def extract_single_indicator(indicator: Indicator) -> Indicator:
     """Return the indicator of a single scene, given that of an ensemble with one top."""
 
     def first(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
@@ -337,6 +337,6 @@ def single_indicator(indicator: Indicator) -> Indicator:
 
 
 def raise_if_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
-    """Raise kreisel.Error if the only top of `tops` failed."""
+    """Raise kreisel.Error if the first top failed."""
     if indicator.failed.size:
-        raise _stop_error(Error, tops, 0, text, indicator)
+        raise _make_stop_error(Error, tops, 0, text, indicator)

@@ -1,4 +1,4 @@
-"""Paths: the states of a run at the requested times, and quantities computed on access."""
+"""Paths, which contain the states of a run and compute quantities on access."""
 
 from __future__ import annotations
 
@@ -17,14 +17,26 @@ from .._model.environment import advance_shaking
 from .._model.scene import Scene
 from .._options.methods import EXACT
 from .._options.plan import Plan, StepChoice, make_plan
-from .._options.solve_options import SolveOptions, parse_want
+from .._options.solve_options import SolveOptions, parse_requested_quantities
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
 from .._utils.html import display_picture
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
-from .core_calls import ORIGIN, CoreResult, RunOrigin, creation_error, record_unordered
-from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
+from .core_calls import (
+    ORIGIN,
+    CoreResult,
+    RunStart,
+    make_creation_error,
+    record_states_at_unordered_times,
+)
+from .error_estimate import (
+    ROUNDING,
+    SERIES,
+    compute_max_angle,
+    estimate_error,
+    estimate_rounding_growth,
+)
 from .indexing import StateIndex, check_path_times, resolve_index
 from .serialization import dump_path
 from .state_quantities import NO_STATES, STATE_COLUMNS
@@ -45,9 +57,9 @@ if TYPE_CHECKING:
 class Path(ReadOnlyArrays, Tables):
     """The motion of a scene at n times.
 
-    All arrays are read-only, but their copies are writeable; t, q and m are views of `states`, and
-    other quantities are computed on first access. Vectors are given by their components in the
-    space frame unless stated otherwise.
+    All arrays are read-only, but copies of them are writeable. The arrays t, q and m are views of
+    `states`, and other quantities are computed on first access. Vectors are given by their
+    components in the space frame unless stated otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  the name of the method; the attributes step (negative: back in time), tol and digits
@@ -68,7 +80,7 @@ class Path(ReadOnlyArrays, Tables):
     _events: Events | None = None
     _choice: StepChoice | None = None  # the choice of method='geometric'
     _tangent_data: TangentData | None = None
-    _origin: RunOrigin = ORIGIN
+    _origin: RunStart = ORIGIN
 
     def __init__(
         self,
@@ -82,7 +94,7 @@ class Path(ReadOnlyArrays, Tables):
         _events: Events | None = None,
         _choice: StepChoice | None = None,
         _tangent_data: TangentData | None = None,
-        _origin: RunOrigin = ORIGIN,
+        _origin: RunStart = ORIGIN,
     ) -> None:
         fields = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
         fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
@@ -109,45 +121,50 @@ class Path(ReadOnlyArrays, Tables):
 
     @cached_property
     def error(self) -> float:
-        """The largest attitude error of all states [rad], estimated from a second run.
+        """The estimated error of the attitude [rad], as the maximum over all states.
 
-        The second run is a closed form if one applies exactly and is sufficiently accurate.
-        Otherwise, the second run is a Taylor series in 20-digit arithmetic. The series uses 30
-        digits if `digits` was passed to solve, or if a closed form differs too much from the
-        20-digit series.
+        The reference for the estimate is a closed form if one applies exactly and is sufficiently
+        accurate. Otherwise, the reference is a Taylor series in 20-digit arithmetic. A 30-digit
+        series is used if `digits` was passed to solve, or if the closed form deviates too much from
+        the 20-digit series.
 
-        For a path computed with 30 digits, the error is estimated from three runs with shorter
-        steps and from the growth of rounding errors. A path computed with method='geometric' may
-        not store the attitude. In this case, the value is the largest error of the run that the
-        step search accepted. If nothing is known about the attitude, the value is pi.
+        For a path computed with 30 digits, the error is estimated from the growth of rounding
+        errors and from three computations with shorter steps. A path computed with
+        method='geometric' may not store the attitude. In this case, the value is the error that was
+        estimated during the choice of the step. If nothing is known about the attitude, the value
+        is pi.
         """
         if not len(self):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
         return estimate_error(
-            self.scene, self.method, self.digits, self._max_angle_to, self._rounding_growth
+            self.scene,
+            self.method,
+            self.digits,
+            self._compute_max_angle_to,
+            self._estimate_rounding_growth,
         )
 
-    def _rounding_growth(self) -> float:
-        result, largest = rounding_growth(
+    def _estimate_rounding_growth(self) -> float:
+        result, largest = estimate_rounding_growth(
             self.scene, self.t, self.digits or 16, origin=self._origin
         )
-        path_or_raise(self.scene, SERIES, result, self._origin)
+        build_path_or_raise(self.scene, SERIES, result, self._origin)
         return largest
 
-    def _max_angle_to(self, second: SolveOptions) -> float:
+    def _compute_max_angle_to(self, second: SolveOptions) -> float:
         """Return the largest angle [rad] between the attitudes of this path and of a second run.
 
         The comparison includes the low-order words of both paths.
         """
-        result = record_unordered(self.scene, second, self.t, self._origin)
-        other = path_or_raise(self.scene, second, result, self._origin)
-        return max_angle((self.q, self.q_low), (other.q, other.q_low))
+        result = record_states_at_unordered_times(self.scene, second, self.t, self._origin)
+        other = build_path_or_raise(self.scene, second, result, self._origin)
+        return compute_max_angle((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
-        """The kreisel.Plan of this path: what the solver used and omitted, and the reasons."""
+        """The kreisel.Plan of this path, with the choices of the solver and their reasons."""
         return make_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
@@ -159,7 +176,7 @@ class Path(ReadOnlyArrays, Tables):
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """Return a path that contains the states of the same run at the times `t`.
+        """Return the path of the same motion at other times.
 
         The states are bitwise identical to those that kreisel.solve returns for these times.
 
@@ -171,9 +188,9 @@ class Path(ReadOnlyArrays, Tables):
             >>> path([2.5, 1.0]).t.tolist()
             [2.5, 1.0]
 
-        The run is repeated from its initial state to the last of these times, whereas a closed form
-        is evaluated directly. The returned path contains the quantities in `want`, but neither
-        events nor tangents.
+        The motion is computed again from its initial state, except that closed forms are evaluated
+        directly. The returned path contains the quantities in `want`, but neither events nor
+        tangents.
 
         Raises ValueError for times outside the range of the path. Raises ValueError for the path of
         a kreisel.ExactMap, which is defined only at whole steps of the method. Raises kreisel.Error
@@ -185,8 +202,8 @@ class Path(ReadOnlyArrays, Tables):
                 "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
         times = check_path_times(self.t, t, self.start_time)
-        result = record_unordered(self.scene, self._options, times, self._origin)
-        path = path_or_raise(self.scene, self._options, result, self._origin)
+        result = record_states_at_unordered_times(self.scene, self._options, times, self._origin)
+        path = build_path_or_raise(self.scene, self._options, result, self._origin)
         states = NO_STATES if path._columns else path.states
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
@@ -215,11 +232,11 @@ class Path(ReadOnlyArrays, Tables):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a path consists of several arrays."""
-        raise TypeError("a path is not an array: use one of its arrays, as path.q or path.states")
+        raise TypeError("a path is not an array: use an array such as path.q or path.states")
 
     @property
     def start_time(self) -> float:
-        """The time of the initial state of `path.scene` [T].
+        """The time [T] of the initial state of `path.scene`.
 
         The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
         For such a run, the value is the time of the last change before the path begins.
@@ -229,7 +246,7 @@ class Path(ReadOnlyArrays, Tables):
     def scene_at(self, i: int) -> Scene:
         """Return a scene whose initial state, at t = 0, is the i-th state of this path.
 
-        The phase of a shaken support is set to the phase at the time of this state. Raises
+        The phase of a shaken support is advanced to the time of the selected state. Raises
         IndexError if the path has no state with this index.
         """
         (state,) = self.states[resolve_index(len(self), index(i))]
@@ -246,7 +263,7 @@ class Path(ReadOnlyArrays, Tables):
 
     def only(self, want: Iterable[QuantityName]) -> Path:
         """Return a copy of the path that contains only t and the quantities in `want`."""
-        names = parse_want(want) or ()
+        names = parse_requested_quantities(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
         options = replace(self._options, want=names)
@@ -272,14 +289,14 @@ class Path(ReadOnlyArrays, Tables):
         - events_t, events_q, events_m, events_which and events_direction, if there are events;
         - tangents and tangents_low, if there are tangents.
         """
-        atomic_write(file, dump_path(self, self._core_events))
+        atomic_write(file, dump_path(self, self._events_for_archive))
 
     @property
-    def _core_events(self) -> tuple[Path, Integers, Integers] | None:
+    def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:
         """The events in the form in which path.save writes them.
 
-        This form consists of a path that contains the states at the events, and of the indices and
-        directions of the events.
+        The tuple contains a path with the states at the events, and the indices and directions of
+        the events.
         """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
@@ -300,8 +317,8 @@ class Path(ReadOnlyArrays, Tables):
     def _repr_html_(self) -> str | None:
         """Return this path as a picture for display in notebooks.
 
-        Returns None if matplotlib is not installed, if the path has no or too many states, or if it
-        lacks quantities that the picture needs. In this case, the notebook displays the repr.
+        Returns None if matplotlib is not installed, if the path is empty or too long, or if a
+        quantity needed for the picture is missing. In this case, the notebook displays the repr.
         """
         drawn = {"apex", "nutation", "precession_angle"}
         is_stored = self.want is None or drawn.issubset(self.want)
@@ -320,12 +337,12 @@ class Path(ReadOnlyArrays, Tables):
     ) -> Film:
         """Return an animation of the body with the trace of its apex, drawn with matplotlib.
 
-        The animation can be displayed in a notebook or saved to a file. A body that is symmetric
-        about its apex is drawn as a body of revolution, and any other body as a cuboid. The
-        proportions of the drawn body are derived from the moments of inertia. The centre of the
-        drawn body is on the line through the fixed point and the centre of mass. The floor is below
-        the lowest position of the body, and shows the shadow of the body. The camera views the
-        initial tilt from the side.
+        The animation can be displayed in a notebook or saved to a file. Bodies that are symmetric
+        about the apex are drawn as bodies of revolution, and all others as cuboids. The proportions
+        of the drawn body are derived from the moments of inertia. The centre of the drawn body is
+        on the line through the fixed point and the centre of mass. The floor is below the lowest
+        position of the body, and shows the shadow of the body. The camera is placed so that the
+        initial tilt is seen from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
@@ -383,7 +400,7 @@ class Events(ReadOnlyArrays):
 
 
 class RunStop(BaseException):
-    """Base class of exceptions for runs that end before the last requested time.
+    """Base class of exceptions for runs that ended before the last requested time.
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
@@ -403,23 +420,22 @@ class RunStop(BaseException):
 
 
 class Error(RunStop, RuntimeError):
-    """Exception for a failed run; `.path` contains the computed states, `.status` the reason."""
+    """Exception for a failed run, with the computed states in `.path` and a name in `.status`."""
 
     __module__ = "kreisel"  # a traceback then shows the public name
 
 
 class Interrupted(RunStop, KeyboardInterrupt):
-    """Exception for a run interrupted by Ctrl-C; `.path` contains the computed states."""
+    """Exception for a run interrupted by Ctrl-C, with the computed states in `.path`."""
 
     __module__ = "kreisel"
 
 
-def stop_exception(status: str, path: Path, where: str) -> BaseException:
+def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status with which a run ended.
 
-    If the run failed or was interrupted, the exception is a RunStop that contains the path;
-    otherwise it reports invalid input. `where` is a message text that states the time reached by
-    the run.
+    The exception is a RunStop that contains the path, unless the input was invalid. `where` is a
+    text that states the time reached by the run.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
@@ -428,31 +444,31 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
         text += f" at tol = {path.tol!r}{below}"
     if what in kinds:
         return kinds[what](f"{text}: {where}", status, path)
-    return creation_error(status, path.scene, path.method, path.step, path.tol)
+    return make_creation_error(status, path.scene, path.method, path.step, path.tol)
 
 
 def make_path(
-    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
+    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
-    """Return a path that contains all states in `result`, a result of the core."""
+    """Build a path from a result of the core."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     stats, options = Stats(*counts), options.path_options
     return Path(scene, states, stats, options, is_back, low, _origin=origin)
 
 
-def path_or_raise(
-    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
+def build_path_or_raise(
+    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
-    """Return a path built from a core result, limited to the quantities in `options.want`.
+    """Build a path from a result of the core, and reduce it to the requested quantities.
 
-    If the status of the result is not 'OK', the exception given by stop_exception is raised.
+    If the status of the result is not 'OK', the exception given by make_stop_exception is raised.
     """
     path = drop_unrequested_quantities(
         make_path(scene, options, result, origin), options.want, result[-1]
     )
     if result[0] != "OK":
-        raise stop_exception(result[0], path, progress_text(path, result[-1]))
+        raise make_stop_exception(result[0], path, format_progress(path, result[-1]))
     return path
 
 
@@ -461,9 +477,9 @@ def drop_unrequested_quantities(
 ) -> Path:
     """Return a copy of the path with only t and the quantities in `want`.
 
-    If `want` is None, the path itself is returned. If Ctrl-C interrupts the computation of the
-    quantities, the computation is repeated, and kreisel.Interrupted is raised with the complete
-    path. `end` is the last requested time.
+    If `want` is None, the path itself is returned. After Ctrl-C, the quantities are computed once
+    more, and kreisel.Interrupted is raised with the complete path. The last requested time is
+    `end`.
     """
     if want is None:
         return path
@@ -471,10 +487,10 @@ def drop_unrequested_quantities(
         return path.only(want)
     except KeyboardInterrupt:
         part = path.only(want)
-        raise stop_exception("ERR_INTERRUPTED", part, progress_text(part, end)) from None
+        raise make_stop_exception("ERR_INTERRUPTED", part, format_progress(part, end)) from None
 
 
-def progress_text(path: Path, end: float) -> str:
+def format_progress(path: Path, end: float) -> str:
     """Return a message with the time that a path reached and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"

@@ -1,7 +1,6 @@
-"""Recording of the path of a single scene from results of the core.
+"""Recording of the path of a single scene.
 
-If only some quantities are requested, they are computed chunk by chunk, and the states are
-discarded.
+If only some quantities are requested, they are computed in chunks, and the states are discarded.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from .._options.times import CHUNK_SIZE
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array
 from .core_calls import record_states
-from .path import Events, Path, path_or_raise
+from .path import Events, Path, build_path_or_raise
 from .state_quantities import NO_STATES
 
 CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
@@ -29,20 +28,20 @@ def record_path(
 ) -> Path:
     """Return the path of a scene at times that have already been validated."""
     result = record_states(scene, options, times, progress)
-    return report_end(path_or_raise(scene, options, result), progress)
+    return report_end(build_path_or_raise(scene, options, result), progress)
 
 
 def report_end(path: Path, progress: Progress | None) -> Path:
-    """Call the callback `progress` with the last time of `path`, and return `path`."""
+    """Report the final time of a path to the callback `progress`, and return the path."""
     if progress is not None and len(path):
         progress(float(path.t[-1]))
     return path
 
 
 def add_events(path: Path, met: CoreEvents) -> Path:
-    """Return a copy of `path` that contains the recorded events `met`.
+    """Return a copy of a path with recorded events.
 
-    `met` consists of the states at the events, their low-order words, and the indices and
+    `met` contains the states at the events with their low-order words, and the indices and
     directions of the events.
     """
     states, low, which, direction = met
@@ -60,7 +59,7 @@ def _join_events(met: list[Events]) -> Events:
 
 
 class ColumnRecorder:
-    """A recorder for the quantities and events of n states, which is filled chunk by chunk."""
+    """A buffer for quantities and events that are recorded in chunks."""
 
     def __init__(self, want: tuple[QuantityName, ...], n: int) -> None:
         self._want, self._n, self._done = want, n, 0
@@ -68,7 +67,7 @@ class ColumnRecorder:
         self._events: list[Events] = []
 
     def append_states(self, part: Path) -> None:
-        """Append the quantities and events of `part`, a path that contains the next states."""
+        """Append the recorded quantities and events of the path `part`."""
         for name in ("t", *self._want):
             column = getattr(part, name)
             if name not in self._arrays:
@@ -79,7 +78,7 @@ class ColumnRecorder:
             self._events.append(part._events)
 
     def build_path(self, last: Path) -> Path:
-        """Return a path with the recorded columns and events; the other data are from `last`."""
+        """Build a path from the recorded quantities and events."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
         events = _join_events(self._events) if self._events else None
         options = replace(last._options, want=self._want)
@@ -94,10 +93,9 @@ def record_chunks(
     record: Callable[[Array], tuple[str, Path]],
     has_ended: Callable[[], bool],
 ) -> tuple[str, Path]:
-    """Record the quantities in `want` chunk by chunk, and return the status and path of the run.
+    """Record selected quantities in chunks, and return the status and the path of the run.
 
-    The first state is recorded as a separate chunk, so that a path exists if Ctrl-C interrupts the
-    run between two chunks.
+    The first chunk is a single state, so that Ctrl-C leaves a path that is not empty.
     """
     columns = ColumnRecorder(want, times.size)
     status, part = record(times[:1])

@@ -10,7 +10,7 @@ from .._options.quantities import QUANTITIES
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Array
 from .ensemble_result import EnsembleResult
-from .indexing import flat_index
+from .indexing import find_flat_index
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 class Reductions(EnsembleResult):
     """The result of kreisel.reduce: a mapping from quantity names to mappings of arrays.
 
-    The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
+    The inner mappings have the keys 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
     'where_max'. The arrays are read-only. The shape of each array is the shape of the ensemble,
     followed by that of the quantity. If a top failed, its values are NaN. The variance is the mean
-    squared deviation of the recorded values from their mean. where_min and where_max are the first
-    times [T] at which the minimum and the maximum are attained.
+    squared deviation of the recorded values from their mean. The minimum and the maximum are first
+    attained at the times where_min and where_max [T].
 
     tops  the ensemble
 
@@ -37,11 +37,11 @@ class Reductions(EnsembleResult):
 
     def __repr__(self) -> str:
         kept = ", ".join(
-            f"{name}: {' '.join(kinds)}" for name, kinds in self._kinds_by_quantity().items()
+            f"{name}: {' '.join(kinds)}" for name, kinds in self._group_kinds_by_quantity().items()
         )
         return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._format_summary()}>"
 
-    def _kinds_by_quantity(self) -> dict[str, list[str]]:
+    def _group_kinds_by_quantity(self) -> dict[str, list[str]]:
         """Return a mapping from each quantity name to the kinds of its reductions."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
@@ -50,13 +50,13 @@ class Reductions(EnsembleResult):
                 kinds.append(KINDS[one.kind])
         return names
 
-    def _reduced_values(self, name: str, kind: str) -> Array:
+    def _select_reduced_values(self, name: str, kind: str) -> Array:
         assert self._buffers.reduced is not None
         asked = self._options.reductions
         at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
         columns = self._buffers.reduced[:, at[0] : at[-1] + 1]
         shape = QUANTITIES[name].shape if name in QUANTITIES else ()
-        return self._to_ensemble_shape(columns.reshape(len(columns), *shape))
+        return self._reshape_to_ensemble(columns.reshape(len(columns), *shape))
 
     @overload
     def __getitem__(self, key: str) -> dict[str, Array]: ...
@@ -69,11 +69,11 @@ class Reductions(EnsembleResult):
         array.
         """
         if isinstance(key, str):
-            names = self._kinds_by_quantity()
+            names = self._group_kinds_by_quantity()
             if key not in names:
                 raise KeyError(unknown_name_message("quantity among the reductions:", key, names))
-            return {kind: self._reduced_values(key, kind) for kind in names[key]}
-        if flat_index(self.shape, key) is not None:
+            return {kind: self._select_reduced_values(key, kind) for kind in names[key]}
+        if find_flat_index(self.shape, key) is not None:
             raise TypeError(
                 "reductions contain no paths: index their arrays, as in "
                 "reduced['nutation']['max'][3]"
@@ -81,18 +81,18 @@ class Reductions(EnsembleResult):
         return self._select_tops(key)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._kinds_by_quantity())
+        return iter(self._group_kinds_by_quantity())
 
     def __len__(self) -> int:
         """Return the number of quantities."""
-        return len(self._kinds_by_quantity())
+        return len(self._group_kinds_by_quantity())
 
     def __contains__(self, name: object) -> bool:
-        return name in self._kinds_by_quantity()
+        return name in self._group_kinds_by_quantity()
 
     def keys(self) -> KeysView[str]:
         """Return the quantity names."""
-        return self._kinds_by_quantity().keys()
+        return self._group_kinds_by_quantity().keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
         """Return pairs of a quantity name and a dictionary {kind of reduction: array}."""
@@ -109,9 +109,9 @@ class Reductions(EnsembleResult):
         parameters that vary, `status` and `reached` are stored as coordinates. Raises ImportError
         if xarray is not installed.
         """
-        from .ensemble_tables import reduction_dataset
+        from .ensemble_tables import build_reduction_dataset
 
-        return reduction_dataset(self, dict(self.items()))
+        return build_reduction_dataset(self, dict(self.items()))
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
@@ -120,6 +120,6 @@ class Reductions(EnsembleResult):
         parameters that vary, `status` and `reached` are stored as columns. `attrs` contains the
         units. Raises ImportError if pandas is not installed.
         """
-        from .ensemble_tables import reduction_frame
+        from .ensemble_tables import build_reduction_frame
 
-        return reduction_frame(self, dict(self.items()))
+        return build_reduction_frame(self, dict(self.items()))

@@ -1,4 +1,4 @@
-"""Validated requests of kreisel.solve, which the core satisfies in a single call."""
+"""Validated arguments of kreisel.solve that can be reused for any scene."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from functools import lru_cache
 
 from .._core import Request
 from .._model.scene import Scene
-from .._options.closed_form_choice import allow_certificate
+from .._options.closed_form_choice import compute_largest_certificate
 from .._options.methods import EXACT, FALLBACK, get_method, methods
 from .._options.solve_options import Progress, SolveOptions, make_options
 from .core_calls import CoreResult
-from .path import Path, path_or_raise
+from .path import Path, build_path_or_raise
 from .recorder import report_end
 from .state_quantities import Stats
 
@@ -26,10 +26,10 @@ def request_from_arguments(
     max_steps: object = 0,
     want: object = None,
 ) -> Request:
-    """Return the request with these arguments of kreisel.solve, for any scene.
+    """Validate arguments of kreisel.solve, and return them as a reusable request.
 
-    With 'auto', the request finds the method that suits a scene. Raises TypeError or ValueError for
-    an invalid argument, and TypeError if an argument is not hashable.
+    With method='auto', the method is chosen separately for each scene. Raises TypeError or
+    ValueError for an invalid argument, and TypeError for an argument that is not hashable.
     """
     controls = step, tol, digits, max_steps, method, want
     if method != "auto":
@@ -39,11 +39,11 @@ def request_from_arguments(
         return _make_request(series)
     closed = _make_request(make_options(methods[EXACT], *controls))
     is_open = step is tol is None
-    return _make_request(series, closed, allow_certificate if is_open else None)
+    return _make_request(series, closed, compute_largest_certificate if is_open else None)
 
 
 def request_from_options(options: SolveOptions) -> Request | None:
-    """Return the request with these options, or None if a single call cannot satisfy it."""
+    """Return a request with these options, or None if it would need several calls of the core."""
     if options.error is not None or options.has_events or options.tangents:
         return None
     own = options.step, options.tol, options.digits, options.max_steps
@@ -81,7 +81,7 @@ def solve_request(
 ) -> Path | None:
     """Return the path of a scene, or None if the arguments must be validated in Python.
 
-    Raises the exception of stop_exception if the run fails.
+    Raises the exception of make_stop_exception if the run fails.
     """
     names = tuple(want) if type(want) is list else want
     if names is not None and type(names) is not tuple:
@@ -94,4 +94,4 @@ def solve_request(
     if not isinstance(path, tuple):
         return path
     options, result = path
-    return report_end(path_or_raise(scene, options, result), progress)
+    return report_end(build_path_or_raise(scene, options, result), progress)

@@ -1,4 +1,4 @@
-"""Runs of an ensemble: slices of tops are run by threads or an executor, and results collected."""
+"""Parallel computation of the motions of an ensemble."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def run_ensemble(
     progress: Progress | None = None,
     out: Array | None = None,
 ) -> _Result:
-    """Run all tops up to the validated times `t`, and return the result.
+    """Compute the motions of all tops at validated times.
 
     Raises kreisel.Interrupted, with all results obtained so far, after Ctrl-C.
     """
@@ -36,14 +36,18 @@ def run_ensemble(
     buffers, work = EnsembleBuffers.empty(n, t.shape[-1], options, out), Work()
     flat = tops.ravel() if pool.is_remote else tops
 
-    def local(begin: int, end: int) -> Job[EnsembleBuffers]:
+    def make_local_job(begin: int, end: int) -> Job[EnsembleBuffers]:
         return runner.run, (buffers, options, tops, begin, end, t, work)
 
-    def remote(begin: int, end: int) -> Job[EnsembleBuffers]:
+    def make_remote_job(begin: int, end: int) -> Job[EnsembleBuffers]:
         times = t[begin:end] if t.ndim == 2 else t
-        return run_slice_remote, (runner, options, flat[begin:end], times)
+        return run_slice_in_worker, (runner, options, flat[begin:end], times)
 
-    job, collect = (remote, buffers.copy_rows_in) if pool.is_remote else (local, buffers.merge_part)
+    job, collect = (
+        (make_remote_job, buffers.copy_rows_from)
+        if pool.is_remote
+        else (make_local_job, buffers.add_events_and_failures)
+    )
     try:
         pool.run(SliceTask(n, job, collect, work, progress, runner.is_native))
     except KeyboardInterrupt:
@@ -52,16 +56,16 @@ def run_ensemble(
         if not left.size:
             raise
         result = kind(tops, t, options, buffers)
-        raise result._stop_error(int(left[0]), left.size) from None
+        raise result._make_stop_error(int(left[0]), left.size) from None
     if progress is not None:
         progress(1.0)
     return kind(tops, t, options, buffers)
 
 
-def run_slice_remote(
+def run_slice_in_worker(
     runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
-    """Run a slice of tops in a worker process, and return the buffers that contain the results."""
+    """Run a slice of an ensemble in a worker process, and return its results."""
     buffers = EnsembleBuffers.empty(len(tops), t.shape[-1], options)
     part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
     return part

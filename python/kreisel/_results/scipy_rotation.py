@@ -15,7 +15,7 @@ with optional_dependency("scipy"):
 
 
 class Attitudes(Rotation):
-    """Rotations that can be applied to read-only arrays, such as the arrays of a path.
+    """Rotations that support read-only arrays, such as those of a path.
 
     Without this class, SciPy 1.17 raises an exception for read-only arrays. Inverses, products and
     subsets of these rotations accept read-only arrays as well.

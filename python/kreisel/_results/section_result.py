@@ -1,4 +1,4 @@
-"""Poincaré sections: the states of each top in an ensemble at the occurrences of an event."""
+"""Results of Poincaré sections."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .._utils.quantity_attributes import QuantityAttributes
 from .._utils.validation import Array, as_bool, as_unit, check_type, read_only, short_repr
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
-from .indexing import flat_index
+from .indexing import find_flat_index
 from .indicators import Indicator
-from .path import Path, stop_exception
+from .path import Path, make_stop_exception
 from .state_quantities import STATE_COLUMNS, add_quantities
 
 if TYPE_CHECKING:
@@ -30,10 +30,10 @@ _DRAWABLE = (TIME, *QUANTITIES.values())
 
 
 class Section(EnsembleResult, QuantityAttributes):
-    """The states of each top in an ensemble at the occurrences of an event, from kreisel.section.
+    """The states of an ensemble at the occurrences of an event, computed by kreisel.section.
 
-    Each array has one row for each of the e states, sorted by top and, for each top, by time. All
-    arrays are read-only; quantities other than t, q and m are computed on first access.
+    Each array has one row for each of the e states, sorted by top and then by time. All arrays are
+    read-only; quantities other than t, q and m are computed on first access.
 
     tops        the ensemble
     section[i]  a kreisel.Path with the states of one top; slices, lists and masks give the
@@ -60,17 +60,17 @@ class Section(EnsembleResult, QuantityAttributes):
 
         The times are negative if the section is computed backwards in time.
         """
-        return self._to_ensemble_shape(self._t[:, 0].copy())
+        return self._reshape_to_ensemble(self._t[:, 0].copy())
 
     @cached_property
-    def _is_state(self) -> npt.NDArray[np.bool_]:
+    def _state_mask(self) -> npt.NDArray[np.bool_]:
         """(tops, n) True if the top has a state with this index."""
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
         """Select the e entries of `rows`, an array of shape (tops, n, ...), that contain states."""
-        whole = bool(self._is_state.all())
-        return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._is_state])
+        whole = bool(self._state_mask.all())
+        return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._state_mask])
 
     @cached_property
     def top(self) -> Counts:
@@ -78,7 +78,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
         The shape is (e, dimensions), or (e,) if the ensemble has exactly one dimension.
         """
-        row: Counts = np.nonzero(self._is_state)[0].astype(np.int64)
+        row: Counts = np.nonzero(self._state_mask)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
         top: Counts = row if self.ndim == 1 else index.T.reshape(len(row), self.ndim)
         top.flags.writeable = False
@@ -143,16 +143,16 @@ class Section(EnsembleResult, QuantityAttributes):
                     f"{indicator.status.shape}"
                 )
         unit, in_degrees = as_unit("time_unit", time_unit), as_bool("degrees", degrees)
-        across = self._values_and_label("x", x, in_degrees, unit)
-        up = self._values_and_label("y", y, in_degrees, unit)
+        across = self._prepare_plot_axis("x", x, in_degrees, unit)
+        up = self._prepare_plot_axis("y", y, in_degrees, unit)
         from .._plot.growth_charts import classify_tops
         from .._plot.section_chart import draw_points
 
         classes = None if indicator is None else classify_tops(indicator)
-        row: Counts = np.nonzero(self._is_state)[0].astype(np.int64)
+        row: Counts = np.nonzero(self._state_mask)[0].astype(np.int64)
         return draw_points(axes, (across[0], up[0]), (across[1], up[1]), row, classes)
 
-    def _values_and_label(
+    def _prepare_plot_axis(
         self, axis: str, name: str, degrees: bool, unit: str
     ) -> tuple[Array, str]:
         """Return the values of the component `name`, together with the label of its axis."""
@@ -186,17 +186,17 @@ class Section(EnsembleResult, QuantityAttributes):
                 f"a section has no {short_repr(name)}; {suggest_name(name, known)}"
             )
 
-    def _member(self, i: int) -> Path:
+    def _select_member(self, i: int) -> Path:
         assert self._buffers.states is not None
         return self._path(i, self._buffers.states[i, : int(self._buffers.done[i])], None)
 
-    def _failure_exception(self, i: int) -> BaseException:
+    def _make_exception(self, i: int) -> BaseException:
         done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
         waited = f", after waiting for {abs(float(self._t[i, 0])):g}"
         came = f"{done} of {self.n} events found by t = {reached:g}"
         name = STATUSES[self._buffers.status[i]]
         text = came + waited if name == "ERR_EVENT" else came
-        return stop_exception(name, self._member(i), text)
+        return make_stop_exception(name, self._select_member(i), text)
 
     def __getitem__(self, key: Any) -> Any:
         """Return the path of one top, or the section of several tops, using NumPy indexing.
@@ -206,19 +206,19 @@ class Section(EnsembleResult, QuantityAttributes):
         >>> kr.section(tops, n=20)[2:4]
         <kreisel.Section of shape (2,), 40 states of 2 tops: taylor, none failed>
         """
-        i = flat_index(self.shape, key)
-        return self._select_tops(key) if i is None else self._member(i)
+        i = find_flat_index(self.shape, key)
+        return self._select_tops(key) if i is None else self._select_member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a section consists of several arrays."""
-        raise TypeError("a section is not an array: use one of its arrays, as section.q")
+        raise TypeError("a section is not an array: use an array such as section.q")
 
 
-def _column(section: Section, name: str) -> Array:
+def _compute_section_column(section: Section, name: str) -> Array:
     return section._select_states(values(name, section.tops, section._buffers))
 
 
-add_quantities(Section, ("e",), _column)
+add_quantities(Section, ("e",), _compute_section_column)
 
 
 def run_section(
@@ -230,9 +230,9 @@ def run_section(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Search for the section states of the tops begin..end, and return the rows that contain them.
+    """Compute the Poincaré sections of a slice of an ensemble.
 
-    Row i of `t` contains the maximum waiting time for the events of top i, repeated n times.
+    Each row of `t` contains the maximum waiting time of one top.
     """
     part = buffers.select_rows(slice(begin, end))
     assert part.states is not None and options.core_events is not None

@@ -1,4 +1,4 @@
-"""Serialization of paths. An archive consists of a JSON header, a scene in TOML, and arrays."""
+"""Serialization of paths. An archive contains a JSON header, a scene in TOML, and arrays."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .._model.scene import Scene, parse_toml
 from .._options.methods import methods, unknown_method_message
 from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
-from .._options.solve_options import SolveOptions, options_for_method, parse_want
+from .._options.solve_options import SolveOptions, options_for_method, parse_requested_quantities
 from .._utils.archive import Archive, Integers, pack_archive
 from .._utils.validation import Array, as_float, as_int, short_repr
-from .core_calls import ORIGIN, RunOrigin
+from .core_calls import ORIGIN, RunStart
 from .state_quantities import NO_STATES, States, Stats
 from .tangent_data import TangentData
 
@@ -28,7 +28,7 @@ _MET = "which", "direction"
 
 
 class PathFields(NamedTuple):
-    """The fields of a kreisel.Path, in the order of the constructor's parameters."""
+    """The constructor arguments of a kreisel.Path."""
 
     scene: Scene
     states: Array
@@ -40,7 +40,7 @@ class PathFields(NamedTuple):
     events: Any = None  # a kreisel.Events
     choice: StepChoice | None = None
     carried: TangentData | None = None
-    origin: RunOrigin = ORIGIN
+    origin: RunStart = ORIGIN
 
     @property
     def t(self) -> Array:
@@ -52,7 +52,7 @@ EventArrays = tuple[States, Integers, Integers]  # states at the events, indices
 
 
 def dump_path(path: States, met: EventArrays | None) -> bytes:
-    """Return an archive of a path and of its recorded events `met`, as bytes."""
+    """Write a path and its recorded events to an archive, and return its bytes."""
     head = {
         "kreisel": version,
         "format": _FORMAT,
@@ -70,17 +70,17 @@ def dump_path(path: States, met: EventArrays | None) -> bytes:
         and {"by": path._tangent_data.by, "rest": path._tangent_data.truncation},
         "events": met and {"want": met[0].want, "low": met[0]._low is not None},
     }
-    arrays: dict[str, Array | Integers] = dict(_state_arrays(path, ""))
+    arrays: dict[str, Array | Integers] = dict(_list_state_arrays(path, ""))
     if path._tangent_data:
         arrays |= {"tangents": path._tangent_data.high, "tangents_low": path._tangent_data.low}
     if met:
         at, *rest = met
-        arrays |= _state_arrays(at, _EVENTS)
+        arrays |= _list_state_arrays(at, _EVENTS)
         arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
     return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
-def _state_arrays(path: States, prefix: str) -> dict[str, Array]:
+def _list_state_arrays(path: States, prefix: str) -> dict[str, Array]:
     if path._columns is not None:
         arrays = path._columns
     else:
@@ -93,17 +93,17 @@ def _state_arrays(path: States, prefix: str) -> dict[str, Array]:
 def load_path(
     file: BinaryIO, size: int
 ) -> tuple[PathFields, tuple[PathFields, Integers, Integers] | None]:
-    """Return the path in a file of `size` bytes, and its events or None.
+    """Read a path from a file of `size` bytes, together with its events if there are any.
 
-    The events consist of a path that contains the states at the events, and of the indices and
-    directions of the events. Raises ValueError if the file is not an archive written by dump_path.
+    The events are returned as a path that contains their states, with their indices and directions.
+    Raises ValueError if the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)
     try:
         head = _require_table(json.loads(archive.read_text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
-        words = _parse_head(head, parse_toml(archive.read_text("scene")))
+        words = _parse_header(head, parse_toml(archive.read_text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
         path = _read_arrays(archive, "", words, head)
@@ -126,7 +126,7 @@ def _require_table(value: object) -> dict[str, object]:
     return value
 
 
-def _parse_head(head: dict[str, object], scene: Scene) -> PathFields:
+def _parse_header(head: dict[str, object], scene: Scene) -> PathFields:
     """Return a path without arrays, built from the JSON object `head` in the archive header.
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
@@ -140,13 +140,13 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathFields:
     size = None if step is None else abs(step)
     options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)
     costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
-    choice = None if head["choice"] is None else _parse_choice(_require_table(head["choice"]))
+    choice = None if head["choice"] is None else _parse_step_choice(_require_table(head["choice"]))
     is_back = step is not None and step < 0.0
-    origin = RunOrigin.from_json(head.get("start"))
+    origin = RunStart.from_json(head.get("start"))
     return PathFields(scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin)
 
 
-def _parse_choice(words: dict[str, object]) -> StepChoice:
+def _parse_step_choice(words: dict[str, object]) -> StepChoice:
     """Return the step chosen by method='geometric', parsed from the JSON object `words`.
 
     Raises KeyError or TypeError if an entry of `words` is missing or has the wrong type.
@@ -168,19 +168,19 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
         raise ValueError(f"its tangents have the invalid columns {short_repr(by)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in by)
     high, low = (archive.read_doubles(name, *shape) for name in ("tangents", "tangents_low"))
-    return TangentData.from_flat(high, low, rest, tuple(by))
+    return TangentData.from_flat_arrays(high, low, rest, tuple(by))
 
 
 def _read_arrays(
     archive: Archive, prefix: str, words: PathFields, head: dict[str, object]
 ) -> PathFields:
-    """Return `words` with the arrays of the archive whose names begin with `prefix`."""
+    """Read the arrays of a path from an archive."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")
     t = archive.read_doubles(f"{prefix}t", None)
     if want is not None:
-        names = parse_want(want) or ()
+        names = parse_requested_quantities(want) or ()
         columns = {
             name: archive.read_doubles(prefix + name, len(t), *RECORDABLE[name].shape)
             for name in names

@@ -1,8 +1,8 @@
-"""Readings of instruments fixed to the body: inertial angular velocity and specific force.
+"""Readings of body-mounted gyroscopes and accelerometers.
 
 Let U be the angular velocity relative to the support, and O the angular velocity of the support,
-both with components in the body frame. The angular velocity in the inertial frame is then W = U +
-O. Since O is constant in the turning space, O' = O x U and W' = U' + O x U.
+both in the body frame. The angular velocity in the inertial frame is then W = U + O. Since O is
+constant in the turning space, O' = O x U and W' = U' + O x U.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SPECIFIC_FORCE = Quantity(
 )
 
 
-def to_body_frame(q: Array, vector: Array) -> Array:
+def transform_to_body_frame(q: Array, vector: Array) -> Array:
     """Return the components of a space vector in each body frame with the attitude in q (n, 4)."""
     w, x, y, z = q.T
     a, b, c = (np.full(len(q), component) for component in vector)
@@ -41,7 +41,7 @@ def to_body_frame(q: Array, vector: Array) -> Array:
 def specific_force(
     change: Array, rate: Array, up: Array, weight: float | Array, place: Array
 ) -> Array:
-    """Return W' x r + W x (W x r) + g V at the point r, given W', W and the vertical V (n, 3).
+    """Return the specific force W' x r + W x (W x r) + g V at the position r in the body frame.
 
     weight  g, the acceleration by gravity and by the shaking of the support, a number or (n,)
     """

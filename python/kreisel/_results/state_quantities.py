@@ -1,4 +1,4 @@
-"""The n states of a path, and quantities that are computed from them on access."""
+"""The states of a path, and quantities computed from them on access."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, as_vector, read_only, short_repr
-from .core_calls import RunOrigin
-from .specific_force import specific_force, to_body_frame
+from .core_calls import RunStart
+from .specific_force import specific_force, transform_to_body_frame
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class States(QuantityAttributes):
     _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
     _choice: StepChoice | None  # the choice of method='geometric'
     _tangent_data: TangentData | None
-    _origin: RunOrigin
+    _origin: RunStart
 
     @property
     def method(self) -> MethodName:
@@ -74,11 +74,11 @@ class States(QuantityAttributes):
 
     @property
     def step(self) -> float | None:
-        """The step size used [T]; negative if the path runs backwards in time.
+        """The step size [T], which is negative if the path runs backwards in time.
 
         The value is None if the method has no step size, or if it chose the step size itself.
         """
-        return self._options.step_with_sign(self._is_back)
+        return self._options.get_signed_step(self._is_back)
 
     @property
     def tol(self) -> float | None:
@@ -87,7 +87,7 @@ class States(QuantityAttributes):
 
     @property
     def digits(self) -> int | None:
-        """The number of digits requested; None if `digits` was not given."""
+        """The requested number of digits, or None if it was not given."""
         return self._options.digits
 
     @property
@@ -102,7 +102,7 @@ class States(QuantityAttributes):
         return len(self.t)
 
     def __dir__(self) -> list[str]:
-        """Return the names of all attributes except the quantities that `want` excludes."""
+        """Return the names of the attributes, without quantities that are not stored."""
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
@@ -118,10 +118,7 @@ class States(QuantityAttributes):
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a suggestion.
-
-            Quantities are class attributes, which are set by add_quantities.
-            """
+            """Raise AttributeError with a suggestion."""
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
@@ -135,7 +132,7 @@ class States(QuantityAttributes):
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
             raise AttributeError(f"a path has no {short_repr(name)}; {suggest_name(name, known)}")
 
-    def _state_components(self, name: str) -> Array:
+    def _select_state_component(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
             return self._columns[name]
         part = self.states[:, STATE_COLUMNS[name]]
@@ -144,12 +141,12 @@ class States(QuantityAttributes):
     @property
     def t(self) -> Array:
         """(n,) times [T]."""
-        return self._state_components("t")
+        return self._select_state_component("t")
 
     @property
     def q(self) -> Array:
         """(n, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self._state_components("q")
+        return self._select_state_component("q")
 
     @property
     def q_xyzw(self) -> Array:
@@ -159,7 +156,7 @@ class States(QuantityAttributes):
     @property
     def m(self) -> Array:
         """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self._state_components("m")
+        return self._select_state_component("m")
 
     @cached_property
     def q_low(self) -> Array:
@@ -167,14 +164,14 @@ class States(QuantityAttributes):
 
         The low-order words are zero if at most 16 digits were requested.
         """
-        return self._low_words("q")
+        return self._select_low_words("q")
 
     @cached_property
     def m_low(self) -> Array:
         """(n, 3) low words of m [M L^2 T^-1]; zero if at most 16 digits were requested."""
-        return self._low_words("m")
+        return self._select_low_words("m")
 
-    def _low_words(self, name: str) -> Array:
+    def _select_low_words(self, name: str) -> Array:
         if self._low is not None:
             return self._low[:, STATE_COLUMNS[name]]
         if self.want is not None and (self.digits or 0) > 16:
@@ -188,12 +185,12 @@ class States(QuantityAttributes):
         The first three rows are changes of attitude, expressed as rotation vectors in the body
         frame [rad]. The other three rows are changes of momentum in space [M L^2 T^-1].
 
-        If "start" is requested, the first six columns are the derivatives with respect to the
-        initial state; at t = 0 they form an identity matrix. They are followed by the requested
-        derivatives with respect to scene parameters, in this order: the moments (3), the centre of
-        mass (3), gravity, mass, damping (3), rotor (3), turning (3), shaking (3) and friction. The
-        centre of mass and the rotor are given by their components along the principal axes. Each
-        column contains the change per unit change of its parameter, at constant initial momentum.
+        With "start", the first six columns are the derivatives with respect to the initial state;
+        they form an identity matrix at t = 0. The requested derivatives with respect to scene
+        parameters follow in this order: the moments (3), the centre of mass (3), gravity, mass,
+        damping (3), rotor (3), turning (3), shaking (3) and friction. The centre of mass and the
+        rotor are given by their components along the principal axes. Each column contains the
+        derivatives with respect to one parameter at constant initial momentum.
         """
         return self._tangents().high
 
@@ -209,12 +206,12 @@ class States(QuantityAttributes):
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their magnitude.
 
-        The estimate is the largest magnitude of the last Taylor terms of the tangents. The steps
-        are chosen for the accuracy of the path, not for that of the tangents.
+        The estimate is the largest magnitude among the last retained Taylor terms of the tangents.
+        The steps are chosen for the accuracy of the path, not for that of the tangents.
 
-        For a kreisel.ExactTorus, the estimate is the largest difference between the tangents of
-        orders 6 and 8. This difference is relative to the magnitude of the tangent or, if the
-        tangent is small, to that of the state.
+        For a kreisel.ExactTorus, the estimate is the largest difference between the tangents
+        computed with orders 6 and 8. The difference is divided by the magnitude of the tangent or,
+        if the tangent is small, by the magnitude of the state.
         """
         return self._tangents().truncation
 
@@ -222,8 +219,9 @@ class States(QuantityAttributes):
     def conditioning(self) -> Array:
         """(n,) a bound on the change of attitude if each number of the scene is rounded [rad].
 
-        Each number is rounded once, with a relative error of at most 2^-53. Raises AttributeError
-        unless the path stores the tangents with respect to every nonzero parameter.
+        The bound assumes that each number is rounded once, with a relative error of at most 2^-53.
+        Raises AttributeError unless the path stores the tangents with respect to every parameter
+        that is not zero.
         """
         return self._tangents().conditioning(self.scene)
 
@@ -237,10 +235,11 @@ class States(QuantityAttributes):
 
         Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
         the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
-        quantity depends on the direction of the apex. The derivatives of `kowalewski` and
-        `goryachev_chaplygin` are NaN for parameters whose variation destroys the integrability of
-        the body. These parameters are the moments of inertia, and the component of com along the
-        axis of the unequal moment.
+        quantity depends on the direction of the apex. The functions `kowalewski` and
+        `goryachev_chaplygin` are conserved only for special bodies. The derivatives of these
+        functions are NaN for parameters whose variation violates the conditions on the body. These
+        parameters are the moments of inertia, and the component of com along the axis of the
+        unequal moment.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -278,11 +277,11 @@ class States(QuantityAttributes):
         """(n, 3) the angular velocity that a gyroscope on the body measures [T^-1].
 
         The angular velocity is relative to the inertial frame, with components in the body frame.
-        It differs from `body_velocity` only if the support turns.
+        The inertial angular velocity differs from `body_velocity` only if the support turns.
         """
         if not any(self.scene.turning):
             return self.body_velocity
-        support = to_body_frame(self.q, np.array(self.scene.turning))
+        support = transform_to_body_frame(self.q, np.array(self.scene.turning))
         return read_only(self.body_velocity + support)
 
     def specific_force(self, point: ArrayLike) -> Array:
@@ -312,16 +311,16 @@ class States(QuantityAttributes):
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
-        The conserved energy is E + step <torque, m> / (2 I1). The values are NaN unless the body is
-        a Lagrange top. Like `path.step`, the step in this formula is negative if the path runs
-        backwards in time.
+        The conserved energy is E + step <torque, m> / (2 I1), where I1 is the transverse moment of
+        inertia. The values are NaN unless the body is a Lagrange top. Like `path.step`, the step in
+        this formula is negative if the path runs backwards in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
-        The conserved energy differs from E by a constant, and by terms of order step^4. The values
+        The conserved energy differs from E by a constant and by terms of order step^4. The values
         are NaN if the body is not a Lagrange top, or if the step is too large.
         """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
@@ -331,8 +330,8 @@ class States(QuantityAttributes):
         """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
         Both maxima are over all states; E0 is the initial energy and T is the kinetic energy. The
-        value is zero if the path has no states. The value is NaN if damping, friction or a shaken
-        support is present, because the energy is then not conserved.
+        value is zero if the path has no states. The value is NaN for scenes with damping, friction
+        or a shaken support, because the energy is then not conserved.
         """
         if self.scene._is_losing_energy or self.scene._is_shaken:
             return np.nan
@@ -351,18 +350,18 @@ class States(QuantityAttributes):
 def add_quantities(
     kind: type[Recorded], lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> None:
-    """Add an attribute to the class `kind` for every quantity that it does not define itself.
+    """Add a property to the class `kind` for each quantity that the class does not define.
 
     lead      the names of the dimensions that precede the dimensions of a quantity
     column    a function that returns the values of a quantity
     """
     for name in [name for name in QUANTITIES if name not in vars(kind)]:
-        attribute = _attribute(QUANTITIES[name], lead, column)
+        attribute = _make_quantity_property(QUANTITIES[name], lead, column)
         attribute.__set_name__(kind, name)
         setattr(kind, name, attribute)
 
 
-def _attribute(
+def _make_quantity_property(
     quantity: Quantity, lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> cached_property[Array]:
     def of(recorded: Recorded) -> Array:
@@ -375,8 +374,8 @@ def _attribute(
     return cached_property(of)
 
 
-def _column(path: States, name: str) -> Array:
+def _compute_path_column(path: States, name: str) -> Array:
     return read_only(values(name, path.scene._block, path.states))
 
 
-add_quantities(States, ("n",), _column)
+add_quantities(States, ("n",), _compute_path_column)

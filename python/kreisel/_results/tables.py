@@ -1,4 +1,4 @@
-"""Tables of a path, with units, for pandas, xarray and CSV, and Euler angles as one array."""
+"""Conversion of paths to pandas, xarray and CSV."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {
 def quantity_rows(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
-    """Return each quantity in `names` together with its values at all states.
+    """Return the requested quantities with their values at all states.
 
     If `names` is empty, all quantities that the path stores are returned. The dimension of an angle
     is either 'rad' or 'deg'.
     """
     in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
-    for name in _parse_names(names) or _default_names(path):
+    for name in _parse_names(names) or _list_default_names(path):
         quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
             values = np.unwrap(values) if unwrapped else values
@@ -77,7 +77,7 @@ def _parse_names(names: Iterable[str]) -> list[str]:
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
-def _default_names(path: HasQuantities) -> tuple[str, ...]:
+def _list_default_names(path: HasQuantities) -> tuple[str, ...]:
     if path.want is not None:
         return path.want
     return ("q", "m") if path._low is None else ("q", "m", *LOW)
@@ -87,10 +87,10 @@ def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
     """Return t and the components of the quantities in `names` as one-dimensional columns."""
-    return _components(path, quantity_rows(path, names, degrees, unwrap))
+    return _list_component_columns(path, quantity_rows(path, names, degrees, unwrap))
 
 
-def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
+def _list_component_columns(path: States, rows: QuantityRows) -> dict[str, Array]:
     table = {"t": path.t}
     for quantity, values in rows:
         table |= zip(
@@ -101,19 +101,19 @@ def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
     """Return the unit or dimension of t and of each component of the quantities in `names`."""
-    return _units(quantity_rows(path, names, degrees, False))
+    return _list_units(quantity_rows(path, names, degrees, False))
 
 
-def _units(rows: QuantityRows) -> dict[str, str]:
+def _list_units(rows: QuantityRows) -> dict[str, str]:
     """Return the unit or dimension of t and of each component of the quantities in `rows`."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 
 
-def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
+def format_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
     """Return the columns as CSV text in full precision.
 
-    The first line consists of `heads`, if given, and otherwise of the column names.
+    The first line contains `heads` or, by default, the column names.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -123,7 +123,7 @@ def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> st
 
 
 class Tables(States):
-    """The methods of a path that return or write tables."""
+    """Methods of a path that export tables."""
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
         """Return the z-x-z Euler angles as columns: precession_angle, nutation, spin_angle [rad].
@@ -160,8 +160,8 @@ class Tables(States):
         with optional_dependency(TABLES):
             import pandas as pd
         rows = quantity_rows(self, names, degrees, unwrap)
-        frame = pd.DataFrame(_components(self, rows)).set_index("t")
-        frame.attrs = self._run_attributes() | {"units": _units(rows)}
+        frame = pd.DataFrame(_list_component_columns(self, rows)).set_index("t")
+        frame.attrs = self._list_run_attributes() | {"units": _list_units(rows)}
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
@@ -175,10 +175,10 @@ class Tables(States):
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
             ('time', 'principal_axis', 'axis')
 
-        Each variable has the attributes `long_name` and `units`; the latter is the dimension [M L
-        T], 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene in TOML
-        format. The arguments and exceptions are the same as for to_pandas, except that ImportError
-        refers to xarray.
+        Each variable has the attributes `long_name` and `units`. The units are a dimension such as
+        'M L^2 T^-1', or 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene
+        in TOML format. The arguments and exceptions are the same as for to_pandas, except that
+        ImportError refers to xarray.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -191,7 +191,7 @@ class Tables(States):
             coordinates |= along
             variables[quantity.name] = (("time", *along), np.array(values), about)
         time = {"time": variables.pop("t")}
-        return xr.Dataset(variables, {**time, **coordinates}, self._run_attributes())
+        return xr.Dataset(variables, {**time, **coordinates}, self._list_run_attributes())
 
     def to_csv(
         self,
@@ -226,10 +226,12 @@ class Tables(States):
         rows = quantity_rows(self, names, degrees, unwrap)
         heads = None
         if as_bool("units", units):
-            heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]
-        atomic_write(file, as_csv(_components(self, rows), heads).encode())
+            heads = [
+                f"{name} [{unit}]" if unit else name for name, unit in _list_units(rows).items()
+            ]
+        atomic_write(file, format_csv(_list_component_columns(self, rows), heads).encode())
 
-    def _run_attributes(self) -> dict[str, object]:
+    def _list_run_attributes(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}
         about: dict[str, object] = {
             word: value for word, value in words.items() if value is not None

@@ -1,4 +1,4 @@
-"""The tangents of a path, and error bounds computed from them."""
+"""Tangents of a path, and the error bounds computed from them."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _ROUNDING = 2.0**-53
 class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
-    The truncation error is the largest final term in the Taylor series of the tangents. `by`
-    contains the names of the differentiation parameters, in the order used by the core.
+    The truncation error is the largest magnitude among the last retained terms of the Taylor
+    series. `by` lists the parameters of the derivatives in the order used by the core.
     """
 
     high: Array
@@ -36,10 +36,10 @@ class TangentData(NamedTuple):
     by: tuple[str, ...]
 
     @classmethod
-    def from_flat(
+    def from_flat_arrays(
         cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
     ) -> TangentData:
-        """Build the tangents from the flat arrays returned by the core."""
+        """Build a TangentData object from flat arrays returned by the core."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
         return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
@@ -50,15 +50,15 @@ class TangentData(NamedTuple):
 
     @property
     def parameter_bits(self) -> int:
-        """The sum of the core's bit flags for the parameters."""
+        """The bit mask that represents the parameters in the core."""
         return sum(TANGENTS[name][0] for name in self.by)
 
     def conditioning(self, scene: Scene) -> Array:
-        """Return bounds on the attitude error [rad] caused by rounding the scene.
+        """Return bounds on the attitude error [rad] caused by rounding the numbers in a scene.
 
-        Every number that defines `scene` is assumed to be rounded. Raises AttributeError if some
-        tangents are missing. Tangents with respect to zero parameters are not required, because
-        zero is represented exactly.
+        Every number that defines `scene` is assumed to be rounded. Raises AttributeError if the
+        tangents with respect to a required parameter are missing. Tangents with respect to
+        parameters that are zero are not required, because zero is represented exactly.
         """
         data = {
             # a change of a unit quaternion rotates by twice its size

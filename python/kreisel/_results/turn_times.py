@@ -1,4 +1,4 @@
-"""The time scale of tops, in terms of which limits on waiting times and durations are defined."""
+"""Typical rotation times of tops, used to scale limits on waiting times and durations."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from .._utils.validation import Array
 
 
 def estimate_turn_times(tops: Ensemble) -> Array:
-    """Estimate how long each top takes to turn once about the axis of its largest moment [T].
+    """Estimate the time [T] that each top takes to turn once.
 
-    The times are computed as 2 pi / rate. The rate is the larger of (|m| + |h|) / I and sqrt(mass
-    |gravity| |com| / I). Here, I is the largest moment of inertia, and h the angular momentum of
-    the rotor. The first expression is the rate of rotation, and the second is the angular frequency
-    of a pendulum. The gravity used here includes the largest acceleration of a shaken support. For
-    a top at rest without torque, the time is defined as 1.
+    The time is 2 pi divided by a rate. The rate is the larger of the angular velocity (|m| + |h|) /
+    I and the pendulum frequency sqrt(mass |gravity| |com| / I). Here, I is the largest moment of
+    inertia, and h the angular momentum of the rotor. The gravity used here includes the largest
+    acceleration of a shaken support. For a free top at rest, the time is defined as 1.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

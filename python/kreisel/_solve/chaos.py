@@ -20,8 +20,8 @@ from .._results.executor import WorkerPool
 from .._results.indicators import (
     Indicator,
     compute_indicator,
+    extract_single_indicator,
     raise_if_failed,
-    single_indicator,
 )
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int
@@ -59,9 +59,9 @@ def lyapunov(
     threads    the number of threads; default: the number of processors
     progress   a function called with the finished fraction of the tops, 0 .. 1
 
-    The tangent is integrated together with the path, and is renormalised by powers of two. The size
-    of the tangent is its norm in scaled units, in which the largest moment and the angular velocity
-    of the top are about 1.
+    The tangent is integrated together with the path, and is repeatedly scaled by powers of two. The
+    norm of the tangent is computed in units in which the largest moment of inertia and the angular
+    velocity are about 1.
 
         >>> import kreisel as kr
         >>> chaos = kr.lyapunov(kr.scenes.asymmetric, 1000)
@@ -70,12 +70,14 @@ def lyapunov(
         >>> kr.lyapunov(kr.scenes.kowalewski, 1000).value < 0.01
         True
 
-    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises kreisel.Error
-    if the run of a single scene fails; for an ensemble, failures are recorded in `.status`. Raises
-    kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. Source: Benettin,
-    Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    kreisel.Error if the run of a single scene fails. For an ensemble, failures are recorded in the
+    attribute `status`. Raises kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the
+    results obtained so far. Source: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
     """
-    return _run_indicator("lyapunov", scene, t, direction, tol, max_steps, threads, progress)
+    return _compute_chaos_indicator(
+        "lyapunov", scene, t, direction, tol, max_steps, threads, progress
+    )
 
 
 def megno(
@@ -91,9 +93,8 @@ def megno(
     """Compute the mean exponential growth of nearby orbits (MEGNO), averaged over time.
 
     For a regular motion, MEGNO tends to 2 if neighbouring motions separate linearly in time, and to
-    0 if they do not separate. For a chaotic motion, MEGNO is about half the Lyapunov exponent
-    times t.
-    The arguments are those of kreisel.lyapunov.
+    0 if they do not separate. For a chaotic motion, MEGNO is about half the Lyapunov exponent times
+    t. The arguments are the same as for kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.megno(kr.scenes.asymmetric, 1000).value > 20
@@ -101,10 +102,10 @@ def megno(
         >>> round(kr.megno(kr.scenes.thesis, 10000).value, 1)
         2.0
 
-    Raises the exceptions of kreisel.lyapunov. Source: Cincotta and Simo, Astronomy and Astrophysics
-    Supplement Series 147 (2000).
+    Raises the same exceptions as kreisel.lyapunov. Source: Cincotta and Simo, Astronomy and
+    Astrophysics Supplement Series 147 (2000).
     """
-    return _run_indicator("megno", scene, t, direction, tol, max_steps, threads, progress)
+    return _compute_chaos_indicator("megno", scene, t, direction, tol, max_steps, threads, progress)
 
 
 def oli(
@@ -117,10 +118,11 @@ def oli(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """Compute the orthogonal Lyapunov indicator: the largest logarithm of a tangent up to time t.
+    """Compute the orthogonal Lyapunov indicator (OLI).
 
-    The tangent is orthogonal to the flow and to rotations about the vertical. The indicator grows
-    as ln(t) for a regular motion, and as t for a chaotic motion. The arguments are those of
+    The indicator is the maximum of the logarithm of the norm of a tangent up to time t. The tangent
+    is orthogonal to the flow and to rotations about the vertical. The indicator grows as ln(t) for
+    a regular motion, and as t for a chaotic motion. The arguments are the same as for
     kreisel.lyapunov.
 
         >>> import kreisel as kr
@@ -129,13 +131,13 @@ def oli(
         >>> round(kr.oli(kr.scenes.thesis, 1000).value, 1)
         8.4
 
-    Raises the exceptions of kreisel.lyapunov. Source: Fouchard, Lega, Froeschle and Froeschle,
+    Raises the same exceptions as kreisel.lyapunov. Source: Fouchard, Lega, Froeschle and Froeschle,
     Celestial Mechanics and Dynamical Astronomy 83 (2002).
     """
-    return _run_indicator("oli", scene, t, direction, tol, max_steps, threads, progress)
+    return _compute_chaos_indicator("oli", scene, t, direction, tol, max_steps, threads, progress)
 
 
-def _run_indicator(
+def _compute_chaos_indicator(
     name: str,
     scene: Scene | Ensemble,
     t: Numbers,
@@ -145,7 +147,7 @@ def _run_indicator(
     threads: object,
     progress: Progress | None,
 ) -> Indicator:
-    times, controls = parse_growth(scene, t, direction, tol, max_steps)
+    times, controls = parse_indicator_arguments(scene, t, direction, tol, max_steps)
     pool, callback = WorkerPool(parse_threads(threads, None)), parse_progress(progress)
     if isinstance(scene, Ensemble):
         return compute_indicator(scene, times, name, controls, pool, callback)
@@ -156,13 +158,13 @@ def _run_indicator(
     if status != "OK" and statuses[status][0] == "INPUT":
         raise status_to_exception(status, f"no tangent in the direction {direction!r} of {scene!r}")
     raise_if_failed(tops, result, statuses[status][1])
-    return single_indicator(result)
+    return extract_single_indicator(result)
 
 
-def parse_growth(
+def parse_indicator_arguments(
     scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, tuple[float, int, Sequence[float]]]:
-    """Return the times of the curve, and the tuple (tol, max_steps, direction).
+    """Return the times at which the indicator is recorded, and the validated options.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -187,7 +189,7 @@ def _parse_times(t: Numbers) -> Array:
         end = as_float("t", t)
         times = end * np.logspace(-_DECADES, 0.0, POINTS)
     if not times.size or not times.all():
-        raise ValueError("t must be times on one side of the start, without 0 itself")
+        raise ValueError("t must contain only positive or only negative times, and not 0")
     return times
 
 

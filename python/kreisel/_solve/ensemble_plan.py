@@ -36,7 +36,7 @@ _ROW = 57  # bytes per top for status, number of states, step counts and time re
 
 @dataclass(frozen=True)
 class EnsemblePlan:
-    """The plan of a solve of an ensemble; `print(plan)` shows a description.
+    """The plan for solving an ensemble; `print(plan)` shows a description.
 
     shape        the shape of the ensemble
     closed_form  the number of tops computed in closed form
@@ -63,7 +63,7 @@ class EnsemblePlan:
     first: Plan | None
 
     def _description_rows(self) -> list[tuple[str, str]]:
-        """Return the lines of the description as pairs, without the plan of the first top."""
+        """Return pairs (heading, text) that describe the ensemble, but not its first top."""
         counts = {
             "by closed form": self.closed_form,
             "in lanes": self.lanes,
@@ -84,7 +84,7 @@ class EnsemblePlan:
         return "\n".join([*lines, *([f"the first top:\n{self.first}"] if self.first else [])])
 
     def _repr_html_(self) -> str:
-        """Return the plan as a table, which notebooks display."""
+        """Return the plan as an HTML table for display in notebooks."""
         first = [("the first top", ""), *self.first._description_rows()] if self.first else []
         return format_table([*self._description_rows(), *first])
 
@@ -121,10 +121,9 @@ def plan(
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
 ) -> Plan | EnsemblePlan:
-    """Return a plan: what kreisel.solve would use and leave out with these arguments.
+    """Return the plan of the motion that kreisel.solve would compute.
 
-    Nothing is solved, but a few tops of an ensemble run for some milliseconds to estimate the run
-    time.
+    For an ensemble, a few tops are integrated for a few milliseconds to estimate the run time.
 
     t       the times as in kreisel.solve; if given, the plan includes the number of states
     reduce  for an ensemble: the reductions of kreisel.reduce, instead of states
@@ -137,8 +136,8 @@ def plan(
         >>> print(str(kr.plan(tops, 10, threads=2)).splitlines()[0])
         tops       (3,): 1 by closed form, 2 in lanes; by 2 threads
 
-    Raises the exceptions that kreisel.solve raises before anything runs. Raises ValueError for
-    method='geometric', which needs trial runs; after kreisel.solve, path.plan contains its plan.
+    Raises the same exceptions for invalid arguments as kreisel.solve. Raises ValueError for
+    method='geometric', which needs trial runs.
     """
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
         reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
@@ -146,18 +145,18 @@ def plan(
         raise ValueError("method='geometric' chooses by trial runs: call solve, and see path.plan")
     if isinstance(scene, Ensemble):
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
-        return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
+        return _make_ensemble_plan(scene, t, method, arguments, parse_threads(threads, None))
     options = parse_options(scene, method, step, tol, digits, 0, want, every, t=t)
     times = None if t is None else time_array(t, options.step, options.every, options.state_bytes)
     states = None if times is None else times.size
     return make_plan(scene, options, states, times=times)
 
 
-def _plan_ensemble(
+def _make_ensemble_plan(
     tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
 ) -> EnsemblePlan:
     options = parse_arguments(tops, method, arguments)
-    closed, lanes = _method_counts(tops, options)
+    closed, lanes = _count_tops_by_method(tops, options)
     row = 8 * len(options.reductions)
     size = row or options.state_bytes
     states, seconds, measured = None, None, 0
@@ -176,12 +175,12 @@ def _plan_ensemble(
         bytes=size,
         seconds=seconds,
         measured=measured,
-        first=_first_plan(tops, options, states),
+        first=_plan_first_top(tops, options, states),
     )
 
 
-def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
-    """Return the number of tops computed in closed form, and the number integrated in lanes."""
+def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
+    """Return the numbers of tops with a closed form and of tops integrated in vector lanes."""
     if options.solve.method.exact:
         return tops.size, 0
     if options.is_one_by_one or options.solve.method.name != FALLBACK:
@@ -198,13 +197,13 @@ def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
     return closed, tops.size - closed - alone
 
 
-def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
+def _plan_first_top(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
     if not tops.size:
         return None
     scene = member(tops, 0)
-    plan = make_plan(scene, options.options_for(scene), states)
+    plan = make_plan(scene, options.make_options_for_top(scene), states)
     kernel, order = Worker(*options.core, []).kernel
-    is_alone = scene._is_disturbed
+    is_alone = scene._has_disturbances
     if plan.method != FALLBACK or options.is_one_by_one or not kernel or is_alone:
         return plan
     level = options.solve.can_skip_heading
@@ -216,9 +215,9 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
 def _estimate_run_time(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
-    """Return an estimate of the run time [s], and the number of tops that were run to estimate it.
+    """Return an estimate of the run time [s], and the number of tops used for the estimate.
 
-    The runs have a limited number of steps and states, and the time is extrapolated.
+    A few tops are integrated for a limited number of steps, and the time is extrapolated.
     """
     if not tops.size or not t.shape[-1]:
         return 0.0, 0

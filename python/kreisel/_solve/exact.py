@@ -47,8 +47,8 @@ from .._utils.validation import (
 )
 from .exact_ensemble import (
     ExactEnsemble,
-    from_ensemble,
-    from_list,
+    make_exact_ensemble,
+    make_exact_ensemble_of_list,
     no_closed_form_error,
     refuse_turning_support,
 )
@@ -62,8 +62,8 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 
 @dataclass(frozen=True)
-class _ClosedForm:
-    """Base class of closed forms, with the scene, the nutation period and two mean rates."""
+class _ExactBase:
+    """Base class of all closed forms."""
 
     scene: Scene
     period: float
@@ -73,7 +73,7 @@ class _ClosedForm:
 
 
 @dataclass(frozen=True)
-class Exact(_ClosedForm):
+class Exact(_ExactBase):
     """The motion of a scene, given in closed form.
 
     The object can be called with a time or an array of times, and returns a kreisel.Path.
@@ -85,14 +85,14 @@ class Exact(_ClosedForm):
     spin        the mean rate of the body about the axis, as the mean rate of the Euler angle
                 spin_angle; the precession is not included [T^-1]
 
-    For a symmetric body, the axis is its symmetry axis. A free asymmetric body has no symmetry
-    axis. In this case, the axis is the principal axis about which the angular momentum precesses in
-    the body frame. The axis is directed so that its angle with the momentum is acute. The axis
-    completes two nutation cycles during each cycle of the momentum. The period of body_velocity is
-    therefore twice `period`; it is denoted by T in Landau and Lifshitz, Mechanics, section 37.
+    For a symmetric body, the nutation refers to the axis of symmetry. For a free asymmetric body,
+    the nutation refers to the principal axis about which the momentum precesses in the body frame.
+    The principal axis is oriented so that it makes an acute angle with the angular momentum. The
+    nutation of a free asymmetric body has half the period of body_velocity. The period of
+    body_velocity is denoted by T in Landau and Lifshitz, Mechanics, section 37.
 
-    If the axis passes exactly through the vertical, the precession angle jumps by half a turn.
-    These jumps are excluded from `precession`.
+    If the axis passes exactly through the vertical, the precession angle jumps by half a turn. The
+    mean rate `precession` does not include jumps of the precession angle by half a turn.
 
     States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be positive or
     negative, and in any order. Ctrl-C raises an ordinary KeyboardInterrupt, without partial
@@ -105,9 +105,9 @@ class Exact(_ClosedForm):
         >>> top(top.t_greatest).nutation.round(4)
         array([1.1414])
 
-    The attributes least_nutation, greatest_nutation, t_least, t_greatest, motion_type and
-    critical_spin are available for Lagrange tops, and for free bodies that are symmetric about
-    their apex. For all other bodies, accessing these attributes raises ValueError.
+    The six attributes from least_nutation to critical_spin exist only for tops that are symmetric
+    about their apex axis. For all other bodies, accessing a turning-point attribute raises
+    ValueError.
     """
 
     @cached_property
@@ -116,20 +116,20 @@ class Exact(_ClosedForm):
 
     @property
     def least_nutation(self) -> float:
-        """The nutation at the turning point closer to e3, between 0 and pi [rad]."""
+        """The smallest nutation, between 0 and pi [rad]."""
         return float(self._turning_points.least[0])
 
     @property
     def greatest_nutation(self) -> float:
-        """The nutation at the turning point further from e3, between 0 and pi [rad]."""
+        """The largest nutation, between 0 and pi [rad]."""
         return float(self._turning_points.greatest[0])
 
     @property
     def t_least(self) -> float:
         """The first time t >= 0 at which the nutation is smallest [T].
 
-        The value is 0 if the nutation is constant, and inf if the smallest nutation is never
-        reached.
+        The returned time is 0 if the nutation is constant, and inf if the smallest nutation is
+        never reached.
         """
         return float(self._turning_points.t_least[0])
 
@@ -137,7 +137,7 @@ class Exact(_ClosedForm):
     def t_greatest(self) -> float:
         """The first time t >= 0 at which the nutation is largest [T].
 
-        The value is 0 if the nutation is constant, and inf if the largest nutation is never
+        The returned time is 0 if the nutation is constant, and inf if the largest nutation is never
         reached.
         """
         return float(self._turning_points.t_greatest[0])
@@ -147,9 +147,9 @@ class Exact(_ClosedForm):
         """The type of the apex's motion about the vertical.
 
         - If the nutation changes, the name depends on the precession rates at the two turning
-          points. The type is 'waves' if both rates have the same sign, and 'loops' if they have
-          opposite signs. The type is 'cusps' if the rate is zero at the turning point with the
-          higher potential.
+          points. The motion type is 'waves' if the precession rates at both turning points have the
+          same sign, and 'loops' if they have opposite signs. The motion type is 'cusps' if the
+          precession rate is zero at the turning point with the higher potential.
 
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
@@ -159,7 +159,7 @@ class Exact(_ClosedForm):
 
         - Without torque, the name is 'circle' or 'resting'.
 
-        Values are treated as equal if they differ by at most 1e-12.
+        Numbers are considered equal if they differ by at most 1e-12.
         """
         return str(self._turning_points.motion_type[0])
 
@@ -167,7 +167,7 @@ class Exact(_ClosedForm):
     def critical_spin(self) -> float:
         """The spin above which the upright body is stable as a sleeping top [T^-1].
 
-        The value is 2 sqrt(I1 mass |gravity| |com|) / I3.
+        The critical spin is 2 sqrt(I1 mass |gravity| |com|) / I3.
         """
         return float(self._turning_points.critical_spin[0])
 
@@ -176,31 +176,31 @@ class Exact(_ClosedForm):
 
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
-        with m3 = <m, e3> and c = <m, apex>. The potential equals the energy minus I1 / 2 times the
-        square of the nutation rate. At a turning point away from the vertical, the potential
-        therefore equals the energy. At nutation 0 or pi, the potential is inf if the apex cannot
-        reach that position.
+        with m3 = <m, e3> and c = <m, apex>. The energy is the sum of the effective potential and I1
+        / 2 times the square of the nutation rate. The effective potential equals the energy at
+        turning points away from the vertical. At nutation 0 or pi, the potential is inf if the apex
+        cannot reach the vertical there.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        states = self._states_or_none(t, self.scene._resolvable_horizon)
+        states = self._try_to_compute_states(t, self.scene._resolvable_horizon)
         if states is None:
-            states = self._states_or_none(self._validated_times(t), math.inf)
+            states = self._try_to_compute_states(self._validate_times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
-    def _states_or_none(self, t: object, most: float) -> Array | None:
-        """Return the states at `t` as rows, or None if `t` has to be validated in Python.
+    def _try_to_compute_states(self, t: object, most: float) -> Array | None:
+        """Return one state per row, or None if the times must be validated in Python.
 
-        Validation is required if |t| is not below `most`, or if the core does not accept the type
-        of the times.
+        Validation is necessary if |t| is not below `most`, or if the C library cannot convert the
+        times.
         """
         return exact_states(self._plan, t, most)
 
-    def _validated_times(self, t: Numbers) -> Array:
+    def _validate_times(self, t: Numbers) -> Array:
         times = parse_time_list(t)
         check_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
@@ -214,23 +214,23 @@ class ExactTorus(Exact):
     called with a time or an array of times, and returns a kreisel.Path.
 
     If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
-    path returned by kreisel.solve. The allowed names are "start", "gravity" and "mass". All other
-    parameter changes lead to tops without a closed form. For the same reason, the column of a
-    Goryachev-Chaplygin top's vertical momentum is NaN. The tangents are central differences of
-    order 8 between the closed forms of neighbouring tops. The difference steps decrease with time.
-    The relative error of the tangents usually stays below about 1e-10 at all times, whereas that of
-    a Taylor series grows. Larger errors occur in two cases. Near resonances and separatrices,
-    `tangents_rest` reports the larger error. For fast tops, the derivatives with respect to gravity
-    and mass suffer from cancellation. At least eight closed forms are computed per column and per
-    range of times within a factor of 8.
+    path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
+    If any other parameter is changed, the motion has no closed-form solution. Derivatives with
+    respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are central
+    differences of order 8 between the closed forms of neighbouring tops. The difference steps are
+    reduced as time increases. The relative error of the tangents usually stays below about 1e-10
+    even for long times, whereas that of a Taylor series grows. Near resonances and separatrices,
+    the error is larger, and is reported by `tangents_rest`. For fast tops, the derivatives with
+    respect to gravity and mass suffer from cancellation errors.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
         >>> path.tangents.shape, path.tangents_rest < 1e-10
         ((2, 6, 7), True)
 
-    Raises ValueError for any other name, and for times at which the top has turned by more than 1e9
-    rad. Also raises ValueError if a neighbouring top has no closed form.
+    Raises ValueError for a parameter for which tangents cannot be computed. Also raises ValueError
+    for times at which the top has turned by more than 1e9 rad. Raises ValueError if the motion of a
+    required neighbouring top has no closed form.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -254,33 +254,36 @@ class ExactTorus(Exact):
         """The actions (first, second, third) that belong to `frequencies` [M L^2 T^-1].
 
         Each action is the integral of <m, dR R^T> along a closed loop on the torus, divided by 2
-        pi. Here, m is the angular momentum, and R is the rotation from the body frame to the space
-        frame. Along each loop, one angle increases by a full turn in its direction of motion, while
-        the others are constant. The third action equals <m, e3>. The energy is a function of the
-        actions, and its derivatives are the frequencies: between neighbouring tops, d energy = sum
-        of frequencies * d actions. For Goryachev-Chaplygin tops, this is true only among
-        neighbouring tops with <m, e3> = 0.
+        pi. The vector m is the angular momentum, and R is the rotation from the body frame to the
+        space frame. Along each loop, one angle increases by a full turn, while the other angles are
+        constant. The third action equals <m, e3>. The energy is a function of the actions, and its
+        derivatives are the frequencies: between neighbouring tops, d energy = sum of frequencies *
+        d actions. For Goryachev-Chaplygin tops, the frequencies are derivatives of the energy only
+        within the family of tops with <m, e3> = 0.
 
-        Up to a rotation about the vertical, some motions return to the same state after half a turn
-        of the first angle, or of both. For such motions, the loops that define the actions are not
-        the shortest possible ones.
+        Apart from a rotation about the vertical, some motions repeat after half a turn of one or
+        both angles. The actions always refer to full turns, even if the motion repeats after half a
+        turn.
 
         Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
         """
         is_level = self.scene.body.kind == "goryachev_chaplygin"
-        first, second = (compute_action(self._states_at, j, is_level) for j in (0, 1))
+        first, second = (
+            compute_action(self._compute_states_at_angles, j, is_level) for j in (0, 1)
+        )
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
     def find_quasi_periods(self, n: int = 4) -> Array:
         """Return `n` times at which the body returns ever closer to its initial state.
 
-        The shape of the array is (n, 3). Each row contains the numbers of turns of the first and
-        the second angle, and the time [T]. Both numbers of turns are integers, and their ratio is a
-        convergent in the continued-fraction expansion of the frequency ratio. Each row therefore
-        describes a near resonance between the frequencies. At this time, the body-frame components
-        of the momentum and the vertical have nearly returned to their initial values. The array has
-        fewer rows if a resonance is exact up to rounding errors.
+        The times are returned in an array of shape (n, 3). Each row contains the numbers of turns
+        of the two angles on the torus, and the time [T]. Both numbers of turns are integers, and
+        their ratio is a convergent in the continued-fraction expansion of the frequency ratio. Each
+        row describes a near resonance of the two frequencies on the torus. At each returned time,
+        the body-frame components of the momentum and the vertical are close to their initial
+        values. The returned array has fewer than `n` rows if the ratio of the frequencies is
+        rational, up to rounding errors.
 
             >>> import kreisel as kr
             >>> top = kr.exact(kr.scenes.kowalewski)
@@ -293,7 +296,7 @@ class ExactTorus(Exact):
         count = as_int("n", n, 1)
         first, second, _ = self.frequencies
         turns: list[tuple[int, int]] = []
-        for one, two in _find_convergents(first / second):
+        for one, two in _iterate_convergents(first / second):
             if len(turns) == count:
                 break
             if one > 0:
@@ -312,24 +315,25 @@ class ExactTorus(Exact):
         data = compute_torus_tangents(self.scene, path.states, names, _compute_states)
         return replace(path, _tangent_data=data)
 
-    def _states_at(self, turns: Array) -> Array:
-        """Return the states, as rows, for rows of the first two angles on the torus [turns].
+    def _compute_states_at_angles(self, turns: Array) -> Array:
+        """Return one state for each pair of angles on the torus, which are measured in turns.
 
-        The heading is taken from the initial state or, for a Goryachev-Chaplygin top, is arbitrary.
+        The heading equals that of the initial state, but is arbitrary for a Goryachev-Chaplygin
+        top.
         """
         return torus_states_at(self._torus, turns)
 
-    def _states_or_none(self, t: object, most: float) -> Array | None:
+    def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         return torus_states(self._torus, t, most)
 
     def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
         return _exact_torus, (self.scene,)
 
 
-def _find_convergents(ratio: float) -> Iterator[tuple[int, int]]:
+def _iterate_convergents(ratio: float) -> Iterator[tuple[int, int]]:
     """Yield the continued-fraction convergents of a positive number as (numerator, denominator).
 
-    The sequence ends when a convergent equals the number to within rounding error.
+    The sequence of convergents ends when a convergent equals the number to within rounding error.
     """
     before, last, rest = (0, 1), (1, 0), ratio
     while True:
@@ -347,7 +351,7 @@ class ExactKowalewski(ExactTorus):
     """The motion of a Kowalewski top in closed form, given by theta functions of two variables.
 
     The object can be called with a time or an array of times, and returns a kreisel.Path. The
-    attributes are the same as those of kreisel.ExactTorus.
+    attributes are described in kreisel.ExactTorus.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
@@ -363,10 +367,9 @@ class ExactKowalewski(ExactTorus):
 class ExactGoryachevChaplygin(ExactTorus):
     """The motion of a Goryachev-Chaplygin top, given in closed form.
 
-    The vertical component of the momentum must be zero, up to a rounding error, which is included
-    in `mismatch`. The object can be called with a time or an array of times, and returns a
-    kreisel.Path. The attributes are the same as those of kreisel.ExactTorus. The mean precession
-    rate is zero.
+    The vertical component of the angular momentum must be zero up to rounding errors. The object
+    can be called with a time or an array of times, and returns a kreisel.Path. The attributes are
+    described in kreisel.ExactTorus. The mean precession rate is zero.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)
@@ -377,15 +380,14 @@ class ExactGoryachevChaplygin(ExactTorus):
 
 
 @dataclass(frozen=True)
-class ExactMap(_ClosedForm):
+class ExactMap(_ExactBase):
     """A closed form for the states that the method bobenko_suris computes with the given `step`.
 
-    The object can be called with a number of steps, or with an array of such numbers, and returns a
-    kreisel.Path.
+    The object can be called with one or several step numbers, and returns a kreisel.Path.
 
-    The attributes period, precession and spin are defined as in kreisel.Exact, but refer to the
-    states computed by the method. Their differences from the attributes of kreisel.Exact are the
-    errors of the method.
+    The attributes period, precession and spin describe the numerical solution instead of the exact
+    motion. Subtracting the corresponding attributes of kreisel.Exact gives the errors of the
+    method.
     """
 
     step: float
@@ -417,23 +419,23 @@ def exact(
 ) -> Exact | ExactEnsemble | ExactMap:
     """Return the motion of a scene in closed form.
 
-    The result is a kreisel.Exact for Lagrange tops, for spherical bodies, and for all bodies
-    without torque. The result is a kreisel.ExactKowalewski for most Kowalewski tops. For most
-    Goryachev-Chaplygin tops without vertical momentum, the result is a
-    kreisel.ExactGoryachevChaplygin.
+    The result is a kreisel.Exact for Lagrange tops, spherical bodies and torque-free bodies. The
+    result is a kreisel.ExactKowalewski for most Kowalewski tops. The result is a
+    kreisel.ExactGoryachevChaplygin for most Goryachev-Chaplygin tops whose vertical momentum is
+    zero.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": return the closed form of the states that this method computes for a
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError, with the reason, for a scene without a closed form and for a support that
-    turns about e3. For a turning support, use solve(scene, t, "exact") to compute the states.
+    Raises ValueError if the motion has no closed form, or if the support turns about e3. For a
+    support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
-        return from_list(scene)
+        return make_exact_ensemble_of_list(scene)
     if isinstance(scene, Ensemble) and map is None and step is None:
-        return from_ensemble(scene)
+        return make_exact_ensemble(scene)
     top = check_type("scene", scene, Scene)
     refuse_turning_support(top)
     if map is not None:
@@ -481,12 +483,12 @@ def _exact_torus(scene: Scene) -> ExactTorus:
 def record_exact_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Return the path of a scene with tangents, computed from its closed form on a torus.
+    """Compute the path of a scene and its tangents from a closed form on a torus.
 
-    Raises ValueError under the same conditions as calling ExactTorus with tangents.
+    Raises ValueError if the tangents cannot be computed.
     """
     times = time_array(
-        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_columns
+        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_column_count
     )
     check_horizon(scene, float(times[-1]) if times.size else 0.0, options.step)
     check_tangent_times(scene, times)
@@ -496,7 +498,7 @@ def record_exact_tangents(
 
 
 def _compute_states(scene: Scene, t: Array) -> Array:
-    """Evaluate the closed form of a scene at the given times, and return the states as rows."""
-    states = _exact_torus(scene)._states_or_none(t, math.inf)
+    """Evaluate the closed form of a scene at the given times, and return one state per row."""
+    states = _exact_torus(scene)._try_to_compute_states(t, math.inf)
     assert states is not None
     return states

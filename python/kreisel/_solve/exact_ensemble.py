@@ -1,4 +1,4 @@
-"""Closed forms for all tops in an ensemble."""
+"""Closed-form solutions for all tops in an ensemble."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 class ExactEnsemble:
     """The motions of an ensemble, given in closed form.
 
-    Calling the object with a single time returns an array of states with the shape (*shape, 8).
-    Each state consists of t, q (w, x, y, z) and m, as in a kreisel.Path. Calling it with k times,
-    or with an array (*shape, k) of separate times for each top, returns an array (*shape, k, 8).
+    Calling the object with a single time returns the states in an array of shape (*shape, 8). Each
+    state consists of t, q (w, x, y, z) and m, as in a kreisel.Path. Calling it with k times, or
+    with an array (*shape, k) of separate times for each top, returns an array (*shape, k, 8).
     `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
-    computed on first access. All values are the same as those of kreisel.exact for each individual
-    scene, and the states are bitwise identical. Accessing the turning-point attributes raises
-    ValueError if any of the motions has no turning points.
+    computed on first access. All attributes agree with those of kreisel.exact for single scenes,
+    and the states are bitwise identical. Accessing the turning-point attributes raises ValueError
+    if any of the motions has no turning points.
 
-    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
-    values are NaN for all other tops.
+    The attributes frequencies, certificate and mismatch are NaN unless the top is a Kowalewski or
+    Goryachev-Chaplygin top.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
@@ -105,13 +105,11 @@ class ExactEnsemble:
         return self._compute_states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _compute_states(self, t: Array) -> Array:
-        """Return the states, as an array (n, k, 8), at times of shape (k,) or (n, k).
+        """Return the states at the given times, as an array of shape (n, k, 8).
 
-        Running the ensemble would compute the same states faster, but requires times that are
-        monotonic and on one side of 0. Running is not an option if any time is 0: it would return
-        the initial state itself instead of evaluating the closed form. Nor is it an option for
-        closed forms on a torus, because a run evaluates these in working axes, with different
-        rounding errors.
+        A run of the ensemble is faster if the times are monotonic and on one side of 0. At time 0,
+        a run returns the initial state itself instead of the closed form. Closed forms on a torus
+        are evaluated directly, because a run has slightly different rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
@@ -128,7 +126,7 @@ class ExactEnsemble:
         return states
 
     def _check_horizon(self, times: Array) -> None:
-        """Raise ValueError if doubles cannot resolve the attitude of a top at its last time."""
+        """Raise ValueError if the attitude of a top cannot be resolved in double precision."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)
@@ -147,9 +145,9 @@ class ExactEnsemble:
     def _call_in_slices(
         self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
     ) -> None:
-        """Call a core function for consecutive slices of the tops and of the arrays `rows`.
+        """Call a C function for consecutive slices of the ensemble and of all arrays in `rows`.
 
-        Raises ValueError for the first top that the core function rejects.
+        Raises ValueError for the first top that the C function rejects.
         """
         found: list[tuple[int, str]] = []
         work = Work()
@@ -171,12 +169,12 @@ class ExactEnsemble:
 
     @cached_property
     def _has_torus(self) -> bool:
-        """True if at least one top has a closed form on a torus."""
+        """True if any of the motions has a closed form on a torus."""
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
     def _frequencies_and_certificates(self) -> Array:
-        """The three frequencies, the certificate and the mismatch of each top, as five columns."""
+        """The frequencies, the certificate and the mismatch of each top, in five columns."""
         heads = np.full((self.tops.size, 5), np.nan)
         if self._has_torus:
             self._call_in_slices(torus_heads, heads)
@@ -194,23 +192,23 @@ class ExactEnsemble:
         self._call_in_slices(exact_turnings, rows, numbers)
         return turning_points_from_rows(rows, np.array(courses)[numbers])
 
-    def _to_ensemble_shape(self, row: Array) -> Array:
+    def _reshape_to_ensemble(self, row: Array) -> Array:
         return read_only(row.reshape(self.tops.shape))
 
     @property
     def period(self) -> Array:
         """(*shape) the period of the nutation, as in kreisel.Exact [T]."""
-        return self._to_ensemble_shape(self._mean_rates[:, 0])
+        return self._reshape_to_ensemble(self._mean_rates[:, 0])
 
     @property
     def precession(self) -> Array:
         """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
-        return self._to_ensemble_shape(self._mean_rates[:, 1])
+        return self._reshape_to_ensemble(self._mean_rates[:, 1])
 
     @property
     def spin(self) -> Array:
         """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
-        return self._to_ensemble_shape(self._mean_rates[:, 2])
+        return self._reshape_to_ensemble(self._mean_rates[:, 2])
 
     @property
     def frequencies(self) -> Array:
@@ -220,32 +218,32 @@ class ExactEnsemble:
     @property
     def certificate(self) -> Array:
         """(*shape) the largest relative residual, as in kreisel.ExactTorus."""
-        return self._to_ensemble_shape(self._frequencies_and_certificates[:, 3])
+        return self._reshape_to_ensemble(self._frequencies_and_certificates[:, 3])
 
     @property
     def mismatch(self) -> Array:
         """(*shape) the relative difference from an integrable body, as in kreisel.ExactTorus."""
-        return self._to_ensemble_shape(self._frequencies_and_certificates[:, 4])
+        return self._reshape_to_ensemble(self._frequencies_and_certificates[:, 4])
 
     @property
     def least_nutation(self) -> Array:
         """(*shape) the least nutation, as in kreisel.Exact [rad]."""
-        return self._to_ensemble_shape(self._turning_points.least)
+        return self._reshape_to_ensemble(self._turning_points.least)
 
     @property
     def greatest_nutation(self) -> Array:
         """(*shape) the greatest nutation, as in kreisel.Exact [rad]."""
-        return self._to_ensemble_shape(self._turning_points.greatest)
+        return self._reshape_to_ensemble(self._turning_points.greatest)
 
     @property
     def t_least(self) -> Array:
         """(*shape) the first time at which the nutation is least, as in kreisel.Exact [T]."""
-        return self._to_ensemble_shape(self._turning_points.t_least)
+        return self._reshape_to_ensemble(self._turning_points.t_least)
 
     @property
     def t_greatest(self) -> Array:
         """(*shape) the first time at which the nutation is greatest, as in kreisel.Exact [T]."""
-        return self._to_ensemble_shape(self._turning_points.t_greatest)
+        return self._reshape_to_ensemble(self._turning_points.t_greatest)
 
     @property
     def motion_type(self) -> npt.NDArray[np.str_]:
@@ -257,18 +255,17 @@ class ExactEnsemble:
     @property
     def critical_spin(self) -> Array:
         """(*shape) the spin above which the body sleeps upright, as in kreisel.Exact [T^-1]."""
-        return self._to_ensemble_shape(self._turning_points.critical_spin)
+        return self._reshape_to_ensemble(self._turning_points.critical_spin)
 
 
 def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueError:
     return ValueError(where + explain_no_turning_points(status, scene))
 
 
-def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
+def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """Return the closed forms of all tops in an ensemble.
 
-    Raises ValueError if a scene has no closed form; the message states the index of the first such
-    scene.
+    Raises ValueError if the motion of a scene has no closed form.
     """
     refuse_turning_support(tops)
     first, count = unsuited(tops._core_scenes, EXACT)
@@ -286,8 +283,8 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def refuse_turning_support(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a scene whose support turns about e3.
 
-    The states of such a top have a closed form, but its turning points and rates refer to the
-    inertial frame.
+    The turning points and rates of a closed form refer to the inertial frame instead of the
+    support.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():
@@ -298,17 +295,17 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
         )
 
 
-def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed forms of a list of scenes. Raises ValueError as from_ensemble does."""
+def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
+    """Return the closed forms of a list of scenes."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:
         raise ValueError("a list of scenes must not be empty")
-    return from_ensemble(Ensemble.of(scenes), "scene")
+    return make_exact_ensemble(Ensemble.of(scenes), "scene")
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
-    """Return the exception for a scene that the closed forms of the core reject with `status`."""
+    """Return the exception to raise for a scene whose motion has no closed form."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
     if has_torus(scene):

@@ -19,9 +19,9 @@ _MAX_SCENE_BYTES = 1 << 20
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
     """Load a path, a scene or a run from a file.
 
-    The type of the result depends on the contents of the file. A path written by path.save is
-    restored exactly, bit for bit. A scene is read from a TOML file. A run is restored from a
-    checkpoint written by run.save, which kreisel.resume can also read.
+    The type of the returned object depends on the contents of the file. A path written by path.save
+    is restored exactly, bit for bit. A scene is read from a TOML file. A run is restored from a
+    checkpoint that was written by run.save.
 
         >>> import os, tempfile
         >>> import kreisel as kr

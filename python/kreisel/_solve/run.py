@@ -18,7 +18,7 @@ from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
 from .._model.environment import Environment
-from .._model.exact_momentum import add_impulse, momentum_at_same_velocity
+from .._model.exact_momentum import add_impulse, convert_momentum_to_body
 from .._model.kwargs_types import SceneKwargs
 from .._model.scene import Scene, parse_toml
 from .._options.methods import FALLBACK, resolve_method
@@ -26,25 +26,25 @@ from .._options.plan import Plan, make_plan
 from .._options.solve_options import (
     Progress,
     SolveOptions,
-    parse_every,
     parse_options,
     parse_progress,
+    parse_recording_interval,
 )
 from .._options.times import (
     CHUNK_SIZE,
     check_horizon,
     check_monotonic,
+    iterate_time_chunks,
     time_array,
-    time_chunks,
 )
-from .._results.core_calls import ORIGIN, CoreResult, RunOrigin
+from .._results.core_calls import ORIGIN, CoreResult, RunStart
 from .._results.path import (
     Path,
     Stats,
     drop_unrequested_quantities,
+    format_progress,
     make_path,
-    progress_text,
-    stop_exception,
+    make_stop_exception,
 )
 from .._results.recorder import add_events, record_chunks, report_end
 from .._results.requests import request_from_options
@@ -68,7 +68,7 @@ _UNDER_WAY = "this run is under way: another thread leads it, or a call that has
 
 
 class _PresentState(NamedTuple):
-    """The motion of a run, its current state as a scene, and the low-order words of that state."""
+    """The current state of a run."""
 
     motion: Motion
     scene: Scene
@@ -89,24 +89,25 @@ class Run:
     t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
 
-    run.push, run.reset and run.change change the motion at the present time t. The time continues;
-    in all other respects, the motion is a new run from the present state.
+    run.push, run.reset and run.change change the motion at the present time t. The time of the run
+    continues, but the motion starts anew from its present state.
 
-    - run.scene is the present state, and run.start_time its time. Each path stores the scene of its
-      own states, to which its energy, `path(t)` and `path.error` refer.
+    - run.scene is the present state, and run.start_time its time. The energy and
+      the error of a path refer to the scene that was valid during this path.
 
     - The grid of a fixed step begins at the present time.
 
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
-      terminal event can be continued. The same events are searched for. An event at the present
-      time is not reported again, and a jump of its function due to the change is not an event.
+      terminal event can be continued. The run continues to search for the same events. An event at
+      the present time is not reported again. A jump of the event function caused by run.push,
+      run.reset or run.change is not an event.
 
     - The next path of run.to(t) begins with the state after the change.
 
     - With 20 or 30 digits, the low words of the present state are kept.
 
-    The method cannot be changed. If the method does not apply after the change, or an argument is
-    invalid, an exception is raised and the run is unchanged.
+    The method of a run cannot be changed. If an argument is invalid, an exception is raised and the
+    run is unchanged.
     """
 
     scene: Scene
@@ -121,11 +122,11 @@ class Run:
     _options: SolveOptions
     _back: bool
     _fresh: bool
-    _origin: RunOrigin
+    _origin: RunStart
     _top: Motion
 
     def __init__(
-        self, scene: Scene, options: SolveOptions, back: bool, origin: RunOrigin = ORIGIN
+        self, scene: Scene, options: SolveOptions, back: bool, origin: RunStart = ORIGIN
     ) -> None:
         own = self.__dict__  # ordinary assignments to attributes raise an exception
         own["_options"], own["_back"], own["_fresh"] = options, back, True
@@ -142,15 +143,15 @@ class Run:
         """Advance the run to time t, and return the path.
 
         If `t` is a number, the path contains the current state and the state at `t`. If `every` is
-        also given, the path contains the states after each multiple of `every` steps that were not
-        yet returned. If `t` is a list, the path contains exactly the states at these times. Raises
-        the same exceptions as kreisel.solve; the run then remains at its last valid state.
+        given, the path contains the states after each multiple of `every` steps. If `t` is a list,
+        the path contains exactly the states at these times. Raises the same exceptions as
+        kreisel.solve; after an exception, the run is at its last valid state.
         """
         if every is None and progress is None:
             path = self._advance_in_one_call(t)
             if path is not None:
                 return path
-        times = self._times_to_record(t, every)
+        times = self._parse_recording_times(t, every)
         if times.size:
             self._check_times(times)
         if self.ended:
@@ -161,7 +162,7 @@ class Run:
         return self._advance(times, parse_progress(progress))
 
     def _advance_in_one_call(self, t: object, progress: Progress | None = None) -> Path | None:
-        """Advance the run in a single call, or return None if `t` has to be validated in Python."""
+        """Advance the run in a single call, or return None if `t` must be validated in Python."""
         path: Path | CoreResult | None = self._top.advance(self, t, progress)
         if not isinstance(path, tuple):
             return path
@@ -169,10 +170,10 @@ class Run:
         made = make_path(self.scene, self._options, result, self._origin)
         part = drop_unrequested_quantities(made, self.want, end)
         self.__dict__["stats"] = part.stats
-        raise stop_exception(status, part, progress_text(part, end))
+        raise make_stop_exception(status, part, format_progress(part, end))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
-        """Advance the run to validated times, and return the path at these times."""
+        """Advance the run, and return the path at the given times."""
         if self.want is None:
             status, path = self._record_path(times, progress)
         else:
@@ -181,7 +182,7 @@ class Run:
             )
         if status != "OK":
             end = float(times[-1]) if times.size else self.t
-            raise stop_exception(status, path, progress_text(path, end))
+            raise make_stop_exception(status, path, format_progress(path, end))
         return report_end(path, progress)
 
     def stream(
@@ -194,12 +195,12 @@ class Run:
     ) -> Iterator[Path]:
         """Return an iterator over paths that continue from the current time, like kreisel.stream.
 
-        Between two paths, the run can be saved, pushed, reset or changed. The stream then continues
-        at its remaining times.
+        The run can be saved or changed between two paths of the iterator. After a change, the
+        iterator continues with the remaining times.
         """
-        number = parse_every(self._options.method, every)
+        number = parse_recording_interval(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
-        chunks = time_chunks(t, self.step, number, size, reached, self.start_time)
+        chunks = iterate_time_chunks(t, self.step, number, size, reached, self.start_time)
         return self._iterate_paths(chunks, parse_progress(progress))
 
     def _iterate_paths(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
@@ -212,13 +213,13 @@ class Run:
             status, path = self._record_path(chunk, progress)
             path = drop_unrequested_quantities(path, self.want, float(chunk[-1]))
             if status != "OK":
-                raise stop_exception(status, path, progress_text(path, float(chunk[-1])))
+                raise make_stop_exception(status, path, format_progress(path, float(chunk[-1])))
             yield path
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _times_to_record(self, t: Numbers, every: int | None) -> Array:
-        number = parse_every(self._options.method, every)
+    def _parse_recording_times(self, t: Numbers, every: int | None) -> Array:
+        number = parse_recording_interval(self._options.method, every)
         times = time_array(t, self.step, number, self._options.state_bytes, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
             return times
@@ -227,7 +228,7 @@ class Run:
         return np.array([self.t, times[-1]])
 
     def _check_times(self, times: Array) -> None:
-        """Check that the times continue the run and are within the horizon."""
+        """Raise ValueError if the times are not monotonic or too large."""
         check_monotonic(times, self.t, self._back)
         check_horizon(self.scene, float(times[-1]), self.step)
 
@@ -235,7 +236,7 @@ class Run:
         met, motion = None, self._top
         try:
             if self.events is None:
-                low = self._options.has_low_words
+                low = self._options.has_extended_precision
                 result = motion.record(times, low, progress)
             else:
                 result, met = motion.record_events(times, progress)
@@ -256,9 +257,8 @@ class Run:
         impulse  the integral of a torque about the fixed point over a time in which the top does
                  not move, in space [M L^2 T^-1]
 
-        The class docstring describes how the run continues. Raises TypeError or ValueError unless
-        the impulse consists of three finite numbers. Raises ValueError for a horizontal impulse if
-        every quantity in `want` is independent of the heading, which is then not computed.
+        Raises TypeError or ValueError unless the impulse consists of three finite numbers. Raises
+        ValueError for a horizontal impulse if no quantity in `want` depends on the heading.
 
         >>> import kreisel as kr
         >>> run = kr.start(kr.scenes.sleeping)
@@ -270,7 +270,7 @@ class Run:
         jolt = as_vector("impulse", impulse)
         if self._options.can_skip_heading and (jolt[0] or jolt[1]):
             raise ValueError(_no_heading_message("a horizontal impulse"))
-        now = self._present_state()
+        now = self._read_present_state()
         momentum, low = add_impulse(now.scene.momentum, now.low[5:], jolt)
         self._restart(now, now.scene.replace(momentum=momentum), momentum_low=low)
 
@@ -287,17 +287,16 @@ class Run:
         """Set the momentum, the attitude, or both at the current time.
 
         The arguments are the same as for kreisel.Scene. If only an attitude is given, the angular
-        momentum in the space frame is preserved. The class docstring describes how the run
-        continues.
+        momentum in the space frame is preserved.
 
-        Raises TypeError if no argument is given. Raises ValueError if no quantity in `want` depends
-        on the heading, but the new state depends on the current heading. In this case, specify an
-        attitude and a momentum, or only body_momentum or body_velocity.
+        Raises TypeError if no argument is given. Raises ValueError if the new state depends on the
+        heading, but no quantity in `want` does. The heading is not needed if attitude and momentum
+        are both given, or if only body_momentum or body_velocity is given.
         """
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
             return
-        given = _select_given(
+        given = _drop_missing_arguments(
             momentum=momentum,
             attitude=attitude,
             velocity=velocity,
@@ -311,7 +310,7 @@ class Run:
         is_free = bool(turned and moved) or given.keys() <= _IN_BODY
         if self._options.can_skip_heading and not is_free:
             raise ValueError(_no_heading_message("a reset of a part of the state"))
-        now = self._present_state()
+        now = self._read_present_state()
         if turned:
             now.low[1:5] = 0.0
         none = (0.0, 0.0, 0.0) if moved else None
@@ -330,35 +329,34 @@ class Run:
     ) -> None:
         """Change the body or its environment at the current time.
 
-        The arguments are the same as for kreisel.Scene. The attitude is preserved; it now rotates
-        the new body's frame of description to the space frame. The time of the run continues, and
-        `shaking` refers to this time.
+        The arguments are the same as for kreisel.Scene. The attitude is preserved, and refers to
+        the frame of description of the new body. The time in the parameter `shaking` is measured
+        from the start of the run.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
               describes parts that already turn with the body when they join or leave it
 
-        The class docstring describes how the run continues. Raises TypeError if no argument is
-        given. Raises ValueError if the method does not apply to the changed top, for example a
-        closed form to a damped top.
+        Raises TypeError if no argument is given. Raises ValueError if the method does not apply to
+        the changed top.
         """
         around = Environment(gravity, damping, turning, shaking, friction)
-        given = _select_given(body=body, **around._asdict())
+        given = _drop_missing_arguments(body=body, **around._asdict())
         if not given:
             raise TypeError(f"change needs a body, {', '.join(around._fields)}")
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
-        now, low = self._present_state(), None
+        now, low = self._read_present_state(), None
         scene = now.scene.replace(**given)
         if keep == "velocity" and body is not None:
             old, q, m = now.scene.body, np.array(scene.attitude), np.array(scene.momentum)
-            momentum, low = momentum_at_same_velocity(
+            momentum, low = convert_momentum_to_body(
                 old, scene.body, q, now.low[1:5], m, now.low[5:]
             )
             scene = scene.replace(momentum=momentum)
         self._restart(now, scene, momentum_low=low)
 
-    def _present_state(self) -> _PresentState:
+    def _read_present_state(self) -> _PresentState:
         """Return the present state. Raises RuntimeError if another call is advancing the run."""
         motion = self._top
         state, low = motion.state()
@@ -367,16 +365,15 @@ class Run:
         return _PresentState(motion, scene, t, low)
 
     def _restart(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
-        """Replace the motion with one that starts from `scene` at the time of `now`.
+        """Start a new motion from `scene` at the time of the state `now`.
 
-        The low-order words of the initial state are taken from `now`, except for `momentum_low` if
-        it is not None.
+        The digits beyond double precision are taken from `now`, unless `momentum_low` is given.
         """
         resolve_method(self.method, scene)
         check_horizon(scene, now.t, self.step)
         if momentum_low is not None:
             now.low[5:] = momentum_low
-        origin = RunOrigin(now.t, now.low if self._options.has_low_words else None)
+        origin = RunStart(now.t, now.low if self._options.has_extended_precision else None)
         changes = {
             "scene": scene,
             "t": now.t,
@@ -391,12 +388,12 @@ class Run:
 
     @property
     def start_time(self) -> float:
-        """The time of the initial state of run.scene [T]: 0, or the time of the last change."""
+        """The start time of the motion [T]: 0, or the time of the last change."""
         return self._origin.begin
 
     @property
     def ended(self) -> bool:
-        """True if a terminal event has occurred; the run then remains at the time of that event."""
+        """True if a terminal event has ended the run."""
         return self._top.ended
 
     @property
@@ -429,18 +426,18 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Return a call of resume with the checkpoint, so that copies have a state of their own."""
+        """Return the arguments for reconstructing the run from its checkpoint."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the checkpoint to a file. The file is replaced atomically."""
+        """Write the checkpoint to a file. An existing file is replaced atomically."""
         atomic_write(file, self.checkpoint)
 
 
-def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunOrigin) -> Motion:
-    """Create and return a core motion that starts from `origin`.
+def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunStart) -> Motion:
+    """Create the C object of a run.
 
-    If the core rejects the scene, the exception given by stop_exception is raised.
+    Raises an exception if the C library rejects the scene.
     """
     request = request_from_options(options)
     if request is not None:
@@ -455,10 +452,10 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunO
     state[0, 0] = origin.begin
     result = status, state, None, (0, 0, 0, 0), -0.1 if back else 0.0
     path = make_path(scene, options, result, origin)
-    raise stop_exception(status, path, progress_text(path, origin.begin))
+    raise make_stop_exception(status, path, format_progress(path, origin.begin))
 
 
-def _select_given(**arguments: object) -> SceneKwargs:
+def _drop_missing_arguments(**arguments: object) -> SceneKwargs:
     """Return only those arguments that are not None."""
     given = {name: value for name, value in arguments.items() if value is not None}
     return cast(SceneKwargs, given)
@@ -472,15 +469,14 @@ def _no_heading_message(what: str) -> str:
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
-    """Return the run stored in a checkpoint or in the file of a saved run, including its events.
+    """Return a run, given its checkpoint or the file in which it was saved.
 
-    `max_steps` replaces the step limit stored in the checkpoint. help(kreisel.start) explains how
-    to store each state exactly once even if the process is killed.
+    `max_steps` replaces the step limit stored in the checkpoint. The documentation of kreisel.start
+    explains how to store each state exactly once even if the process is killed.
 
     Raises ValueError if the checkpoint is damaged, or was written by a different version of kreisel
-    or on a different type of machine. Raises OSError if the file cannot be read. Warns if the
-    Taylor kernel of this processor rounds differently from the one that started the run; results
-    then agree only up to rounding errors.
+    or on a different type of machine. Raises OSError if the file cannot be read. Issues a warning
+    if the Taylor series has different rounding errors on this processor.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -500,9 +496,9 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return the run stored in a checkpoint, together with the name of the kernel that computed it.
+    """Return a run and the instruction set that it used, given its checkpoint.
 
-    `line` is the JSON header of the checkpoint, and `memory` is the state saved by the core.
+    `line` is the JSON header of the checkpoint, and `memory` is the state of the C object.
     """
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
@@ -515,7 +511,7 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     if rows is not None:
         events = parse_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
-    run = Run(scene, options, head["back"], RunOrigin.from_json(head.get("start")))
+    run = Run(scene, options, head["back"], RunStart.from_json(head.get("start")))
     found = [as_int("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, found)
     if status != "OK":
@@ -553,14 +549,14 @@ def start(
             keep(path)
             run.save(file)
 
-    The arguments are the same as for kreisel.solve; if `back` is True, the run goes backwards in
-    time. All methods are allowed except 'geometric', which needs trial runs. Each path contains the
-    events that occurred along it; all paths together contain the events of a single solve. A
-    terminal event ends the run; run.ended is then True, and run.t is the time of that event.
+    The arguments are the same as for kreisel.solve; if `back` is True, the motion is computed
+    backwards in time. All methods are allowed except 'geometric', which needs trial runs. Each path
+    contains the events that occurred after the end of the previous path. A terminal event ends the
+    run, and run.t is then the time of this event.
 
-    If the process is killed between keep(path) and run.save(file), the resumed run repeats the
-    states of the last path. To store each state only once, delete the states after run.t from the
-    file of states before resuming. In this example, that file consists of rows of eight doubles:
+    If the process is killed before the run is saved, the resumed run repeats the states of the last
+    path. To store each state only once, delete all states later than run.t from the output file
+    before resuming. In this example, that file consists of rows of eight doubles:
 
         file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
         run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)
@@ -591,7 +587,7 @@ def parse_run(
     events: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the options of a run. With events, 'auto' selects taylor, which can locate them."""
+    """Return the options of a run. If events are requested, 'auto' selects the Taylor series."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return parse_options(scene, method, *controls)

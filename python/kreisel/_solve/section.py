@@ -41,7 +41,7 @@ def section(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Section:
-    """Find the states of each top at the first n occurrences of an event after t = 0.
+    """Find the states of each top at the first `n` occurrences of an event.
 
     event      an event of kreisel.events; default: nutation(direction=1), the lowest points of the
                apex, which occur in every motion that is not steady. No occurrence is missed. An
@@ -53,10 +53,9 @@ def section(
                found so far are kept. Default: 1024 times an estimate of the time of one turn about
                the axis of the largest moment
 
-    The other arguments are the same as for kreisel.solve. The result for a top is bitwise
-    independent of all other tops. The search is fastest for events that are linear in
-    body_vertical, body_velocity, body_momentum, apex_z and spin, since the core processes several
-    tops simultaneously.
+    The other arguments are the same as for kreisel.solve. The results for each top are bitwise
+    independent of the other tops. The search is fastest if the event is linear in body_vertical,
+    body_velocity, body_momentum, apex_z and spin.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -66,10 +65,10 @@ def section(
         >>> section.spin_angle.shape, section.top[:3].tolist(), section.count.tolist()
         ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
 
-    Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
-    the states do not fit in memory. Raises kreisel.Interrupted, with all results obtained so far,
-    after Ctrl-C. Failures of individual tops are recorded in section.status; section.check() raises
-    an exception for the first failed top.
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    MemoryError if the states do not fit in memory. Raises kreisel.Interrupted after Ctrl-C; the
+    exception contains all results obtained so far. Failures of individual tops are recorded in
+    section.status. The method section.check raises an exception for the first failed top.
 
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
@@ -91,9 +90,9 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """Return the maximum waiting time of each top, and the options, which include the event.
+    """Return the maximum waiting time of each top, and the validated options.
 
-    The waiting times are an array of shape (tops, n) whose rows are constant.
+    The waiting times form an array of shape (tops, n), with equal numbers in each row.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -101,7 +100,9 @@ def parse_section(
     parsed = parse_event(event)
     refuse_kinetic(tops, [parsed])
     events = to_core_events([parsed])
-    waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1)))
+    waits = np.broadcast_to(
+        _parse_waiting_time(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
+    )
     return waits, replace(options, core_events=events)
 
 
@@ -120,8 +121,8 @@ def parse_event(event: object) -> Event:
     return one
 
 
-def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
-    """Return an array with the maximum waiting time [T] until the next event of each top."""
+def _parse_waiting_time(tops: Ensemble, max_wait: object) -> Array:
+    """Return the longest time [T] for which each top is integrated without finding an event."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)

@@ -20,7 +20,7 @@ from .exact import record_exact_tangents
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, solve_ensemble
-from .step_search import error_not_allowed, find_path, geometric_options
+from .step_search import geometric_options, make_unexpected_error_exception, solve_with_step_search
 from .variational import TangentSpec, parse_tangent_options, record_tangents
 
 
@@ -113,13 +113,13 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths, whose arrays
-    have a shape that starts with the ensemble's. The result for a top is bitwise independent of the
-    other tops, the threads and the executor. This result is identical to that of solving the top
-    alone. There are two exceptions: taylor and exact may round differently, and 'auto' may select a
-    different method. `t` can also be an array of shape (*shape, k), which contains separate times
-    for each top. `progress` is called with the fraction of tops that are finished, between 0 and 1.
-    An ensemble has further arguments:
+    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
+    dimensions of its arrays are those of the ensemble. The result for each top is bitwise
+    independent of the other tops, the threads and the executor. A top solved as a single scene
+    gives the same result as in an ensemble. However, rounding errors may differ for the methods
+    taylor and exact, and 'auto' may select a different method. `t` can also be an array of shape
+    (*shape, k), which contains separate times for each top. `progress` is called with the fraction
+    of tops that are finished, between 0 and 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
@@ -132,11 +132,11 @@ def solve(
         >>> paths.q.shape, paths.failed.tolist(), paths[2].nutation[1].round(3)
         ((3, 3, 4), [], np.float64(1.13))
 
-    Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
-    the states do not fit in memory. Raises kreisel.Error if the run fails, and kreisel.Interrupted
-    (a KeyboardInterrupt) after Ctrl-C; the `.path` of both ends at the last valid state. For an
-    ensemble, failures are recorded in paths.status, and paths.check() raises kreisel.Error for the
-    first failed top; kreisel.Interrupted has the results so far as `.paths`.
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    MemoryError if the states do not fit in memory. Raises kreisel.Error if the run fails, and
+    kreisel.Interrupted after Ctrl-C. The valid states are available as the attribute `path` of the
+    exception. For an ensemble, failures of individual tops are recorded in paths.status. The method
+    paths.check raises kreisel.Error for the first failed top.
     """
     is_for_many = threads is not None or executor is not None or out is not None
     is_special = error is not None or events is not None or tangents is not None or is_for_many
@@ -157,7 +157,7 @@ def solve(
         )
     else:
         options = parse_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
-    return _solve_checked(scene, options, t, parse_progress(progress))
+    return _solve_with_options(scene, options, t, parse_progress(progress))
 
 
 def _parse_tangents_events_geometric(
@@ -174,10 +174,9 @@ def _parse_tangents_events_geometric(
     tangents: TangentSpec | None,
     others: dict[str, object],
 ) -> SolveOptions:
-    """Return the options for solving with tangents, with events or with method='geometric'.
+    """Return the validated options if tangents, events or method='geometric' are requested.
 
-    `others` are arguments that are valid only for ensembles. Raises TypeError or ValueError for an
-    invalid argument, or if one of `others` is given.
+    Raises TypeError or ValueError for an invalid argument, and if an argument in `others` is given.
     """
     if tangents is not None:
         excluded = {"error": error, "want": want, "events": events} | others
@@ -190,21 +189,21 @@ def _parse_tangents_events_geometric(
         check_type("scene", scene, Scene)
         return geometric_options(error, max_steps, want, excluded)
     if error is not None:
-        raise error_not_allowed(method)
+        raise make_unexpected_error_exception(method)
     return parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
 
 
-def _solve_checked(
+def _solve_with_options(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Solve a scene whose arguments need validation in Python or more than one call of the core."""
+    """Compute the motion of a scene, in several calls to the C library if necessary."""
     if options.tangents:
         record = record_exact_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)
     times = time_array(t, options.step, options.every, options.state_bytes)
     end = float(times[-1]) if times.size else 0.0
     if options.error is not None:
-        return find_path(scene, options, times, progress)
+        return solve_with_step_search(scene, options, times, progress)
     check_horizon(scene, end, options.step)
     if options.has_events or times.size > options.chunk_size:
         return Run(scene, options, end < 0.0)._advance(times, progress)

@@ -29,13 +29,13 @@ from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from ..events import parse_events, refuse_kinetic, to_core_events
 from .run import EventSpec
-from .step_search import STEP_SEARCH, error_not_allowed, geometric_options
+from .step_search import STEP_SEARCH, geometric_options, make_unexpected_error_exception
 from .variational import (
     TangentSpec,
     check_computes_tangents,
     parse_tangents,
     refuse_tangents_of_friction,
-    reject_with_tangents,
+    reject_arguments_with_tangents,
 )
 
 
@@ -69,7 +69,7 @@ def reduce(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Reductions:
-    """Reduce the path of each top in an ensemble to a few numbers, without storing any states.
+    """Compute statistics of the path of each top in an ensemble, without storing the states.
 
     reductions  a mapping from names of quantities or of their components to one or several of min,
                 max, mean, variance, last, where_min, where_max, as in {"nutation": ("min", "max")}
@@ -82,10 +82,10 @@ def reduce(
         >>> kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": "max"})["nutation"]["max"].round(3)
         array([1.023, 1.13 ])
 
-    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises
-    kreisel.Interrupted after Ctrl-C; its `.paths` are the results so far. If a top fails, its
-    values are NaN, and `status` indicates the reason. The check() method of the result raises
-    kreisel.Error for the first failed top.
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the results obtained so far. If
+    the computation for a top fails, its values are NaN, and `status` indicates the reason. The
+    check() method of the result raises kreisel.Error for the first failed top.
     """
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)
@@ -108,7 +108,7 @@ def solve_ensemble(
     executor: Executor | None = None,
     out: Array | None = None,
 ) -> Paths:
-    """Compute the motions of all tops in an ensemble, and return their paths."""
+    """Compute the motions of all tops in an ensemble."""
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
     callback, times = parse_progress(progress), parse_times(tops, t, options)
@@ -120,8 +120,8 @@ def solve_ensemble(
 
 
 def select_slice_runner(options: EnsembleOptions) -> SliceRunner:
-    """Return the function that runs ensemble slices with these options."""
-    if options.searches_step:
+    """Return the function that computes slices of an ensemble."""
+    if options.has_step_search:
         return STEP_SEARCH
     return SCALAR if options.is_one_by_one else LANES
 
@@ -172,10 +172,10 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
         error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
         return EnsembleOptions(geometric_options(error, max_steps, want, excluded))
     if arguments.tangents is not None:
-        return _tangent_options(tops, method, arguments)
+        return _parse_ensemble_tangent_options(tops, method, arguments)
     step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
     if error is not None:
-        raise error_not_allowed(method)
+        raise make_unexpected_error_exception(method)
     if events is not None and reduce is not None:
         raise ValueError("events need paths: leave out reduce")
     controls = step, tol, digits, max_steps, want, reduce, every
@@ -187,11 +187,15 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
     return replace(options, core_events=to_core_events(parsed))
 
 
-def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
-    """Return the options for an ensemble with tangents, whose tops are computed one at a time."""
+def _parse_ensemble_tangent_options(
+    tops: Ensemble, method: str, arguments: SolveArguments
+) -> EnsembleOptions:
+    """Return the validated options for solving an ensemble with tangents."""
     step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
     names = parse_tangents(tangents)
-    reject_with_tangents({"error": error, "want": want, "events": events, "reduce": reduce})
+    reject_arguments_with_tangents(
+        {"error": error, "want": want, "events": events, "reduce": reduce}
+    )
     chosen = FALLBACK if method == "auto" else method
     options = parse_ensemble_options(tops, chosen, step, tol, digits, max_steps, every=every)
     check_computes_tangents(options.solve.method)
@@ -200,7 +204,7 @@ def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> 
 
 
 def reject_ensemble_arguments(scene: object, **given: object) -> None:
-    """Raise ValueError because arguments were given that are valid only for ensembles.
+    """Raise ValueError if arguments for ensembles are given for a single scene.
 
     Raises TypeError if `scene` is not a kreisel.Scene.
     """

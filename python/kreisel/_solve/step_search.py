@@ -1,11 +1,14 @@
-"""Search by method='geometric' for the cheapest method and step that meet an error tolerance.
+"""Search for the cheapest method and step that meet an error tolerance (method='geometric').
 
-At time t, the error of a method of order p with step size h is about g w t (c h r)^p. The rate r
-and the weight w are computed from the integrals of motion; the constants c were determined by
-measurement. The factor g is the growth of small perturbations, relative to their growth in regular
-motion. For example, g is large near an unstable equilibrium. This estimate yields an initial guess
-for the cheapest method and its step size. The step size is then reduced until the difference from a
-reference solution is sufficiently small.
+At time t, the error of a method of order p with step size h is approximately
+
+    g w t (c h r)^p,
+
+where the rate r and the weight w are computed from the integrals of motion, c is a constant of the
+method, and g is the growth of small perturbations, divided by their growth in a regular motion. The
+constants c were determined by measurement. The growth g is large near an unstable equilibrium. The
+error estimate yields an initial guess for the cheapest method and its step size. The step size is
+reduced until the difference from a reference solution is sufficiently small.
 """
 
 from __future__ import annotations
@@ -23,7 +26,12 @@ from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions, member
 from .._options.methods import methods
 from .._options.plan import GEOMETRIC, StepChoice
-from .._options.solve_options import Progress, SolveOptions, parse_options, parse_want
+from .._options.solve_options import (
+    Progress,
+    SolveOptions,
+    parse_options,
+    parse_requested_quantities,
+)
 from .._options.times import check_horizon
 from .._results.core_calls import record_states
 from .._results.ensemble_buffers import STATUSES, EnsembleBuffers, SliceRunner
@@ -33,17 +41,17 @@ from .._results.error_estimate import (
     ROUNDING,
     ROUNDINGS,
     SERIES,
+    estimate_rounding_growth,
     has_cheap_exact_form,
-    rounding_growth,
 )
 from .._results.path import (
     Error,
     Interrupted,
     Path,
     Stats,
+    build_path_or_raise,
     make_path,
-    path_or_raise,
-    stop_exception,
+    make_stop_exception,
 )
 from .._results.recorder import report_end
 from .._utils.quantity_attributes import MethodName
@@ -93,15 +101,15 @@ class StepSearch:
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
         self.spent, self.cost = Stats(0, 0, 0, 0), 0  # cost of all runs; of the last run
-        self.rate, self.weight = _rate_and_error_weight(scene)
+        self.rate, self.weight = _compute_rate_and_error_weight(scene)
         self.angle = self.rate * abs(self.end)
         self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
         _, steps = self.guess_method(1.0)
         times_checked = self.check_times(math.ceil(steps))
-        result, grown = rounding_growth(
+        result, grown = estimate_rounding_growth(
             scene, times_checked, max_steps=max_steps, progress=progress
         )
-        path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
+        build_path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
         self.conditioning = ROUNDING * grown
         self.reference_options = self.choose_reference_options()
         more = grown / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
@@ -110,9 +118,9 @@ class StepSearch:
         self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
 
     def guess_method(self, grown: float) -> tuple[MethodName, float]:
-        """Return the cheapest method, together with the number of steps it requires.
+        """Return the cheapest method and the number of steps that it requires.
 
-        `grown` is the factor g in the error estimate of the module docstring.
+        `grown` is the growth of small perturbations, divided by their growth in a regular motion.
         """
         prices, t = {}, abs(self.end)
         constants = _SYMMETRIC if _is_drift_exact(self.scene) else _GENERAL
@@ -124,10 +132,10 @@ class StepSearch:
         return method, max(1.0, prices[method][1])
 
     def check_times(self, steps: int) -> Array:
-        """Return the times at which the error of a run with `steps` steps is evaluated.
+        """Return the times at which the error of a run is evaluated.
 
-        These are the requested times and the ends of steps, for which no extra computation is
-        needed. If the run has only a few steps, times within the steps are added.
+        The result includes the requested times and the end times of some steps. If there are only a
+        few steps, intermediate times are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -143,17 +151,18 @@ class StepSearch:
     def choose_reference_options(self) -> SolveOptions:
         """Return the options for computing the reference solution.
 
-        The reference is a closed form if one exists with rounding errors far below the target;
-        otherwise it is a Taylor series with more digits.
+        The reference solution is a closed form if one exists and its rounding errors are far below
+        the tolerance. If there is no suitable closed form, the reference solution is a Taylor
+        series with more digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def run_steps(self, steps: int) -> tuple[Array, float] | None:
-        """Return the states of a run with `steps` steps at the requested times, and its error.
+        """Integrate the motion in `steps` steps, and return the states and their error.
 
-        The error is the largest attitude error at the check times [rad]. Returns None if the step
-        size is too large for the method.
+        The error is the largest angle [rad] between the attitude and the reference solution. If the
+        step size is too large for the method, the result is None.
         """
         check_times = self.check_times(steps)
         all_times = self.merge_times(check_times, self.times)
@@ -182,7 +191,7 @@ class StepSearch:
         if status != "OK":
             path = replace(make_path(self.scene, limited, result), stats=self.spent)
             text = f"{options.method.name} reached t = {states[-1, 0]:g} of {self.end:g}"
-            raise stop_exception(status, path, text)
+            raise make_stop_exception(status, path, text)
         return states
 
     def refine_step_count(self, steps: int, error: float) -> int:
@@ -194,7 +203,7 @@ class StepSearch:
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
         return math.ceil(steps * more)
 
-    def error_not_met(self, why: str) -> ValueError:
+    def make_unmet_error_exception(self, why: str) -> ValueError:
         return ValueError(
             f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; a rounding "
             "error (2**-53) of the state, in internal units, changes the attitude by about "
@@ -222,8 +231,8 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
     return target
 
 
-def error_not_allowed(method: object) -> ValueError:
-    """Return the exception for passing `error` together with a method other than 'geometric'."""
+def make_unexpected_error_exception(method: object) -> ValueError:
+    """Return the exception for an argument `error` with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -237,22 +246,26 @@ def geometric_options(
     Raises ValueError if one of the arguments in `excluded` is given.
     """
     target = parse_error(error, excluded)
-    most, names = as_int("max_steps", max_steps, 0), parse_want(want)
+    most, names = as_int("max_steps", max_steps, 0), parse_requested_quantities(want)
     placeholder = methods["strang"]
     return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
 
 
-def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progress | None) -> Path:
+def solve_with_step_search(
+    scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
+) -> Path:
     """Solve a single scene with method='geometric', and return its path."""
-    path = report_end(_find_whole_path(scene, options, times, progress), progress)
+    path = report_end(_solve_all_states_with_search(scene, options, times, progress), progress)
     return path if options.want is None else path.only(options.want)
 
 
-def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
-    """Solve a single scene with method='geometric', and return a path with complete states."""
+def _solve_all_states_with_search(
+    scene: Scene, options: SolveOptions, times: Array, progress: Listener
+) -> Path:
+    """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
-        return path_or_raise(scene, still, record_states(scene, still, times))
+        return build_path_or_raise(scene, still, record_states(scene, still, times))
     assert options.error is not None
     check_horizon(scene, float(times[-1]), None)
     return search_path(scene, times, options.error, options.max_steps, progress)
@@ -265,19 +278,18 @@ def search_path(
     max_steps: int,
     progress: Listener = None,
 ) -> Path:
-    """Return the path at `times`; its attitude error stays below `target` up to the last time.
+    """Return a path whose attitude error stays below `target`.
 
-    `progress` is called during each trial run. Raises ValueError if no run is sufficiently
-    accurate.
+    Raises ValueError if no run is sufficiently accurate.
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
-        raise search.error_not_met("the rounding of the scene alone exceeds it")
+        raise search.make_unmet_error_exception("the rounding of the scene alone exceeds it")
     steps, taken, least, stalls = search.first, 0, math.inf, 0
     while stalls < _STALLS:
         taken += steps
         if taken > search.budget:
-            raise search.error_not_met(
+            raise search.make_unmet_error_exception(
                 f"the search is limited to {search.budget} steps, which did not suffice"
             )
         run = search.run_steps(steps)
@@ -290,7 +302,9 @@ def search_path(
             min(least, error),
             2 * steps if stalled else search.refine_step_count(steps, error),
         )
-    raise search.error_not_met(f"rounding errors reach {least:.1e} rad, and finer steps add more")
+    raise search.make_unmet_error_exception(
+        f"rounding errors reach {least:.1e} rad, and finer steps add more"
+    )
 
 
 def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
@@ -311,12 +325,12 @@ def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> P
 
 
 def _is_drift_exact(scene: Scene) -> bool:
-    """Return True if the drift (free motion) of the body is known to be computed exactly."""
+    """Return True if the drift (free motion) of a body is computed exactly."""
     body = scene.body
     return body.is_symmetric and (not any(body.rotor) or body.kind != "general")
 
 
-def _rate_and_error_weight(scene: Scene) -> tuple[float, float]:
+def _compute_rate_and_error_weight(scene: Scene) -> tuple[float, float]:
     """Return the rate r of the top [T^-1], and the weight w of a method's error [T^-1]."""
     body = scene.body
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
@@ -337,7 +351,7 @@ def _rate_and_error_weight(scene: Scene) -> tuple[float, float]:
 _UNMET = STATUSES.index("ERR_CONVERGENCE")  # status of a top for which no step meets the error
 
 
-def run_search(
+def solve_slice_with_search(
     buffers: EnsembleBuffers,
     options: EnsembleOptions,
     tops: Ensemble,
@@ -346,14 +360,14 @@ def run_search(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Solve the tops begin..end, each with the cheapest method that meets the error tolerance."""
+    """Solve a slice of an ensemble with the cheapest method that meets the error tolerance."""
     part = buffers.select_rows(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
             break
         times = t[begin + i] if t.ndim == 2 else t
         try:
-            _search_one_top(part, i, options, member(tops, begin + i), times, work)
+            _solve_one_top(part, i, options, member(tops, begin + i), times, work)
         except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise
@@ -364,7 +378,7 @@ def run_search(
     return part
 
 
-def _search_one_top(
+def _solve_one_top(
     part: EnsembleBuffers,
     i: int,
     options: EnsembleOptions,
@@ -372,10 +386,10 @@ def _search_one_top(
     times: Array,
     work: Work | None,
 ) -> None:
-    """Solve a single top, and write its path or an error message to row i of `part`."""
+    """Compute the motion of a single top, and write its path or an error message to the buffers."""
     path, status = None, 0
     try:
-        path = _find_whole_path(scene, options.solve, times, work)
+        path = _solve_all_states_with_search(scene, options.solve, times, work)
     except Error as error:
         path, status, part.messages[i] = error.path, STATUSES.index(error.status), str(error)
     except ValueError as error:
@@ -387,7 +401,7 @@ def _search_one_top(
 def _write_row(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
-    """Write `path` to row i of `part`, with NaN at all times that the path did not reach."""
+    """Write a path to the buffers, and NaN at all times after the end of the path."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
         at, reached = _find_indices_of_times(path, times)
@@ -410,10 +424,10 @@ def _write_row(
 
 
 def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return the indices in the path of the states at `times`, and the number of times reached.
+    """Return the indices of the states at the given times, and their number.
 
-    The indices end before the first time that was not reached. The path of a failed trial run may
-    also contain states at other times.
+    Times after the end of the path are omitted. The path may contain states at times that were not
+    requested.
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0
@@ -423,4 +437,4 @@ def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.int
     return at[:reached], reached
 
 
-STEP_SEARCH = SliceRunner(run_search)
+STEP_SEARCH = SliceRunner(solve_slice_with_search)

@@ -8,7 +8,7 @@ from typing import Unpack, overload
 
 from .._model.scene import Ensemble, Scene
 from .._options.solve_options import Progress, parse_progress
-from .._options.times import CHUNK_SIZE, start_chunks
+from .._options.times import CHUNK_SIZE, parse_direction_and_chunks
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._utils.quantity_attributes import MethodName, QuantityName
@@ -59,8 +59,8 @@ def stream(
 ) -> Iterator[Path] | Iterator[Paths]:
     """Yield the states of kreisel.solve as paths of at most `chunk` states, in constant memory.
 
-    The states are bitwise identical to those of kreisel.solve with the same method. The default of
-    `chunk` is 2**14.
+    The yielded states are bitwise identical to those of kreisel.solve with the same method. The
+    default of `chunk` is 2**14.
 
     t      a list; an iterator of times, which can be infinite; or with `every` a number, which can
            be math.inf [T]
@@ -73,16 +73,18 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    For an ensemble, kreisel.Paths of consecutive tops are yielded in C order. Each kreisel.Paths
-    has at most `chunk` states in total (default 2**20), but at least one top. t must not be an
-    iterator. threads, executor and progress are as in kreisel.solve.
+    For an ensemble, yield a kreisel.Paths for each group of consecutive tops in C order. Each
+    kreisel.Paths has at most `chunk` states in total (default 2**20), but at least one top. t must
+    not be an iterator. threads, executor and progress are as in kreisel.solve.
 
-    The stats of each path refer to the entire run up to its last state. The events of each path are
-    those that occurred after the end of the previous path. A terminal event ends the stream.
+    The statistics of each path refer to the entire run up to the last state of the path. Each path
+    contains the events that occurred after the end of the previous path. A terminal event ends the
+    stream.
 
     Raises the same exceptions as kreisel.solve. Exceptions for invalid arguments are raised
-    immediately; exceptions for failed runs and for invalid times from an iterator are raised during
-    iteration. The `.path` of kreisel.Error and kreisel.Interrupted is the unfinished last path.
+    immediately. Exceptions for failed runs, and for invalid times from an iterator, are raised
+    during iteration. The attribute `path` of kreisel.Error and kreisel.Interrupted contains the
+    valid states of the last path.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):
@@ -96,5 +98,5 @@ def stream(
     if threads is not None or executor is not None:
         reject_ensemble_arguments(scene, threads=threads, executor=executor)
     options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
-    back, chunks = start_chunks(t, options.step, options.every, most or CHUNK_SIZE)
+    back, chunks = parse_direction_and_chunks(t, options.step, options.every, most or CHUNK_SIZE)
     return Run(scene, options, back)._iterate_paths(chunks, parse_progress(progress))

@@ -3,13 +3,14 @@
 Let m be the angular momentum, and R the rotation from the body frame to the space frame. The action
 of a closed loop on the torus is the integral of the one-form <m, dR R^T> along that loop, divided
 by 2 pi. Loops that can be continuously deformed into each other on the torus have the same action.
-Along each of the loops used here, one angle on the torus makes a full turn. The integrand is a
-periodic analytic function. The trapezoidal rule therefore converges exponentially.
+For each action, a loop is chosen along which one angle on the torus makes a full turn. The integral
+is computed by the trapezoidal rule, which converges exponentially because the integrand is periodic
+and analytic.
 
-The attitude of a Goryachev-Chaplygin top does not return to its initial value at the end of such a
-loop. The reason is that the top's heading is not a function of the two angles. However, the
-one-form does not depend on the heading if <m, e3> is zero. The space axes are therefore replaced
-with m/|m|, e3 x m/|m| and e3.
+At the end of a loop, a Goryachev-Chaplygin top has not returned to its initial attitude. The
+heading of a Goryachev-Chaplygin top is not a function of the two angles. However, the one-form does
+not depend on the heading if <m, e3> is zero. Vector components are taken along m/|m|, e3 x m/|m|
+and e3 instead of the space axes.
 
 Source: Arnold, Mathematical Methods of Classical Mechanics, section 50.
 """
@@ -31,11 +32,11 @@ _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
-    """Compute the action of a loop along which the angle with index `angle` makes a full turn.
+    """Compute the action of the loop along which one torus angle makes a full turn.
 
-    `states_at` returns the states, as rows, for rows of two angles [turns]. `is_level` is True if
-    <m, e3> is zero, in which case the heading is arbitrary. Raises ValueError if the trapezoidal
-    rule does not converge.
+    `angle` is the index of this angle. `states_at` computes one state for each pair of torus angles
+    [turns]. If `is_level` is True, <m, e3> is zero and the heading is arbitrary. Raises ValueError
+    if the trapezoidal rule does not converge.
     """
     n, last = _FEWEST, np.inf
     while n <= _MOST:
@@ -52,10 +53,10 @@ def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bo
 
 
 def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
-    """Return the action of a loop of states, and the mean absolute value of the integrand.
+    """Return the action of a loop, and the mean absolute value of the integrand.
 
-    If e_j are the columns of R, then <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative
-    with respect to the angle is computed from the interpolating trigonometric polynomial.
+    Let e_j be the columns of R; then <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative
+    of R is computed by trigonometric interpolation.
     """
     w, x, y, z = states[:, 1:5].T
     momentum = states[:, 5:8]
@@ -71,7 +72,7 @@ def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
 
 
 def _remove_heading(columns: Array, momentum: Array) -> tuple[Array, Array]:
-    """Return the components of vectors along m/|m|, e3 x m/|m| and e3; m must be horizontal."""
+    """Return the components of vectors along m/|m|, e3 x m/|m| and e3 for a horizontal vector m."""
     size = np.hypot(momentum[:, 0], momentum[:, 1])
     c, s = momentum[:, 0] / size, momentum[:, 1] / size
     x, y, z = columns[..., 0], columns[..., 1], columns[..., 2]

@@ -1,13 +1,12 @@
-"""Tangents of a top whose motion is confined to a torus, from closed forms of neighbouring tops.
+"""Tangents of a top on an invariant torus, computed from closed forms by finite differences.
 
-For each column, a central difference of order 8 is computed from the closed forms of eight
-neighbours. The tangents of an integrable top grow at most linearly with time, while the error of
-its closed form does not grow. If the step is inversely proportional to time, truncation and
-rounding errors therefore remain small relative to the tangents.
+For each column of the tangents, a central difference of order 8 is computed from eight neighbouring
+tops. The tangents of an integrable top grow at most linearly with time. If the difference step is
+inversely proportional to time, the errors remain small relative to the tangents.
 
-The initial state of each neighbour is rounded. Its exact distance is known, because the difference
-of two nearby doubles is exact. The derivatives along the coordinate axes are obtained from these
-distances by solving a linear system.
+The initial states of the neighbouring tops are rounded. The distance between two rounded states is
+nevertheless known exactly, because the difference of two nearby doubles is exact. Derivatives along
+the coordinate axes are obtained from the rounded distances by solving a linear system.
 
 Source: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics
 of Computation 51 (1988), table 1.
@@ -44,8 +43,8 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 
 @dataclass(frozen=True)
-class _ColumnGroup:
-    """Columns that are computed together because they belong to the same scene parameter.
+class _TangentColumnGroup:
+    """Tangent columns that belong to the same parameter of the scene.
 
     size      the change of the parameter that changes the motion by about itself
     largest   the largest step
@@ -64,16 +63,17 @@ class _ColumnGroup:
 def compute_torus_tangents(
     scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
 ) -> TangentData:
-    """Compute the tangents with respect to the parameters `names` at the states of a closed form.
+    """Compute tangents with respect to the given parameters by finite differences of closed forms.
 
-    `compute_states` evaluates the closed form of a given scene at given times. A column is NaN if
-    varying its parameter leads to tops without a closed form. Raises ValueError if a neighbouring
-    scene has no closed form, or if its motion differs too much from that of `scene`.
+    `compute_states` evaluates the closed form of a given scene at given times. A column of tangents
+    is NaN if a change of its parameter leads to a motion without a closed form. Raises ValueError
+    if the motion of a neighbouring top has no closed form, or differs too much from that of
+    `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:
-        for group in _list_groups(scene, name):
-            block, miss = _differentiate(scene, states, group, compute_states)
+        for group in _list_column_groups(scene, name):
+            block, miss = _differentiate_states(scene, states, group, compute_states)
             blocks.append(block)
             rest = max(rest, miss)
         if name == "start" and scene.body.kind == "goryachev_chaplygin":
@@ -81,11 +81,11 @@ def compute_torus_tangents(
         if name == "mass":  # the motion depends on the product of mass and gravity
             blocks[-1] = blocks[-1] * (scene.gravity / scene.body.mass)
     high = np.concatenate(blocks, axis=2)
-    return TangentData.from_flat(high, np.zeros_like(high), rest, names)
+    return TangentData.from_flat_arrays(high, np.zeros_like(high), rest, names)
 
 
 def check_tangent_names(names: tuple[str, ...]) -> None:
-    """Raise ValueError if `names` contains a parameter for which tangents are not available."""
+    """Raise ValueError for a parameter for which tangents cannot be computed."""
     for name in names:
         if name not in PARAMETERS:
             reason = (
@@ -99,29 +99,29 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError for times too large for doubles to resolve the motions of neighbours."""
+    """Raise ValueError if the times are too large for comparing neighbouring motions."""
     end = float(np.abs(times).max(initial=0.0))
-    if scene._rate_estimate * end > _LATEST:
+    if scene._rotation_rate * end > _LATEST:
         raise ValueError(
-            f"t must be at most {_LATEST / scene._rate_estimate:.3g} in size for the tangents of a "
+            f"t must be at most {_LATEST / scene._rotation_rate:.3g} in size for the tangents of a "
             f"closed form, not {end!r}: they grow, and so do rounding errors of the start"
         )
 
 
-def _list_groups(scene: Scene, name: str) -> list[_ColumnGroup]:
-    """Return the column groups for the parameter `name`."""
+def _list_column_groups(scene: Scene, name: str) -> list[_TangentColumnGroup]:
+    """Return the groups of tangent columns for the parameter `name`."""
     body = scene.body
     if name != "start":
         arm = body.mass * math.hypot(*body.com)
-        size = scene._rate_estimate**2 * max(body.moments) / arm
+        size = scene._rotation_rate**2 * max(body.moments) / arm
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
-        return [_ColumnGroup(size, largest, 1, _change_gravity, _gravity_change)]
+        return [_TangentColumnGroup(size, largest, 1, _change_gravity, _subtract_gravities)]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
-    size = scene._rate_estimate * max(body.moments)
+    size = scene._rotation_rate * max(body.moments)
     return [
-        _ColumnGroup(1.0, math.inf, 3, _change_attitude, _attitude_change),
-        _ColumnGroup(size, math.inf, columns, _change_momentum, _momentum_change),
+        _TangentColumnGroup(1.0, math.inf, 3, _change_attitude, _subtract_attitudes),
+        _TangentColumnGroup(size, math.inf, columns, _change_momentum, _subtract_momenta),
     ]
 
 
@@ -132,8 +132,10 @@ def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
     return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
 
 
-def _attitude_change(one: Scene, other: Scene) -> Array:
-    return _rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(3)
+def _subtract_attitudes(one: Scene, other: Scene) -> Array:
+    return _compute_rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(
+        3
+    )
 
 
 def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
@@ -142,27 +144,27 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(momentum=momentum)
 
 
-def _momentum_change(one: Scene, other: Scene) -> Array:
-    """Return the difference in momentum between the scenes `one` and `other`."""
+def _subtract_momenta(one: Scene, other: Scene) -> Array:
+    """Return the difference between the angular momenta of two scenes."""
     return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 
 
 def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
-    """Return a copy of the scene with its gravity changed by `size`."""
+    """Return a copy of a scene in which gravity is increased by `size`."""
     return scene.replace(gravity=scene.gravity + size)
 
 
-def _gravity_change(one: Scene, other: Scene) -> Array:
-    """Return the difference in gravity between the scenes `one` and `other`."""
+def _subtract_gravities(one: Scene, other: Scene) -> Array:
+    """Return the difference between the gravities of two scenes."""
     return np.array([other.gravity - one.gravity])
 
 
-def _rotation_between(one: Array, other: Array) -> Array:
-    """Return twice the vector part of one* other, as rows: a small rotation in the body frame.
+def _compute_rotation_between(one: Array, other: Array) -> Array:
+    """Return the small rotation in the body frame between two attitudes, one per row.
 
-    The result does not depend on the signs of the quaternions. To first order, the result equals
-    the rotation vector. The computation uses the difference of the quaternions, which is exact if
-    they are close.
+    The result is twice the vector part of the quotient of the two quaternions. For small rotations,
+    the result is approximately the rotation vector. The difference of the quaternions is used
+    because it is exact for nearby quaternions.
     """
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one
@@ -170,11 +172,11 @@ def _rotation_between(one: Array, other: Array) -> Array:
     return 2.0 * np.array(multiply((w, x, y, z), tuple(change.T)))[1:].T
 
 
-def _differentiate(
-    scene: Scene, states: Array, group: _ColumnGroup, compute_states: ComputeStates
+def _differentiate_states(
+    scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
-    """Return the tangents of a column group, together with their largest relative error."""
-    turned = np.maximum(1.0, scene._rate_estimate * np.abs(states[:, 0]))
+    """Return the tangents of a group of columns, and their largest relative error."""
+    turned = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
     for number in np.unique(ranges):
@@ -188,12 +190,15 @@ def _differentiate(
 
 
 def _differentiate_with_best_steps(
-    scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
+    scene: Scene,
+    states: Array,
+    group: _TangentColumnGroup,
+    step: float,
+    compute_states: ComputeStates,
 ) -> tuple[Array, Array]:
-    """Return the tangents for the best of several difference steps, and their errors.
+    """Compute tangents with several difference steps, and return the most accurate ones.
 
-    For each state, the step is reduced until both orders agree, or until their difference increases
-    again.
+    The difference step is reduced as long as the estimated error decreases.
     """
     result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
     rows = np.arange(len(states))
@@ -222,12 +227,15 @@ def _differentiate_with_best_steps(
 
 
 def _central_difference(
-    scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
+    scene: Scene,
+    states: Array,
+    group: _TangentColumnGroup,
+    step: float,
+    compute_states: ComputeStates,
 ) -> tuple[Array, Array]:
     """Return central differences of order 8, and their relative difference from those of order 6.
 
-    The difference is relative to the tangent or, if the tangent is smaller than one natural unit,
-    to that unit.
+    If a tangent is smaller than its natural unit, the difference is divided by that unit.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
     times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts
@@ -239,7 +247,7 @@ def _central_difference(
             back, ahead = (group.change(scene, j, sign * k * h) for sign in (-1.0, 1.0))
             distances[:, j] = group.subtract(back, ahead)[: group.columns]
             ends = compute_states(back, times), compute_states(ahead, times)
-            turn = [_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
+            turn = [_compute_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
             changes[:, :3, j] = turn[1] - turn[0]
             changes[:, 3:, j] = ends[1][:, 5:8] - ends[0][:, 5:8]
         quotients.append(changes @ np.linalg.inv(distances))
@@ -248,7 +256,7 @@ def _central_difference(
         for weights in (_ORDER_8, _ORDER_6)
     )
     units = (
-        np.repeat((1.0, scene._rate_estimate * max(scene.body.moments)), 3)[:, None] / group.size
+        np.repeat((1.0, scene._rotation_rate * max(scene.body.moments)), 3)[:, None] / group.size
     )
     sizes = np.maximum(np.linalg.norm(best / units, axis=1), 1.0)
     return best, (np.linalg.norm((best - other) / units, axis=1) / sizes).max(axis=1)

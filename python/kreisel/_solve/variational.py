@@ -1,4 +1,4 @@
-"""Paths with tangents, which are derivatives with respect to the initial state and parameters."""
+"""Paths with tangents, that is, derivatives with respect to the initial state and parameters."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .._core import start as start_top
 from .._core import tangents as TANGENTS
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK, Method, has_torus
-from .._options.solve_options import Progress, SolveOptions, parse_every, parse_options
+from .._options.solve_options import Progress, SolveOptions, parse_options, parse_recording_interval
 from .._options.times import check_horizon, time_array
-from .._results.path import Path, make_path, progress_text, stop_exception
+from .._results.path import Path, format_progress, make_path, make_stop_exception
 from .._results.recorder import report_end
 from .._results.tangent_data import TangentData
 from .._utils.errors import unknown_name_message
@@ -37,9 +37,9 @@ TangentSpec = TangentName | Iterable[TangentName]
 
 
 def parse_tangents(tangents: object) -> tuple[str, ...]:
-    """Return the names in `tangents` without duplicates, sorted in the order used by the core.
+    """Return the names of the requested tangents without duplicates, in a fixed order.
 
-    Raises TypeError or ValueError if a name is unknown or missing.
+    Raises TypeError or ValueError for an unknown name, or if no name is given.
     """
     given = [tangents] if isinstance(tangents, str) else tangents
     if not isinstance(given, Iterable):
@@ -56,7 +56,7 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
     return tuple(name for name in TANGENTS if name in names)
 
 
-def reject_with_tangents(arguments: Mapping[str, object]) -> None:
+def reject_arguments_with_tangents(arguments: Mapping[str, object]) -> None:
     """Raise ValueError for arguments that cannot be combined with tangents."""
     for name, value in arguments.items():
         if value is not None:
@@ -84,13 +84,13 @@ def parse_tangent_options(
     every: object,
     excluded: Mapping[str, object],
 ) -> SolveOptions:
-    """Return the options for computing a path with tangents.
+    """Return the validated options for computing a path with tangents.
 
-    `controls` contains step, tol, digits and max_steps. Raises ValueError if one of the arguments
-    in `excluded` is given, or if the method cannot compute the requested tangents for this scene.
+    `controls` contains the arguments step, tol, digits and max_steps. Raises ValueError if an
+    argument in `excluded` is given, or if the method cannot compute the tangents.
     """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
-    reject_with_tangents(excluded)
+    reject_arguments_with_tangents(excluded)
     chosen = FALLBACK if method == "auto" else method
     options = parse_options(top, chosen, *controls, requested=method)
     if options.method.exact and has_torus(top):
@@ -98,7 +98,7 @@ def parse_tangent_options(
     else:
         check_computes_tangents(options.method)
     refuse_tangents_of_friction(top, names)
-    parse_every(options.method, every)
+    parse_recording_interval(options.method, every)
     return replace(options, tangents=names)
 
 
@@ -123,17 +123,19 @@ def record_tangents(
 ) -> Path:
     """Compute the motion of a scene together with its tangents, and return the path."""
     times = time_array(
-        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_columns
+        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_column_count
     )
     end = float(times[-1]) if times.size else 0.0
     check_horizon(scene, end, options.step)
-    status, top = start_top(scene._block, *options.core, end < 0.0, [], options.tangent_bits)
+    status, top = start_top(scene._block, *options.core, end < 0.0, [], options.tangent_flags)
     if top is None:
         path = make_path(scene, options, (status, scene._start.copy(), None, (0, 0, 0, 0), end))
-        raise stop_exception(status, path, progress_text(path, end))
-    result, high, low, rest = top.record_tangents(times, options.has_low_words, progress)
+        raise make_stop_exception(status, path, format_progress(path, end))
+    result, high, low, rest = top.record_tangents(times, options.has_extended_precision, progress)
     path = make_path(scene, options, result)
-    path = replace(path, _tangent_data=TangentData.from_flat(high, low, rest, options.tangents))
+    path = replace(
+        path, _tangent_data=TangentData.from_flat_arrays(high, low, rest, options.tangents)
+    )
     if result[0] != "OK":
-        raise stop_exception(result[0], path, progress_text(path, end))
+        raise make_stop_exception(result[0], path, format_progress(path, end))
     return report_end(path, progress)

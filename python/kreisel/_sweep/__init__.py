@@ -1,1 +1,1 @@
-"""Sweeps: ensembles that exceed the memory, and are therefore computed and stored in parts."""
+"""Sweeps: ensembles that are too large for memory, computed and stored in parts."""

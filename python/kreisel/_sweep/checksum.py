@@ -1,7 +1,7 @@
 """Checksums of whole files, stored inside the files.
 
-The checksum is the SHA-256 digest of the file, computed with the digest itself replaced by zeros.
-In the file, the digest follows the text "kreisel-sha256:".
+The checksum is the SHA-256 digest of the file in which the digest itself is replaced by zeros. The
+digest is stored after the text "kreisel-sha256:".
 
 Parquet's own checksums cover only data pages, and would not detect changes to the schema or the
 statistics.
@@ -17,7 +17,7 @@ PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()
 
 
 def add_checksum(data: bytearray) -> bytearray:
-    """Replace the last placeholder in the contents of a file by the digest; return the contents."""
+    """Replace the last placeholder in the contents of a file by the checksum."""
     at = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
     data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()
     return data

@@ -1,7 +1,7 @@
 """Parts of a sweep as Parquet files with one row per top.
 
-If a top has several values in a column or several events, these are stored as a list. The eight
-bytes of each double are stored in separate streams, which can be compressed better.
+If a column has several values or events per top, each cell contains a list. To improve compression,
+the eight bytes of each double are stored in separate streams.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
 def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
-    """Encode a part as a Parquet file with a placeholder for its checksum, and return the bytes.
+    """Encode a part as a Parquet file with a placeholder for its checksum.
 
-    `about` is a description to be stored in the metadata.
+    The dictionary `about` is stored as JSON in the metadata of the file.
     """
-    table = as_table(part)
+    table = convert_to_arrow_table(part)
     out = pa.BufferOutputStream()
-    doubles = [name for name, kind in list_leaves(table) if kind == pa.float64()]
+    doubles = [name for name, kind in list_column_types(table) if kind == pa.float64()]
     with parquet.ParquetWriter(
         out,
         table.schema,
@@ -51,8 +51,8 @@ def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
     return bytearray(out.getvalue())
 
 
-def list_leaves(table: Table) -> list[tuple[str, Any]]:
-    """Return (Parquet path, value type) for each column of `table`."""
+def list_column_types(table: Table) -> list[tuple[str, Any]]:
+    """Return the Parquet path and the value type of each column."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)
@@ -61,11 +61,11 @@ def list_leaves(table: Table) -> list[tuple[str, Any]]:
     ]
 
 
-def as_table(part: PartTable) -> Table:
+def convert_to_arrow_table(part: PartTable) -> Table:
     """Return the rows of a part as a pyarrow.Table.
 
-    The metadata of each field contain the column's `units`. The entry `per` states whether the
-    column has one value per top, per time or per event.
+    The entry `units` in the metadata of each field states the unit of the column. The metadata
+    entry `per` states whether a column has values per top, per time or per event.
     """
     columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
     per = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
@@ -94,21 +94,21 @@ def _to_arrow_list(offsets: Column, values: Column) -> Any:
     return pa.LargeListArray.from_arrays(pa.array(offsets), pa.array(values))
 
 
-def read_about(data: bytes) -> dict[str, Any]:
-    """Return the description stored in the bytes of a part.
+def read_part_description(data: bytes) -> dict[str, Any]:
+    """Return the dictionary `about` that is stored in a part.
 
-    Raises ValueError if the bytes are not those of a part of a sweep.
+    Raises ValueError if the data are not a part of a sweep.
     """
     try:
-        return _parse_about(parquet.read_metadata(pa.BufferReader(data)).metadata)
+        return _parse_part_description(parquet.read_metadata(pa.BufferReader(data)).metadata)
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"it is not a part of a sweep: {error}") from None
 
 
-def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
-    """Return the description stored in the metadata of a file.
+def _parse_part_description(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
+    """Return the dictionary `about` from the metadata of a file.
 
-    Raises ValueError if the metadata contain no description.
+    Raises ValueError if the metadata contain no valid dictionary.
     """
     try:
         about = json.loads((metadata or {})[_ABOUT.encode()])
@@ -122,16 +122,16 @@ def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
 def decode_part(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
 ) -> PartTable:
-    """Return the columns `names` of a part, or all columns if `names` is None.
+    """Read a part from a file, optionally only the columns in `names`.
 
     If `names` is an empty list, the returned table has all columns but no rows. `states` is the
-    number of states per top. Raises ValueError if the file is damaged, or if its description is
-    different from `expected`.
+    number of states per top. Raises ValueError if the file is damaged, or if it is not the part
+    described by `expected`.
     """
     wanted = None if names is None else list(names)
     try:
         with parquet.ParquetFile(file, page_checksum_verification=True) as source:
-            about = _parse_about(source.metadata.metadata)
+            about = _parse_part_description(source.metadata.metadata)
             if any(about.get(name) != value for name, value in expected.items()):
                 raise ValueError(f"it is not part {expected['part']} of this plan")
             table = source.schema_arrow.empty_table() if wanted == [] else source.read(wanted)
@@ -145,7 +145,7 @@ def decode_part(
 
 
 def _read_table(table: Table, states: int) -> PartTable:
-    """Return the table of a part from an Arrow table. `states` is the number of states per top."""
+    """Convert an Arrow table to a PartTable."""
     part = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, metadata = column.combine_chunks(), field.metadata or {}

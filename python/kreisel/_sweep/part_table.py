@@ -1,7 +1,7 @@
 """Tables of parts, with one row per top and with units for all columns.
 
-The number of events varies between tops, so events are stored in separate columns with one row per
-event. These columns contain the events of paths or the states of a section.
+Events are stored in separate columns with one row per event, because the number of events varies
+between tops.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .._results.ensemble_buffers import STATUSES
 from .._results.ensemble_events import EnsembleEvents
 from .._results.ensemble_paths import Paths
 from .._results.ensemble_result import EnsembleResult
-from .._results.ensemble_tables import reduction_columns
+from .._results.ensemble_tables import list_reduction_columns
 from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
@@ -36,7 +36,7 @@ EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.compon
 
 @dataclass
 class PartTable:
-    """A table of n tops that have e events in total.
+    """A table of the tops in a part and of their events.
 
     columns  {name: values (n,) or (n, k)} of the tops
     ragged   {name: values (e,)} of the events, sorted by top
@@ -49,13 +49,13 @@ class PartTable:
 
 
 def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTable:
-    """Return a table of the tops with the indices `tops` and of their results `outcome`."""
-    results = _list_results(plan, outcome)
+    """Return a table of the tops with the given indices and of their results."""
+    results = _list_result_columns(plan, outcome)
     names = [name for name, _, _ in results]
     part = PartTable({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
     ensemble = plan.ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
     degrees = plan.source._flags.get("degrees", False)
-    for name, one in plan.source._coords(tops.start, tops.stop, ensemble).items():
+    for name, one in plan.source._list_coordinates(tops.start, tops.stop, ensemble).items():
         flat = one.values.reshape(len(one.values), -1)
         for i, component in enumerate(component_names(name, one.value)):
             # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
@@ -67,22 +67,22 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
     for name, values, dimension in results:
         part.columns[name], part.units[name] = values, dimension
     if isinstance(outcome, Section):
-        _add_states(part, outcome)
+        _add_event_columns(part, outcome)
     elif isinstance(outcome, Paths) and outcome._options.core_events is not None:
         part.ragged = {"event_which": outcome.events.which}
         part.ragged |= {"event_direction": outcome.events.direction}
-        _add_states(part, outcome.events)
+        _add_event_columns(part, outcome.events)
     return part
 
 
-def _list_results(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
+def _list_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
     """Return the columns that contain the results of the tops, excluding their parameters."""
     if isinstance(outcome, Indicator):
         assert isinstance(plan.task, ChaosTask)
         return _list_indicator_columns(plan.task.name, outcome)
-    columns = _list_statuses(outcome)
+    columns = _list_status_columns(outcome)
     if isinstance(outcome, Reductions):
-        columns += reduction_columns(outcome, dict(outcome.items()))
+        columns += list_reduction_columns(outcome, dict(outcome.items()))
     elif isinstance(outcome, Paths):
         columns += _list_state_columns(outcome)
     return columns
@@ -105,7 +105,7 @@ def _list_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUni
 
 
 def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
-    """Return the columns of states of each top, or of the quantities that are stored instead."""
+    """Return the columns for the states of all tops, or for the requested quantities."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
     for quantity, values in quantity_rows(outcome, (), False, False):
@@ -115,8 +115,8 @@ def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
     return columns
 
 
-def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
-    """Return the columns for the status, the time reached and the numbers of steps."""
+def _list_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
+    """Return the columns that contain the status, the final time and the number of steps."""
     buffers = outcome._buffers
     return [
         ("status", buffers.status, ""),
@@ -125,8 +125,8 @@ def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
     ]
 
 
-def _add_states(part: PartTable, found: EnsembleEvents | Section) -> None:
-    """Add the states at events and the number of events per top to a table."""
+def _add_event_columns(part: PartTable, found: EnsembleEvents | Section) -> None:
+    """Add the events, and the number of events of each top, to a table."""
     part.columns[COUNT], part.units[COUNT] = found.count, ""
     for name, quantity in _STATES.items():
         values = getattr(found, name).reshape(-1, quantity.doubles)

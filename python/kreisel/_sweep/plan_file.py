@@ -1,4 +1,4 @@
-"""Sweep plans in TOML, with the arguments of kreisel.sweep and a table that describes the tops.
+"""Sweep plans in TOML: the arguments of kreisel.sweep, and a table that describes the tops.
 
     t = 100                          # or a list, or { from = 0, to = 100, n = 101 }
     scene = "sleeping"               # the name of a scene, or a file; or a table [scene]
@@ -8,9 +8,9 @@
     spin = { from = 0, to = 20, n = 1000 }
     tilt = { from = 0, to = 1, n = 1000 }
 
-File names are relative to the folder of the plan file. Each event is a table [[events]], in which
-`event` is the name of a function of kreisel.events, and the other entries are its arguments. If
-task = "section", the plan has no t, and its only event is a table [event] with the same entries. If
+File names are relative to the folder of the plan file. In each table [[events]], `event` is the
+name of a function of kreisel.events, and the other entries are the arguments of this function. If
+task = "section", the plan contains a single table [event] in the same format, and no entry t. If
 task = "lyapunov", "megno" or "oli", the plan contains the arguments of the kreisel function with
 that name.
 """
@@ -48,10 +48,10 @@ def read_plan(file: Path) -> SweepPlan:
 
     Raises TypeError or ValueError if the plan is invalid; the message states the file name.
     """
-    return read(file, lambda text: _plan_from_tables(parse_tables(text), file.parent))
+    return read(file, lambda text: _parse_plan_tables(parse_tables(text), file.parent))
 
 
-def _plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
+def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
     for name in tables:
         if name not in (*_KEYS, *_CONSTRUCTORS, "scene"):
             raise ValueError(
@@ -108,7 +108,7 @@ def _parse_scene(given: object, folder: Path) -> Scene:
 
 
 def _parse_values(name: str, given: object) -> Any:
-    """Return `given`, or `n` evenly spaced values if it is a table of the form { from, to, n }."""
+    """Return the given values, or evenly spaced values if `given` is a table { from, to, n }."""
     if not isinstance(given, dict):
         return given
     _check_keys(name, given, ["from", "to", "n"])

@@ -1,8 +1,7 @@
-"""Computation of the parts of a sweep, in this process or by workers of an executor.
+"""Computation of the parts of a sweep, in the current process or by workers of an executor.
 
-In this process, several threads compute the parts together, one part after another. A worker of an
-executor computes an entire part in one thread, writes its file, and returns the number of tops in
-it.
+Without an executor, the parts are computed one after another, each by several threads. With an
+executor, each worker computes one part at a time in a single thread, and writes its file.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
 from .._options.solve_options import Progress
-from .._results.executor import is_local, run_jobs
+from .._results.executor import has_local_workers, run_jobs
 from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
@@ -26,23 +25,23 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartTable:
-    """Compute a table of the results of the tops with the indices `tops`, including failed tops."""
+    """Compute the results of the tops with the given indices."""
     return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
 
 
 def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
-    """Compute part i in one thread, write its file, and return the number of its tops."""
+    """Compute part i in a single thread and write its file; return the number of tops."""
     tops = store.plan.list_tops_of_part(i)
     store.write_part(i, compute_part(store, tops, 1, progress))
     return len(tops)
 
 
-class PartsLost(RuntimeError):
-    """Error raised if an executor fails to return some parts."""
+class PartsLostError(RuntimeError):
+    """Error raised if an executor does not return all parts."""
 
 
 class PartRunner:
-    """A computation of selected parts of a sweep, which reports its progress."""
+    """The computation of selected parts of a sweep."""
 
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
@@ -51,8 +50,8 @@ class PartRunner:
         self.done, self._reported = 0, 0.0
         self._stopped = threading.Event()
 
-    def run_local(self, threads: int) -> None:
-        """Compute the parts in this process.
+    def compute_parts_locally(self, threads: int) -> None:
+        """Compute the parts in the current process.
 
         Each part is written to its file while the next part is computed.
         """
@@ -60,7 +59,7 @@ class PartRunner:
             written: Future[None] | None = None
             for i in tuple(self.left):
                 tops = self.store.plan.list_tops_of_part(i)
-                part = compute_part(self.store, tops, threads, self._part_progress(len(tops)))
+                part = compute_part(self.store, tops, threads, self._make_part_progress(len(tops)))
                 if written is not None:
                     written.result()
                 written = writer.submit(self.store.write_part, i, part)
@@ -69,35 +68,34 @@ class PartRunner:
             written.result()
             self._report_progress(self.done, last=True)
 
-    def _part_progress(self, tops: int) -> Progress | None:
-        """Return the progress callback for a part with `tops` tops, or None if none is needed."""
+    def _make_part_progress(self, tops: int) -> Progress | None:
+        """Return a function that reports the progress of a part, or None."""
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
     def _report_progress(self, tops: float, last: bool = False) -> None:
-        """Report the number of finished tops, at most once per _PROGRESS_SECONDS unless `last`."""
+        """Report the number of finished tops, at most about ten times per second."""
         now = time.monotonic()
         if self.progress is not None and (last or now - self._reported >= _PROGRESS_SECONDS):
             self._reported = now
             self.progress(tops / self.tops)
 
-    def run_on(self, executor: Executor) -> None:
+    def compute_parts_on_executor(self, executor: Executor) -> None:
         """Compute the parts on the workers of an executor.
 
-        Parts that the executor loses are resubmitted once. Raises PartsLost if the executor loses
-        parts a second time.
+        Lost parts are submitted a second time. Raises PartsLostError if parts are lost again.
         """
         for _ in range(2):
             self._submit_all(executor)
             if not self.left:
                 self._report_progress(self.done, last=True)
                 return
-        raise PartsLost(
+        raise PartsLostError(
             f"the executor lost {len(self.left)} parts, the first of them part {self.left[0]}; "
             "all others are stored, and repeating the call computes the missing parts"
         )
 
     def _submit_all(self, executor: Executor) -> None:
-        check = (self._check_stopped,) if is_local(executor) else ()
+        check = (self._raise_if_stopped,) if has_local_workers(executor) else ()
         jobs = ((i, (compute_and_store_part, (self.store, i, *check))) for i in tuple(self.left))
         try:
             run_jobs(
@@ -105,11 +103,11 @@ class PartRunner:
                 jobs,
                 _IN_FLIGHT,
                 self._count_finished,
-                self._report_done,
+                self._report_finished_tops,
                 self._stopped.set,
             )
         except BrokenExecutor as error:
-            raise PartsLost(
+            raise PartsLostError(
                 f"the executor failed with {len(self.left)} parts left, the first of them part "
                 f"{self.left[0]}: {error}; the stored parts are kept, and repeating the call "
                 "computes the others"
@@ -117,16 +115,16 @@ class PartRunner:
         finally:
             self._stopped.clear()
 
-    def _report_done(self) -> None:
+    def _report_finished_tops(self) -> None:
         self._report_progress(self.done)
 
-    def _check_stopped(self, _: float) -> None:
-        """Raise KeyboardInterrupt if the run has been stopped; called by the threads of a part."""
+    def _raise_if_stopped(self, _: float) -> None:
+        """Raise KeyboardInterrupt if the computation has been stopped."""
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
     def _count_finished(self, i: int, future: Future[int]) -> None:
-        """If the file of part i exists, remove i from `left`, and count its tops as finished."""
+        """Count the tops of part i as finished if its file exists."""
         if future.cancelled():
             return
         tops = len(self.store.plan.list_tops_of_part(i))

@@ -1,7 +1,6 @@
 """Sources of a sweep: descriptions of tops that are constructed only when needed.
 
-A source does not store its tops in memory. Each top is determined by the source and by the top's
-index.
+A source does not store its tops in memory. Each top is determined by the source and by an index.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ Parameters = Mapping[str, Parameter]
 
 
 class RandomSpec(NamedTuple):
-    """Random parameters of a source: pairs of bounds, or standard deviations in `widths`."""
+    """The seed of a random source, and the ranges or standard deviations of its parameters."""
 
     seed: int
     ranges: Parameters
@@ -60,8 +59,8 @@ class Source:
     shape  the shape of the array of all tops, which are numbered in C order
     axes   the names of its dimensions
 
-    `len(source)` is the number of tops, `source[i]` is the i-th top as a kreisel.Scene, and
-    `source[a:b]` is a kreisel.Ensemble of one dimension.
+    `len(source)` is the number of tops, and `source[i]` is a single top as a kreisel.Scene. A slice
+    `source[a:b]` is a one-dimensional kreisel.Ensemble.
 
         >>> import kreisel as kr, numpy as np
         >>> spin, tilt = np.linspace(0, 20, 10000), np.linspace(0, 1, 10000)
@@ -80,11 +79,11 @@ class Source:
 
     @classmethod
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
-        """Return a source of all combinations of values of several parameters.
+        """Return a source with one top for each combination of the given parameter values.
 
-        Each parameter given as a list of values has a dimension of its own; the dimensions are in
-        the order of the arguments. A single value applies to all tops. The parameters are the same
-        as for Scene.vary, except body. Raises TypeError and ValueError under the same conditions as
+        Each list of values becomes a dimension of the source, in the order of the arguments.
+        Parameters with a single value are the same for all tops. All parameters of Scene.vary
+        except `body` are allowed. Raises TypeError and ValueError under the same conditions as
         Scene.vary.
 
         >>> import kreisel as kr
@@ -95,7 +94,7 @@ class Source:
         shapes = {name: one.shape for name, one in parameters.items()}
         axes = tuple(filter(shapes.__getitem__, shapes))
         if not axes:
-            raise ValueError("a grid needs the values of at least one parameter, as spin=[0, 1, 2]")
+            raise ValueError("a grid needs values of at least one parameter, as in spin=[0, 1, 2]")
         for name in axes:
             if len(shapes[name]) != 1 or 0 in shapes[name]:
                 raise ValueError(
@@ -104,7 +103,7 @@ class Source:
         shape = sum(map(shapes.__getitem__, axes), ())
         if math.prod(shape) >= 2**53:
             raise ValueError(f"a grid of shape {shape} has more tops than can be counted")
-        spread = {name: _reshape_along(one, axes) for name, one in parameters.items()}
+        spread = {name: _reshape_along_axis(one, axes) for name, one in parameters.items()}
         varied = {name: spread[name] for name in axes}
         return cls(scene, shape, axes, spread, varied, flags)
 
@@ -115,10 +114,11 @@ class Source:
         """Return a source of `n` tops with random parameters.
 
         A parameter given as two values, such as spin=(0, 20), is uniformly distributed between
-        them; for a vector, the bounds are two rows. A single value applies to all tops. Each random
-        value depends only on the seed, the index of the top and the parameter. The parameters are
-        the same as for Scene.vary, except body; inertia and attitudes must be single values. Raises
-        TypeError and ValueError under the same conditions as Scene.vary.
+        them. For a vector, the bounds are given as two rows. Parameters with a single value are the
+        same for all tops. Each random value depends only on the seed, the index of the top and the
+        parameter. All parameters of Scene.vary except `body` are allowed, but inertia and attitudes
+        must have a single value. Raises TypeError and ValueError under the same conditions as
+        Scene.vary.
 
         >>> import kreisel as kr
         >>> tops = kr.Source.random(kr.scenes.sleeping, 10**9, seed=7, spin=(0, 20), tilt=(0, 1))
@@ -130,12 +130,14 @@ class Source:
         ranges = {name: one for name, one in parameters.items() if one.shape}
         if not ranges:
             raise ValueError(
-                "random tops need the range of at least one parameter, as spin=(0, 20)"
+                "random tops need the range of at least one parameter, as in spin=(0, 20)"
             )
         for name, one in ranges.items():
             _check_parameter_bounds(name, one)
         fixed = {
-            n: _reshape_along(one, ("top",)) for n, one in parameters.items() if n not in ranges
+            n: _reshape_along_axis(one, ("top",))
+            for n, one in parameters.items()
+            if n not in ranges
         }
         return cls(scene, (count,), ("top",), fixed, {}, flags, RandomSpec(key, ranges, {}))
 
@@ -176,10 +178,10 @@ class Source:
         steady: bool = False,
         fast: bool = False,
     ) -> Source:
-        """Return a source whose tops are the rows of a table.
+        """Return a source that takes its tops from the rows of a table.
 
-        Each column is a parameter of Scene.vary, such as gravity, or one component of a parameter,
-        such as momentum_x, momentum_y, momentum_z or angles_0, angles_1, angles_2.
+        Each column contains a parameter of Scene.vary, such as gravity, or one of its components,
+        such as momentum_x or angles_0.
 
         file  the name of a .parquet or .csv file
 
@@ -209,8 +211,10 @@ class Source:
         columns: dict[str, npt.NDArray[Any]] = dict(tops._columns)
         if isinstance(tops.body, Bodies):
             columns |= {name: tops.body._columns[name] for name in _BODY}
-        scene = tops._member((0,) * tops.ndim)
-        arguments, varied = (_drop_broadcasts(some, tops.ndim) for some in (columns, tops._varied))
+        scene = tops._select_member((0,) * tops.ndim)
+        arguments, varied = (
+            _collapse_broadcasts(some, tops.ndim) for some in (columns, tops._varied)
+        )
         return cls(scene, tops.shape, tops.axes, arguments, varied)
 
     @cached_property
@@ -226,7 +230,7 @@ class Source:
     @overload
     def __getitem__(self, key: int) -> Scene: ...
     def __getitem__(self, key: int | slice) -> Ensemble | Scene:
-        """Return the i-th top as a scene, or the tops of a slice as an ensemble."""
+        """Return a single top as a scene, or several tops as an ensemble."""
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
             if step != 1:
@@ -245,11 +249,11 @@ class Source:
         varied = [*self._varied, *random.ranges, *random.widths]
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
-    def _validation_indices(self) -> Places:
-        """Return the indices of the tops that are used to validate a plan.
+    def _choose_validation_tops(self) -> Places:
+        """Return the indices of the tops on which a plan is validated.
 
-        These tops are evenly spread over the source, and include the first and the last top. For a
-        random source, the sample consists of the first tops, since all tops are statistically
+        The selected tops are evenly spread over the source, and include the first and the last top.
+        For a random source, the first tops are selected, because all tops are statistically
         equivalent.
         """
         if self._random is not None:
@@ -261,10 +265,9 @@ class Source:
     def _first_error(
         self, validate: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
-        """Return the error of the first invalid top in `at`, including the index of this top.
+        """Return the error for the first invalid top, with the index of this top in its message.
 
-        `common` is the error raised when all tops in `at` were constructed together. If no
-        individual top is invalid, `common` is returned.
+        If every top is valid on its own, the error `common` is returned.
         """
         while at.size > 1:
             middle = at.size // 2
@@ -286,13 +289,13 @@ class Source:
         return common
 
     def _build_tops(self, at: Places) -> Ensemble:
-        """Build the tops with the indices `at`, which must be consecutive for a random source."""
+        """Build the tops with the given indices, which must be consecutive for a random source."""
         random, first = self._random, int(at[0]) if at.size else 0
         if random is not None and random.widths:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
             widths = momentum, attitude, gravity
             return scatter(Ensemble, self.scene, at.size, random.seed, *widths, begin=first)
-        arguments: dict[str, Any] = _select_values(self._parameters, self.shape, at)
+        arguments: dict[str, Any] = _select_parameter_values(self._parameters, self.shape, at)
         if random is not None:
             arguments |= _draw_uniform(random, first, at.size)
         if "unphysical" in arguments:
@@ -302,12 +305,14 @@ class Source:
         arguments |= self._flags
         return vary(Ensemble, self.scene, arguments)
 
-    def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
-        """Return the values of the varying parameters for the tops begin..end.
+    def _list_coordinates(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
+        """Return the values of the varying parameters for a slice of the source.
 
-        `tops` is an ensemble that consists of these tops.
+        `tops` is the ensemble of the tops in the slice.
         """
-        rows = _select_values(self._varied, self.shape, np.arange(begin, end, dtype=np.int64))
+        rows = _select_parameter_values(
+            self._varied, self.shape, np.arange(begin, end, dtype=np.int64)
+        )
         if self._random is not None:
             rows |= _draw_uniform(self._random, begin, end - begin)
             for name in self._random.widths:
@@ -319,7 +324,7 @@ class Source:
 def _split_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, Parameter], dict[str, bool]]:
-    """Split `arguments` into validated parameters and the names of the flags that are True."""
+    """Separate the arguments into validated parameters and flags."""
     check_type("scene", scene, Scene)
     parameters: dict[str, Parameter] = {}
     flags: dict[str, bool] = {}
@@ -334,7 +339,7 @@ def _split_parameters_and_flags(
 
 
 def _check_parameter_bounds(name: str, one: Parameter) -> None:
-    """Raise ValueError unless the two values of a parameter bound a finite interval."""
+    """Raise ValueError unless the values of a parameter are the bounds of a finite interval."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
@@ -350,10 +355,10 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
         )
 
 
-def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
-    """Reshape the values of a parameter so that they vary only along the axis of the same name.
+def _reshape_along_axis(one: Parameter, axes: tuple[str, ...]) -> Parameter:
+    """Reshape the values of a parameter so that they vary along an axis of the same name.
 
-    A parameter without an axis of its own has a single value, and has length 1 along all axes.
+    A parameter without an axis has a single value.
     """
     lead = [1] * len(axes)
     if one.name in axes:
@@ -361,8 +366,10 @@ def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     return one._replace(values=one.values.reshape(*lead, *one.value))
 
 
-def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Parameter]:
-    """Return the columns of an ensemble with `dims` dimensions; repeated values are stored once."""
+def _collapse_broadcasts(
+    columns: Mapping[str, npt.NDArray[Any]], dims: int
+) -> dict[str, Parameter]:
+    """Return the columns of an ensemble, with repeated values stored only once."""
     return {
         name: Parameter(
             name, collapse_broadcast_axes(column, dims).astype(np.float64), column.shape[dims:]
@@ -371,8 +378,10 @@ def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict
     }
 
 
-def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str, Parameter]:
-    """Return the values of `arguments` for the tops at the indices `at` of a source of `shape`."""
+def _select_parameter_values(
+    arguments: Parameters, shape: Shape, at: Places
+) -> dict[str, Parameter]:
+    """Return the values of the given parameters for the tops with the indices `at`."""
     where = np.unravel_index(at, shape) if shape else ()
     first = np.zeros_like(at)
     taken: dict[str, Parameter] = {}
@@ -388,10 +397,10 @@ def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str,
 
 
 def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
-    """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
+    """Draw uniformly distributed values for `n` consecutive tops, starting with top `begin`.
 
-    Each value depends only on the seed, the parameter and the index of the top. This is possible
-    because the state of the Philox generator is a counter that can be set directly.
+    Each value depends only on the seed, the parameter and the index of the top. The state of the
+    Philox generator can be set directly, because it is a counter.
     """
     drawn: dict[str, Parameter] = {}
     for name, one in random.ranges.items():

@@ -1,4 +1,4 @@
-"""Parameters of initial states in a sweep: the names of their components and their units."""
+"""The component names and the units of parameters that can vary in a sweep."""
 
 from __future__ import annotations
 
@@ -48,10 +48,9 @@ PARAMETERS = tuple(_ENDINGS)
 
 
 def parse_start_parameter(name: str, numbers: object) -> Parameter:
-    """Validate the values `numbers` of the parameter `name`, and return them.
+    """Validate the values of the parameter `name`, and return them as an array.
 
-    Raises TypeError or ValueError for an unknown name, and for values that are not finite numbers
-    or rows of the correct length.
+    Raises ValueError for an unknown name, and TypeError or ValueError for invalid values.
     """
     if name not in _ENDINGS:
         raise ValueError(unknown_name_message("parameter", name, [*PARAMETERS, *FLAGS]))
@@ -72,9 +71,9 @@ def parse_start_parameter(name: str, numbers: object) -> Parameter:
 
 
 def component_names(name: str, value: Shape) -> list[str]:
-    """Return the names of a parameter's components: spin, or momentum_x, momentum_y, ...
+    """Return the names of the components of a parameter, such as momentum_x.
 
-    `value` is the shape of a single value of the parameter.
+    `value` is the shape of the parameter's value for a single top.
     """
     if not value:
         return [name]
@@ -83,9 +82,9 @@ def component_names(name: str, value: Shape) -> list[str]:
 
 
 def parameter_dimension(name: str, degrees: bool, component: int = 0) -> str:
-    """Return the dimension [M L T] of a parameter, in which angles are given as 'rad' or 'deg'.
+    """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' as the unit of angles.
 
-    The components of `shaking` have different dimensions; its phase is always in radians.
+    The three components of `shaking` have different dimensions.
     """
     if name == "shaking":
         return _SHAKING_UNITS[component]

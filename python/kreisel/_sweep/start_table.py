@@ -50,7 +50,7 @@ def _read_table(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
 
 
 def _join_components(file: str, columns: dict[str, npt.NDArray[np.generic]]) -> dict[str, Array]:
-    """Join columns that are components of the same parameter."""
+    """Combine columns that contain components of the same parameter."""
     parameters, left = {}, dict(columns)
     for name in PARAMETERS:
         for value in _VALUES:

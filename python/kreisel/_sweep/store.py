@@ -1,13 +1,13 @@
 """The folder of a sweep, which contains plan.json, long parameter arrays, and the parts.
 
-Each file is written under a temporary name and then renamed, which ensures that a file with its
-final name is complete. An existing part is valid if it belongs to this plan, was written by this
+Each file is written under a temporary name and then renamed, so a file with its final name is
+always complete. An existing part is valid if it belongs to the plan, was written by the same
 version of kreisel, and has a correct checksum.
 
-The names of part files are reserved; do not use them for other files in the folder. A file with the
-name of a part is replaced, and a warning issued, unless the file is a valid part with this number.
-Two things are never replaced: folders, and complete parts of a different plan, which may have taken
-a long time to compute. Files with other names are left unchanged.
+The names of part files are reserved; do not use them for other files in the folder. Invalid files
+with the name of a part are replaced, and a warning is issued. Neither folders nor complete parts of
+a different plan are ever replaced, because they may be the results of long computations. All other
+files in the folder are left unchanged.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .._utils.atomic_io import atomic_write, check_writable, sync_folder
 from .._utils.validation import Array
 from .checksum import add_checksum, has_checksum
 from .part_table import PartTable
-from .sweep_plan import SweepPlan, content_name, hash_plan, plan_from_json
+from .sweep_plan import SweepPlan, hash_plan, make_array_file_name, parse_plan_json
 
 PLAN = "plan.json"
 REPAIR = (
@@ -42,7 +42,7 @@ FOREIGN = "foreign"
 
 
 class SweepStore:
-    """The files of a sweep plan in its folder. Raises ImportError if pyarrow is not installed."""
+    """The files of a sweep in a folder. Raises ImportError if pyarrow is not installed."""
 
     def __init__(self, folder: Path, plan: SweepPlan) -> None:
         from . import parquet
@@ -54,7 +54,7 @@ class SweepStore:
         return self.folder / f"part-{i:06}.parquet"
 
     def write_part(self, i: int, part: PartTable) -> None:
-        """Write part i to its file, and include a checksum."""
+        """Write part i to a file that includes a checksum."""
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
         atomic_write(self.part_file(i), bytes(add_checksum(self._format.encode_part(part, about))))
 
@@ -69,10 +69,10 @@ class SweepStore:
         return sorted(found)
 
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
-        """Return the columns `names` of part i, or all columns if `names` is None.
+        """Read part i from its file, optionally only the columns in `names`.
 
         If `names` is an empty list, the returned table has all columns but no rows. Raises
-        ValueError if the part is damaged, or if the file is not part i of this plan.
+        ValueError if the file is damaged, or is not part i of this plan.
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
@@ -83,7 +83,7 @@ class SweepStore:
             raise ValueError(f"{error}; {REPAIR}") from None
 
     def verify_part(self, i: int) -> str:
-        """Verify the checksum of part i, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
+        """Verify part i, and return its status."""
         try:
             data = self.part_file(i).read_bytes()
         except FileNotFoundError:
@@ -93,7 +93,7 @@ class SweepStore:
         if not has_checksum(data):
             return DAMAGED
         try:
-            about = self._format.read_about(data)
+            about = self._format.read_part_description(data)
         except ValueError:
             return FOREIGN
         if about.get("plan") != self.plan.hash:
@@ -102,13 +102,13 @@ class SweepStore:
             return DAMAGED
         return DONE if about.get("version") == version else OLD
 
-    def foreign_error(self, i: int) -> FileExistsError:
-        """Return the exception for a foreign file or folder that has the name of part i."""
+    def make_foreign_file_error(self, i: int) -> FileExistsError:
+        """Return the exception for a file or folder that wrongly has the name of part i."""
         file = self.part_file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
         try:
-            about = self._format.read_about(file.read_bytes())
+            about = self._format.read_part_description(file.read_bytes())
         except ValueError:
             about = {}
         return FileExistsError(
@@ -117,19 +117,19 @@ class SweepStore:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _open_cached, (str(self.folder), self.plan.hash)
+        return _open_cached_store, (str(self.folder), self.plan.hash)
 
 
 def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """Open the folder of a sweep.
 
-    Raises ValueError if `folder` is not the folder of a sweep, or if the hash of its plan is
-    different from `expected`.
+    Raises ValueError if `folder` contains no sweep, or if the hash of the plan differs from
+    `expected`.
     """
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
     try:
-        plan = plan_from_json(content["plan"], lambda name: _read_parameter_array(where / name))
+        plan = parse_plan_json(content["plan"], lambda name: _read_parameter_array(where / name))
     except ValueError as error:
         raise ValueError(f"{where / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:
@@ -138,16 +138,16 @@ def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> S
 
 
 @lru_cache(maxsize=4)
-def _open_cached(folder: str, expected: str) -> SweepStore:
-    """Open the folder of a sweep once, and share it between all tasks of a worker process."""
+def _open_cached_store(folder: str, expected: str) -> SweepStore:
+    """Open the folder of a sweep, and cache the result for other tasks of the worker process."""
     return open_store(folder, expected)
 
 
 def _read_plan_file(where: Path) -> dict[str, Any]:
-    """Return the contents of plan.json in the folder `where`.
+    """Return the contents of the plan file in a folder.
 
-    Raises FileNotFoundError if the folder does not exist, and ValueError if plan.json is missing,
-    damaged or not a plan.
+    Raises FileNotFoundError if the folder does not exist, and ValueError if the plan file is
+    missing or damaged.
     """
     file = where / PLAN
     if not where.is_dir():
@@ -172,7 +172,7 @@ def _read_parameter_array(file: Path) -> Array:
     Raises ValueError if the hash of the array does not match the hash in the file name.
     """
     values: Array = np.load(file, allow_pickle=False)
-    if content_name(values) != file.name:
+    if make_array_file_name(values) != file.name:
         raise ValueError(f"{file} is damaged: its numbers do not match its name")
     return values
 
@@ -192,7 +192,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
         return store
     content = _read_plan_file(where)
     if content["hash"] != plan.hash:
-        raise ValueError(_plan_mismatch(where, content, plan))
+        raise ValueError(_describe_plan_mismatch(where, content, plan))
     check_writable(where / PLAN)
     _write_parameter_arrays(where, plan)
     return store
@@ -201,7 +201,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
 def _write_new_plan(where: Path, plan: SweepPlan) -> bool:
     """Write the plan to a new or empty folder.
 
-    Return False if another process has written a plan to the folder in the meantime.
+    Returns False if another process has written a plan to the folder in the meantime.
     """
     if where.is_dir():
         for name in sorted(os.listdir(where)):
@@ -225,9 +225,9 @@ def _write_new_plan(where: Path, plan: SweepPlan) -> bool:
 
 
 def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
-    """Write each array that is too long for the plan file to a separate file, if it is missing."""
+    """Write each array that is too long for the plan file to a separate file."""
     for values in plan.arrays:
-        file = where / content_name(values)
+        file = where / make_array_file_name(values)
         if not file.exists():
             out = io.BytesIO()
             np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)
@@ -242,7 +242,7 @@ def _dump_lines(content: Mapping[str, Any], indent: int) -> str:
 
 
 def _write_exclusive(file: Path, data: bytes) -> bool:
-    """Write a file unless it already exists. Return True if the file was written."""
+    """Write a file unless it already exists. Returns True if the file has been written."""
     new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
     atomic_write(new, data)
     try:
@@ -258,7 +258,7 @@ def _write_exclusive(file: Path, data: bytes) -> bool:
     return True
 
 
-def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str:
+def _describe_plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str:
     """Return a message that describes how the plan in a folder differs from `plan`."""
     there, here = content["plan"], plan.as_json
     names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]

@@ -26,7 +26,7 @@ from .task import ARGUMENTS, TaskName, parse_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Exception for Ctrl-C during a sweep. Calling kreisel.sweep again computes the missing parts.
+    """Exception raised by Ctrl-C during a sweep; calling kreisel.sweep again continues the sweep.
 
     sweep  a kreisel.SweepResult with the finished parts
     """
@@ -69,17 +69,16 @@ def sweep(
 ) -> SweepResult:
     """Run a task on many tops, and write the results to a folder, divided into parts.
 
-    To resume an interrupted sweep, repeat the call: after Ctrl-C, after a crash, or on a different
-    machine. Each part is a Parquet file with one row per top, which contains the index, parameters,
-    status and results of that top. The units [M L T] of the columns are stored as well. The
-    contents of each part are determined, bit for bit, by the plan and the part number. If a top
-    fails, its status is not 0.
+    To resume a sweep that was interrupted, repeat the call, possibly on a different machine. Each
+    part is a Parquet file with one row per top. The columns contain the index, parameters, status
+    and results of each top. The units [M L T] of the columns are stored in the file. The contents
+    of each part are determined, bit for bit, by the plan and the part number. A nonzero status
+    means that the computation for the top failed.
 
-    Existing parts are verified by their checksums; missing and damaged parts are computed. The
-    names of part files are reserved; do not use them for other files in the folder. A file with the
-    name of a part is replaced, and a warning issued, unless the file is an intact part with this
-    number. Folders, and complete parts of a different plan, are never replaced. Requires pyarrow:
-    pip install 'kreisel[sweep]'.
+    Existing parts are verified by their checksums, and damaged parts are computed again. The names
+    of part files are reserved; do not use them for other files in the folder. Invalid files with
+    the name of a part are replaced, and a warning is issued. Neither folders nor complete parts of
+    a different plan are ever replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
                all arguments up to part_size, and the scene (a name, a file or a table). It has one
@@ -118,24 +117,26 @@ def sweep(
         ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
         ((8,), (8, 32), 'T^-1')
 
-    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises ValueError if
-    the folder contains a different plan, and FileExistsError if it is neither empty nor the folder
-    of a sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
-    installed. While running, raises OSError if a file cannot be written, RuntimeError if an
-    executor loses parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    ValueError if the folder contains a different plan, and FileExistsError if it contains files but
+    no plan. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
+    installed. During the computation, raises OSError if a file cannot be written, and RuntimeError
+    if an executor loses parts. Ctrl-C raises kreisel.SweepInterrupted. Finished parts are kept.
     """
-    arguments = _task_arguments(locals())  # first, so that locals() contains only the arguments
+    arguments = _select_task_arguments(
+        locals()
+    )  # first, so that locals() contains only the arguments
     plan = _make_plan(tops, task, arguments, part_size)
     callback = parse_progress(progress)
     count = parse_threads(threads, executor)
     chosen = _parse_parts(parts, plan.parts)
     store = create_or_open(folder, plan)
-    runner = PartRunner(store, _list_incomplete(store, chosen), callback)
+    runner = PartRunner(store, _list_incomplete_parts(store, chosen), callback)
     return _run_parts(runner, chosen, count, executor)
 
 
-def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those arguments in `given` that belong to a task and differ from their defaults."""
+def _select_task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of a task that differ from their defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
     for name in ARGUMENTS:
@@ -148,17 +149,16 @@ def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
 def _run_parts(
     runner: PartRunner, chosen: range, threads: int, executor: Executor | None
 ) -> SweepResult:
-    """Compute the parts of `runner`, and return the results of the sweep.
+    """Compute parts of a sweep, and return the results of the whole sweep.
 
-    Raises SweepInterrupted after Ctrl-C; the message reports how many of the parts in `chosen` are
-    done.
+    Raises SweepInterrupted after Ctrl-C.
     """
     store = runner.store
     try:
         if executor is None:
-            runner.run_local(threads)
+            runner.compute_parts_locally(threads)
         else:
-            runner.run_on(executor)
+            runner.compute_parts_on_executor(executor)
     except KeyboardInterrupt:
         result = SweepResult(store)
         done = sum(i in chosen for i in result.present)
@@ -182,29 +182,30 @@ def _make_plan(
 
 
 def _parse_parts(parts: object, count: int) -> range:
-    """Validate the requested range of parts, and return it. None means all of the `count` parts."""
+    """Return the requested range of parts. By default, all parts are requested."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:
         raise TypeError(
-            f"parts must be a range of numbers, as range(0, 100), not {short_repr(parts)}"
+            f"parts must be a range of numbers such as range(0, 100), not {short_repr(parts)}"
         )
     if parts and not (parts.start >= 0 and parts.stop <= count):
         raise ValueError(f"parts must lie between 0 and {count}, not {parts.start} to {parts.stop}")
     return parts
 
 
-def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
-    """Return the parts in `chosen` that must be computed, and warn about parts to be replaced.
+def _list_incomplete_parts(store: SweepStore, chosen: range) -> list[int]:
+    """Return the requested parts that must be computed, and warn about damaged and outdated files.
 
-    Raises FileExistsError if a folder or a part of a different plan has the name of a part.
+    Raises FileExistsError if the name of a part is used by a folder, or by a part of a different
+    plan.
     """
     left: list[int] = []
     replaced: dict[str, list[int]] = {DAMAGED: [], OLD: []}
     for i in chosen:
         status = store.verify_part(i)
         if status == FOREIGN:
-            raise store.foreign_error(i)
+            raise store.make_foreign_file_error(i)
         if status != DONE:
             left.append(i)
         if status in replaced:

@@ -1,7 +1,7 @@
 """The plan of a sweep, which contains everything that determines the contents of its parts.
 
-The plan is stored as canonical JSON together with a hash. The machine, the number of threads and
-the executor are not part of the plan, because they do not affect the results.
+The plan is stored as canonical JSON together with a hash. The machine, the executor and the number
+of threads do not affect the results, and are not part of the plan.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .._options.solve_options import Progress
 from .._options.times import total_memory
 from .._utils.validation import Array, as_int
 from .source import Places, RandomSpec, Source
-from .task import SweepTask, TaskResult, task_from_json
+from .task import SweepTask, TaskResult, parse_task_json
 
 FORMAT = 1  # version of the layout of plans and parts
 _MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
@@ -33,10 +33,10 @@ _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """A source of tops, the task to run on all tops, and the number of tops per part.
+    """The plan of a sweep: a source of tops, a task, and the number of tops per part.
 
-    `options` and `times` belong to the task. The plan has been validated on some tops; `sample`
-    contains their indices and an ensemble of these tops.
+    `sample` contains the indices of the tops on which the plan was validated, and the ensemble of
+    these tops.
     """
 
     source: Source
@@ -62,7 +62,7 @@ class SweepPlan:
         return range(begin, min(begin + self.part_size, self.source.size))
 
     def count_tops(self, parts: Sequence[int]) -> int:
-        """Return the total number of tops in `parts`. The last part may be smaller."""
+        """Return the total number of tops in `parts`."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
 
@@ -102,16 +102,16 @@ class SweepPlan:
 
     @cached_property
     def kernel(self) -> str:
-        """The instruction set of the Taylor kernel on this machine.
+        """The instruction set that the Taylor series uses on this machine.
 
         All instruction sets with fused multiply-add give bitwise identical results.
         """
-        return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
+        return "" if self.options.has_step_search else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
-        """Return an ensemble of the tops with the indices `tops`.
+        """Return an ensemble of the tops with the given indices.
 
-        If these are the indices of the sample, the ensemble of the sample is returned.
+        The ensemble on which the plan was validated is reused if it has the same indices.
         """
         if self.sample is not None:
             at, ensemble = self.sample
@@ -120,7 +120,7 @@ class SweepPlan:
         return self.source[tops.start : tops.stop]
 
     def compute_tops(self, tops: range, threads: int, progress: Progress | None) -> TaskResult:
-        """Compute the results of the tops with the indices `tops`.
+        """Compute the results of the tops with the given indices.
 
         Raises TypeError or ValueError for the first invalid top; the message states its index.
         """
@@ -129,7 +129,7 @@ class SweepPlan:
             return self.task.compute_tops(some, self.options, self.times, threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
-            raise self.source._first_error(self.task.options_and_times, at, error) from None
+            raise self.source._first_error(self.task.parse_options_and_times, at, error) from None
 
 
 def hash_plan(plan: Mapping[str, Any]) -> str:
@@ -142,7 +142,7 @@ def dump_canonical(plan: Mapping[str, Any]) -> str:
     return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def content_name(values: Array) -> str:
+def make_array_file_name(values: Array) -> str:
     """Return the file name of an array, which is derived from a hash of its shape and values."""
     digest = hashlib.sha256(str(values.shape).encode())
     digest.update(np.ascontiguousarray(values, dtype="<f8").data)
@@ -150,25 +150,26 @@ def content_name(values: Array) -> str:
 
 
 def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
-    """For each parameter, return its name, the shape of a single value, and all values.
+    """Return the name, the shape and the values of each parameter in JSON form.
 
-    For a long array, the file name is returned instead of the values.
+    A long array is replaced by the name of its file.
     """
     return [
         [
             one.name,
             list(one.value),
-            content_name(one.values) if one.values.size > _MAX_INLINE else one.values.tolist(),
+            make_array_file_name(one.values)
+            if one.values.size > _MAX_INLINE
+            else one.values.tolist(),
         ]
         for one in parameters
     ]
 
 
 def _list_varied(source: Source) -> list[str | list[Any]]:
-    """Return the varying parameters in JSON form.
+    """Return the names of the varying parameters as JSON data.
 
-    A parameter of the source is listed only by name, because the plan already contains its values.
-    All other parameters are listed together with their values.
+    Values that the plan already contains are omitted.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters([one])[0]
@@ -177,17 +178,17 @@ def _list_varied(source: Source) -> list[str | list[Any]]:
 
 
 def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
-    """Return the plan for running a task on the tops of a source, validated on some of the tops.
+    """Return the plan for a sweep, after validating it on a sample of the tops.
 
-    Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
-    not fit in memory.
+    Raises TypeError or ValueError if the task or a top is invalid. Raises MemoryError if a part
+    does not fit in memory.
     """
-    sample = source._validation_indices()
+    sample = source._choose_validation_tops()
     try:
         ensemble = source._build_tops(sample)
-        options, times = task.options_and_times(ensemble)
+        options, times = task.parse_options_and_times(ensemble)
     except (TypeError, ValueError) as error:
-        raise source._first_error(task.options_and_times, sample, error) from None
+        raise source._first_error(task.parse_options_and_times, sample, error) from None
     states = times.shape[-1]
     results = 8 * len(options.reductions) or states * (8 + options.state_bytes)
     row = _ROW_BYTES + results
@@ -206,14 +207,14 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     )
 
 
-def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
-    """Return the plan stored as a JSON object.
+def parse_plan_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
+    """Return the plan stored in a JSON object.
 
-    `load` returns the array stored under a given file name, for values that are not in the JSON.
-    Raises ValueError if the object is not a plan, or if it is a plan from a different version.
+    `load` reads an array, given the name of its file. Raises ValueError if the object is not a
+    plan, or has the format of a different version of kreisel.
     """
     try:
-        source, task = _source_from_json(plan, load), task_from_json(plan)
+        source, task = _parse_source_json(plan, load), parse_task_json(plan)
         result = make_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
@@ -222,7 +223,7 @@ def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Swe
     return result
 
 
-def _source_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
+def _parse_source_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
     def parse_parameters(rows: list[list[Any]]) -> dict[str, Parameter]:
         parameters = {}
         for name, value, numbers in rows:

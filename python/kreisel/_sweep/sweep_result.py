@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._results.ensemble_buffers import RawEvents
+from .._results.ensemble_buffers import EventColumns
 from .._results.ensemble_events import EnsembleEvents, ensemble_events
 from .._results.tables import TABLES
 from .._utils.errors import refuse_assignment, unknown_name_message
@@ -32,10 +32,10 @@ _STATUS = "status", "reached"
 
 @refuse_assignment("results of kreisel.sweep are read-only")
 class SweepResult:
-    """The results of a sweep in a folder.
+    """The results of a sweep, read from its folder.
 
-    `result[name]` is a column as a NumPy array of shape `shape`, or of shape (*shape, k) if each
-    top has k values, one per time. Only the requested columns are read from the files.
+    `result[name]` is the column `name` as a NumPy array of shape `shape`, or of shape (*shape, k)
+    if it has values at k times. Only the requested columns are read from the files.
 
     shape, axes, size  as in the source
     parts    the number of parts
@@ -45,10 +45,9 @@ class SweepResult:
     units    the dimension [M L T] of each column
 
     Iteration yields each existing part as a mapping from column names to arrays. Raises ValueError
-    if a column is read while parts are missing. If the sweep was opened with partial=True, each
-    column has one row for each top in the existing parts. The column `result["top"]` contains the
-    indices of these tops. In this case, the checksums of all parts are verified once, and damaged
-    parts are treated as missing.
+    if a column is read while parts are missing. If partial=True was passed to kreisel.read_sweep,
+    only the existing parts are used. In a partial result, the column `result["top"]` contains the
+    indices of the tops. Damaged parts of a partial result are treated as missing.
     """
 
     _store: SweepStore
@@ -60,7 +59,7 @@ class SweepResult:
 
     @cached_property
     def present(self) -> list[int]:
-        """The numbers of the existing parts or, with partial=True, of the intact parts."""
+        """The numbers of the existing parts; a partial result excludes damaged parts."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
@@ -76,17 +75,17 @@ class SweepResult:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of the array of all tops."""
+        """The shape of the array of tops in the sweep."""
         return self._store.plan.source.shape
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The names of the dimensions."""
+        """The names of the dimensions of the sweep."""
         return self._store.plan.source.axes
 
     @property
     def size(self) -> int:
-        """The number of tops in all parts."""
+        """The total number of tops in the sweep."""
         return self._store.plan.source.size
 
     @property
@@ -97,7 +96,7 @@ class SweepResult:
     @property
     def missing(self) -> list[int]:
         """The numbers of the parts whose files do not exist."""
-        return [i for gap in list_gaps(self.present, self.parts) for i in gap]
+        return [i for gap in list_missing_ranges(self.present, self.parts) for i in gap]
 
     @property
     def plan(self) -> dict[str, Any]:
@@ -111,14 +110,14 @@ class SweepResult:
 
     @cached_property
     def _schema(self) -> PartTable:
-        """The columns of a part, without rows, as read from the first existing part."""
+        """An empty table with the columns of a part."""
         if not self.present:
             raise ValueError(f"{self.folder} has no parts yet")
         return self._store.read_part(self.present[0], [])
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The column names: first the columns of tops, then the columns of events."""
+        """The names of the columns, with event columns last."""
         return (*self._schema.columns, *self._schema.ragged)
 
     @property
@@ -140,13 +139,13 @@ class SweepResult:
         return values
 
     def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """Return an iterator over the existing parts, limited to the columns `names` if given.
+        """Return an iterator over the existing parts, or over only their columns in `names`.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
         left = self.parts - len(self.present)
         if left and not self._partial:
-            missing = chain.from_iterable(list_gaps(self.present, self.parts))
+            missing = chain.from_iterable(list_missing_ranges(self.present, self.parts))
             some = ", ".join(map(str, islice(missing, 8)))
             raise ValueError(
                 f"{left} of {self.parts} parts are missing: {some}"
@@ -170,15 +169,15 @@ class SweepResult:
         return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
-        """Verify the checksums of all existing parts, and return this result.
+        """Verify the checksums of all existing parts, and return this SweepResult.
 
-        Raises ValueError for the first damaged part. Raises FileExistsError if a folder or a part
-        of a different plan has the name of a part.
+        Raises ValueError for the first damaged part. Raises FileExistsError if the name of a part
+        is used by a folder, or by a part of a different plan.
         """
         for i in self._found:
             status = self._store.verify_part(i)
             if status == FOREIGN:
-                raise self._store.foreign_error(i)
+                raise self._store.make_foreign_file_error(i)
             if status == DAMAGED:
                 raise ValueError(f"{self._store.part_file(i)} is damaged; {REPAIR}")
         return self
@@ -187,12 +186,11 @@ class SweepResult:
         """Verify the checksums of all parts, and return the numbers of the parts grouped by status.
 
         The status is "done", "missing", "damaged", "of another version" or "foreign". A part is
-        foreign if its name is used by a folder or by a complete part of a different plan. All parts
-        that are neither done nor foreign are computed if kreisel.sweep is called again with the
-        same arguments.
+        foreign if its name is used by a folder or by a complete part of a different plan. Calling
+        kreisel.sweep again computes all parts except those that are done or foreign.
         """
         parts, found = self._verify_existing_parts()
-        missing = [i for gap in list_gaps(found, self.parts) for i in gap]
+        missing = [i for gap in list_missing_ranges(found, self.parts) for i in gap]
         return parts | ({MISSING: missing} if missing else {})
 
     def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
@@ -211,36 +209,36 @@ class SweepResult:
 
     @property
     def events(self) -> EnsembleEvents | None:
-        """The events of the tops, or None if no events were requested.
+        """The events of all tops, or None if no events were requested.
 
-        Tops in missing parts have no events in this table. For a section, the value is also None,
-        because its states are stored in columns. The column result["events"] contains the number of
-        states per top. The states of all tops are in the column result["event_t"] and in similar
-        columns.
+        Tops in missing parts have no events. If the task is "section", the value is None, because
+        the states are stored in columns. The column result["events"] contains the number of states
+        of each top. The columns result["event_t"], result["event_q_w"] and so on contain the states
+        of all tops.
         """
         if "event_which" not in self._schema.ragged:
             return None
         parts = self._read_parts(["top", COUNT, *self._schema.ragged])
-        columns = zip(*[_raw_events(part) for part in parts], strict=True)
-        return ensemble_events(RawEvents(*map(np.concatenate, columns)), self.shape)
+        columns = zip(*[_extract_raw_events(part) for part in parts], strict=True)
+        return ensemble_events(EventColumns(*map(np.concatenate, columns)), self.shape)
 
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
 
-        The metadata of each field contain the column's `units`. If a top has several values in a
-        column, these are stored as a list.
+        The entry `units` in the metadata of each field states the unit of the column. If a column
+        has several values per top, each cell contains a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa
 
-            from .parquet import as_table
-        return pa.concat_tables([as_table(part) for part in self._read_parts()])
+            from .parquet import convert_to_arrow_table
+        return pa.concat_tables([convert_to_arrow_table(part) for part in self._read_parts()])
 
     def to_pandas(self) -> DataFrame:
-        """Return a pandas.DataFrame with one row per top, or one row per state of each top.
+        """Return a pandas.DataFrame with one row per top, or per state if states are stored.
 
-        `attrs` contains the units. The DataFrame contains the number of events per top, but not the
-        events themselves, which are in `events`. Raises ImportError if pandas is not installed.
+        `attrs` contains the units. The DataFrame contains the number of events of each top, but not
+        the events. Raises ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
             import pandas as pd
@@ -260,12 +258,12 @@ class SweepResult:
         return frame
 
     def to_xarray(self) -> Dataset:
-        """Return an xarray.Dataset with one variable, including units, per column.
+        """Return an xarray.Dataset with one variable per column, including its units.
 
-        The dimensions are the named dimensions of the tops and, if states are stored, time. The
-        parameters that vary, `status` and `reached` are stored as coordinates. For tops in missing
-        parts, the values are NaN, or -1 for integers. The Dataset contains the number of events per
-        top, but not the events themselves. Raises ImportError if xarray is not installed.
+        The dimensions are those of the sweep, and `time` if states are stored. The varying
+        parameters, `status` and `reached` are stored as coordinates. For tops in missing parts, the
+        values are NaN, or -1 for integers. The Dataset contains the number of events of each top,
+        but not the events. Raises ImportError if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -288,7 +286,7 @@ class SweepResult:
         return xr.Dataset(variables, coordinates, {"plan": self.hash})
 
     def _read_all(self) -> dict[str, Column]:
-        """Return the columns of all tops as arrays whose shape starts with that of the sweep."""
+        """Return each column as an array with the shape of the sweep."""
         table: dict[str, Column] = {}
         for part in self._read_parts():
             at = part.columns["top"]
@@ -300,19 +298,19 @@ class SweepResult:
         return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
 
 
-def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of integers below `end` that are not in the ascending list `numbers`."""
+def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:
+    """Yield the ranges of nonnegative integers below `end` that are missing in `numbers`."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)
 
 
-def _raw_events(part: PartTable) -> RawEvents:
+def _extract_raw_events(part: PartTable) -> EventColumns:
     """Return the events of a part, together with the indices of their tops in the sweep."""
     top = np.repeat(part.columns["top"], part.columns[COUNT])
     states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
     which, direction = part.ragged["event_which"], part.ragged["event_direction"]
-    return RawEvents(top, states, np.zeros_like(states), which, direction)
+    return EventColumns(top, states, np.zeros_like(states), which, direction)
 
 
 def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> SweepResult:
@@ -329,8 +327,8 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
         ...     result, result.columns[:4]
         (<kreisel.SweepResult of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
 
-    The files can also be read by other programs, for example by DuckDB: SELECT spin, nutation_max
-    FROM 'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, ValueError if it
-    is not the folder of a sweep, and ImportError if pyarrow is not installed.
+    The files can also be read by other programs, such as DuckDB: SELECT spin, nutation_max FROM
+    'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, and ValueError if it is
+    not the folder of a sweep. Raises ImportError if pyarrow is not installed.
     """
     return SweepResult(open_store(folder), as_bool("partial", partial))

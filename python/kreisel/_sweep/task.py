@@ -1,4 +1,4 @@
-"""Tasks of a sweep: calls of kreisel.solve, kreisel.section or a chaos indicator.
+"""Tasks of a sweep: calls to kreisel.solve, kreisel.section or a chaos indicator.
 
 The plan file stores a task and its arguments as JSON.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from .._model.scene import Ensemble
 from .._options.ensemble_options import (
     EnsembleOptions,
-    method_for_all,
+    get_method_for_ensemble,
     parse_ensemble_options,
     parse_times,
 )
@@ -26,7 +26,7 @@ from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import Section
-from .._solve.chaos import lyapunov, megno, oli, parse_growth
+from .._solve.chaos import lyapunov, megno, oli, parse_indicator_arguments
 from .._solve.section import parse_event, parse_section, section
 from .._solve.solve_ensemble import SolveArguments, parse_arguments, select_slice_runner
 from .._utils.errors import unknown_name_message
@@ -38,7 +38,7 @@ TaskResult = Paths | Reductions | Indicator | Section
 
 
 class SweepTask(Protocol):
-    """A kreisel function that a sweep calls for its tops, and the arguments of the call."""
+    """A task of a sweep: a kreisel function that is called for the tops, and its arguments."""
 
     @property
     def as_json(self) -> dict[str, Any]:
@@ -47,11 +47,11 @@ class SweepTask(Protocol):
     def to_canonical_form(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
-    def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        """Return the options and the times of the task for the tops `some`.
+    def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        """Return the validated options and the times of the task for an ensemble.
 
-        For a section, each time is the maximum waiting time until the next event, repeated for
-        every state. Raises TypeError or ValueError for an invalid argument.
+        For a section, the times are the maximum waiting times until the next event. Raises
+        TypeError or ValueError for an invalid argument.
         """
 
     def compute_tops(
@@ -62,14 +62,14 @@ class SweepTask(Protocol):
         threads: int,
         progress: Progress | None,
     ) -> TaskResult:
-        """Compute the results of the tops `some`, given the values returned by options_and_times.
+        """Compute the results of the tops in an ensemble.
 
         Raises TypeError or ValueError for the first top to which the task does not apply.
         """
 
 
 class SolveTask(NamedTuple):
-    """A call of kreisel.solve, or of kreisel.reduce if the arguments contain reductions."""
+    """A call to kreisel.solve or, with reductions, to kreisel.reduce."""
 
     t: Numbers
     method: str
@@ -78,7 +78,7 @@ class SolveTask(NamedTuple):
     @property
     def as_json(self) -> dict[str, Any]:
         given = self.arguments
-        solve = _drop_none(given._asdict())
+        solve = _drop_missing_values(given._asdict())
         if given.events is not None:
             solve["events"] = [to_record(event) for event in parse_events(FALLBACK, given.events)]
         if given.want is not None:
@@ -107,7 +107,7 @@ class SolveTask(NamedTuple):
         )
         return SolveTask(_float_or_list(self.t), self.method, arguments)
 
-    def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         options = parse_arguments(some, self.method, self.arguments)
         return options, parse_times(some, self.t, options)
 
@@ -119,15 +119,15 @@ class SolveTask(NamedTuple):
         threads: int,
         progress: Progress | None,
     ) -> Paths | Reductions:
-        if not (options.is_auto or options.searches_step):
-            method_for_all(options.solve.method.name, some)
+        if not (options.is_auto or options.has_step_search):
+            get_method_for_ensemble(options.solve.method.name, some)
         kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
         runner = LANES if options.reductions else select_slice_runner(options)
         return run_ensemble(kind, some, times, options, WorkerPool(threads), runner, progress)
 
 
 class ChaosTask(NamedTuple):
-    """A call of kreisel.lyapunov, kreisel.megno or kreisel.oli."""
+    """A call to kreisel.lyapunov, kreisel.megno or kreisel.oli."""
 
     name: str
     t: Numbers
@@ -137,7 +137,7 @@ class ChaosTask(NamedTuple):
 
     @property
     def as_json(self) -> dict[str, Any]:
-        arguments = _drop_none(self._asdict())
+        arguments = _drop_missing_values(self._asdict())
         return {arguments.pop("name"): arguments}
 
     def to_canonical_form(self, options: EnsembleOptions) -> ChaosTask:
@@ -145,8 +145,8 @@ class ChaosTask(NamedTuple):
         controls = direction, _float_or_none(self.tol), int(self.max_steps)
         return ChaosTask(self.name, _float_or_list(self.t), *controls)
 
-    def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        times, _ = parse_growth(some, *self[1:])
+    def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        times, _ = parse_indicator_arguments(some, *self[1:])
         return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
     def compute_tops(
@@ -163,7 +163,7 @@ class ChaosTask(NamedTuple):
 
 
 class SectionTask(NamedTuple):
-    """A call of kreisel.section."""
+    """A call to kreisel.section."""
 
     event: Event | None = None
     n: int = 500
@@ -175,7 +175,7 @@ class SectionTask(NamedTuple):
     @property
     def as_json(self) -> dict[str, Any]:
         event = {"event": to_record(parse_event(self.event))}
-        return {"section": _drop_none(self._asdict()) | event}
+        return {"section": _drop_missing_values(self._asdict()) | event}
 
     def to_canonical_form(self, options: EnsembleOptions) -> SectionTask:
         return SectionTask(
@@ -187,7 +187,7 @@ class SectionTask(NamedTuple):
             int(self.max_steps),
         )
 
-    def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         waits, options = parse_section(some, *self)
         return options, waits[0]
 
@@ -214,10 +214,10 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name i
 
 
 def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
-    """Return the task with the name `task`, including its arguments.
+    """Return a task, given its name and its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
-    accept. The same exceptions are raised if the value of an argument differs between tops.
+    accept. Arguments with different values for different tops are also rejected.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
@@ -253,11 +253,11 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
 
 
 def _iterator_to_list(names: Any) -> Any:
-    """Convert `names` to a list if it is an iterator, because iterators can be read only once."""
+    """Convert an iterator to a list, because iterators can be read only once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
-def _drop_none(arguments: Mapping[str, Any]) -> dict[str, Any]:
+def _drop_missing_values(arguments: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in arguments.items() if value is not None}
 
 
@@ -270,8 +270,8 @@ def _float_or_list(values: Numbers) -> Any:
     return np.asarray(values, dtype=np.float64).tolist()
 
 
-def task_from_json(plan: Mapping[str, Any]) -> SweepTask:
-    """Return the task described by the JSON of a plan.
+def parse_task_json(plan: Mapping[str, Any]) -> SweepTask:
+    """Return the task that is stored in the JSON form of a plan.
 
     Raises KeyError, TypeError or ValueError if the task is invalid.
     """

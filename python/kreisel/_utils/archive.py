@@ -1,7 +1,7 @@
 """Archives of named texts and arrays in a single file, which numpy.load can also read.
 
-An archive is a zip file of uncompressed .npy members. The declared sizes of its members therefore
-cannot exceed the file size. Reading an archive never executes code.
+An archive is a zip file of uncompressed .npy members. The declared sizes of the members cannot
+exceed the file size. Reading an archive never executes code.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def _write_array(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) ->
 class Archive:
     """An archive that is opened for reading.
 
-    Raises ValueError if the file is damaged or was not written by `pack`.
+    Raises ValueError if the file is damaged or is not an archive.
     """
 
     def __init__(self, file: BinaryIO, size: int) -> None:
@@ -62,16 +62,16 @@ class Archive:
 
         try:
             with ZipFile(file) as archive:
-                self._members = _read_members(archive, size)
+                self._members = _read_archive_members(archive, size)
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
     def read_text(self, name: str) -> str:
-        """Return the text called `name`."""
+        """Return the text stored in the member `name`."""
         return str(self._read_data(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def read_doubles(self, name: str, n: int | None, *shape: int) -> Array:
-        """Return the array `name` of doubles, whose shape must be (n, *shape).
+        """Return the member `name` as an array of doubles of shape (n, *shape).
 
         If `n` is None, the first dimension can have any length.
         """
@@ -80,7 +80,7 @@ class Archive:
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
     def read_integers(self, name: str, n: int) -> Integers:
-        """Return the array `name`, which must consist of `n` integers."""
+        """Return the member `name` as an array of `n` integers."""
         return np.frombuffer(self._read_data(name, "i4", (n,)), "<i4").astype(np.intc)
 
     def _read_data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> memoryview:
@@ -102,8 +102,8 @@ class Archive:
         return rest
 
 
-def _read_members(archive: ZipFile, size: int) -> dict[str, bytes]:
-    """Return the bytes of each member of a zip file of `size` bytes.
+def _read_archive_members(archive: ZipFile, size: int) -> dict[str, bytes]:
+    """Return the contents of all members of a zip file.
 
     Raises ValueError if a member is compressed, or if the members are larger than the file.
     """

@@ -1,6 +1,6 @@
 """Atomic file output: write a temporary file, then rename it into place.
 
-The final name never refers to an incomplete file, even if the disk is full or the process crashes.
+A file with the final name is always complete, even if the disk becomes full or the process crashes.
 """
 
 from __future__ import annotations
@@ -12,21 +12,20 @@ from pathlib import Path
 
 
 class AtomicWriter:
-    """A file that is written in blocks; if writing fails, the OSError states the final name."""
+    """A file that is written in blocks."""
 
     def __init__(self, descriptor: int, name: str) -> None:
         self._descriptor, self._whole, self._name = descriptor, 0, name
 
     @property
     def is_empty(self) -> bool:
-        """True if no block has been written completely so far."""
+        """True if nothing has been written so far."""
         return self._whole == 0
 
     def add(self, data: bytes) -> None:
         """Append all of `data`.
 
-        If writing fails, the file is truncated to its previous length, and the error is raised
-        again.
+        If an error occurs, the file is truncated to its previous length.
         """
         left = memoryview(data)
         try:
@@ -43,10 +42,10 @@ class AtomicWriter:
 
 @contextlib.contextmanager
 def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
-    """Open a temporary file, which is synced to disk and replaces `path` after the `with` block.
+    """Open a temporary file that replaces the file `path` at the end of a `with` block.
 
-    If the `with` block raises an exception or writes nothing, the temporary file is removed and
-    `path` is unchanged. Devices and pipes are written to directly.
+    If an exception occurs or nothing is written, the file `path` is left unchanged. If `path` is a
+    device or a pipe, no temporary file is used.
     """
     file, name = Path(os.path.realpath(path)), os.fspath(path)
     if file.exists() and not file.is_file():  # a device or a pipe cannot be replaced by a rename
@@ -70,16 +69,16 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
 
 
 def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write `data` to `path` atomically and sync it to disk.
+    """Write data to a file atomically, and sync the file to disk.
 
-    Raises OSError if the file cannot be written; an existing file is then left unchanged.
+    Raises OSError if the file cannot be written, and leaves an existing file unchanged.
     """
     with atomic_open(path) as file:
         file.add(data)
 
 
 def sync_folder(folder: Path) -> None:
-    """Sync `folder` to disk. Does nothing on systems that cannot open or sync a folder."""
+    """Sync `folder` to disk. Does nothing on systems that cannot sync folders."""
     try:
         there = os.open(folder, os.O_RDONLY)
     except OSError:
@@ -93,7 +92,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Raise OSError if the file `path` could not be written."""
+    """Raise OSError if a file cannot be written."""
     file = Path(os.path.realpath(path))
     if file.is_dir():
         raise IsADirectoryError(f"{os.fspath(path)} is a folder")
@@ -116,7 +115,7 @@ def _temp_path(file: Path) -> Path:
 
 
 def _open_temp(new: Path, file: Path, name: str) -> int:
-    """Create the temporary file `new`, which will replace `file`; an OSError refers to `name`."""
+    """Create a temporary file with the permissions of the final file."""
     try:
         permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
         return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)

@@ -1,4 +1,4 @@
-"""Error messages for unknown names and for status codes of the core."""
+"""Error messages for unknown names and for status codes of the C library."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SKIPPED_PACKAGES = {
 
 
 def status_to_exception(status: str, detail: str) -> Exception:
-    """Return the exception for a status that the core returned because of invalid arguments."""
+    """Return the exception for a status code of the C library."""
     what, text = statuses[status]
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 
@@ -35,7 +35,7 @@ _SYNONYMS = {  # synonyms from textbooks
 
 
 def unknown_name_message(what: str, name: str, known: Iterable[str]) -> str:
-    """Return an error message for an unknown name that suggests the nearest known one."""
+    """Return an error message that reports an unknown name and suggests the nearest known one."""
     return f"unknown {what} {short_repr(name)}; {suggest_name(name, known)}"
 
 
@@ -53,7 +53,7 @@ def suggest_name(name: str, known: Iterable[str]) -> str:
 def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
     """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
 
-    The error message ends with `instead`, in which {} is replaced by the name of the attribute.
+    The error message ends with the text `instead`, in which {} is replaced by the attribute name.
     """
 
     def decorate(cls: type[_T]) -> type[_T]:

@@ -42,9 +42,10 @@ def render_png(figure: FigureLike) -> bytes:
 
 
 def display_picture(draw: Callable[[], AxesLike], text: str) -> str | None:
-    """Return HTML that shows the description of a result and the figure drawn by `draw`.
+    """Return HTML that shows a description of a result, and a figure drawn by `draw`.
 
-    Returns None if matplotlib is not installed. In this case, a notebook displays the repr.
+    Returns None if matplotlib is not installed. Without matplotlib, notebooks display the
+    description alone.
     """
     try:
         figure = draw().get_figure()

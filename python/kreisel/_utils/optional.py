@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def optional_dependency(by: str) -> Iterator[None]:
-    """Return a context manager that adds `pip install {by}` to the error for missing modules."""
+    """Return a context manager that adds an installation hint to the error for a missing module."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""Validation of arguments: conversion to numbers and arrays, with errors that name the argument."""
+"""Validation of arguments, and their conversion to numbers and arrays."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 60, 80
 
 
 def short_repr(value: object) -> str:
-    """Return a short repr of `value` for error messages; for a large array, only its shape."""
+    """Return a short representation of a value for error messages."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array of shape {value.shape}"
     try:
@@ -113,16 +113,16 @@ def as_bool(name: str, value: object) -> bool:
 def as_unit(name: str, value: object) -> str:
     """Return `value` as the name of a unit, which must be a nonempty, printable str."""
     if not isinstance(value, str):
-        raise TypeError(f"{name} must be the name of a unit, as 's', not {short_repr(value)}")
+        raise TypeError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
     if not value.strip() or not value.isprintable():
-        raise ValueError(f"{name} must be the name of a unit, as 's', not {short_repr(value)}")
+        raise ValueError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
     return value
 
 
 def as_array(name: str, value: object, what: str) -> Array:
-    """Convert `value` to a new array of doubles of any shape, and return the array.
+    """Convert `value` to a new array of doubles.
 
-    `what` describes the expected form of the value in error messages.
+    `what` is the description of the expected value in error messages.
     """
     # No array is masked unless numpy.ma is loaded; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
@@ -141,7 +141,7 @@ def as_array(name: str, value: object, what: str) -> Array:
 
 
 def as_finite_array(name: str, value: object, what: str) -> Array:
-    """Convert `value` to a new array of finite doubles; see `as_array` for the argument `what`."""
+    """Convert `value` to a new array of finite doubles."""
     numbers = as_array(name, value, what)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:

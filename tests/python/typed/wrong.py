@@ -1,4 +1,4 @@
-"""A script with a type error in each line marked as wrong, and nowhere else."""
+"""A script whose type errors are marked by comments."""
 
 import kreisel as kr
 
