@@ -38,8 +38,8 @@ wheel: build    ## build the wheel without GSL, and test it in an empty environm
 amalgamation:   ## write the C library as one file, in build/amalgamation; needs Python only
 	@python3 cmake/amalgamate.py
 
-test: build     ## run the tests: in C, in C under sanitizers, and in Python
-	@.ci/test
+test: build     ## run the tests: in C, in C under sanitizers, and in Python; or only TESTS=c or python
+	@.ci/test $(TESTS)
 
 fuzz:           ## make random calls of the C library under sanitizers, for HOURS (1) from SEED (1)
 	@.ci/fuzz $(or $(HOURS),1) $(SEED)

@@ -1,9 +1,10 @@
 """Tests that the instructions for embedding work without any other source files."""
 
 import re
+import shutil
 
 import pytest
-from toolbox import ROOT, VERSION, need, need_cargo, run
+from toolbox import ROOT, VERSION, first_process, need, need_cargo, run
 
 PAGE = (ROOT / "docs/embedding.md").read_text()
 INCLUDED = re.compile(
@@ -38,14 +39,21 @@ def write_files(folder):
 
 
 @pytest.fixture(scope="module")
-def prefix(tmp_path_factory):
-    """Return the folder in which the page's commands install the library."""
+def prefix():
+    """Return the folder into which the commands at the top of the page install the library.
+
+    The commands run in the folder build, where ccache finds the object files of other builds.
+    """
     need("cmake", "cc")
-    folder = tmp_path_factory.mktemp("installed")
+    folder = ROOT / "build"
+    prefix = folder / "prefix-embedding"
     variables, commands = COMMANDS.findall(SECTIONS[BEGINNING])
     assert re.findall(r"^export (\w+)=", variables, re.M) == ["KREISEL", "PREFIX"]
-    run("sh", "-ec", commands, cwd=folder, KREISEL=str(ROOT), PREFIX=str(folder / "prefix"))
-    return folder / "prefix"
+    with first_process(prefix.name) as is_first:
+        if is_first:
+            shutil.rmtree(prefix, ignore_errors=True)
+            run("sh", "-ec", commands, cwd=folder, KREISEL=str(ROOT), PREFIX=str(prefix))
+    return prefix
 
 
 @pytest.mark.parametrize("section", LAST_LINES)

@@ -259,6 +259,13 @@ def one_file(tmp_path_factory):
     return folder
 
 
+def write_fast_compiler(file):
+    """Write a compiler that compiles for one instruction set without optimization."""
+    file.write_text('#!/bin/sh\nexec cc "$@" -O0 -DKR_ONE_ISA\n')
+    file.chmod(0o755)
+    return str(file)
+
+
 @pytest.mark.parametrize("source", ["installed", "pkg_config", "one_file"])
 def test_the_rust_crate_is_built_offline(source, prefix, request, tmp_path):
     need("cc", "ar")
@@ -269,6 +276,7 @@ def test_the_rust_crate_is_built_offline(source, prefix, request, tmp_path):
         environment = {"KREISEL_DIR": str(prefix)}
     elif source == "one_file":
         environment = {"KREISEL_DIR": str(request.getfixturevalue("one_file"))}
+        environment["CC"] = write_fast_compiler(tmp_path / "cc")
     output = run("cargo", "run", "-q", "--offline", cwd=crate, **environment)
     check_one_second(output, REFUSAL)
 
@@ -340,7 +348,9 @@ def test_a_microcontroller_needs_the_functions_on_the_page(one_file, tmp_path):
 def test_the_program_of_the_microcontroller_runs_on_a_pc(one_file, tmp_path):
     need("make", "cc")
     folder = shutil.copytree(EXAMPLES / "bare", tmp_path / "bare")
-    output = run("make", "-s", f"KREISEL={one_file}", "run", cwd=folder)
+    # Without optimization; test_embedding builds the program with the flags of the Makefile.
+    flags = f"CFLAGS=-std=c99 -O0 -ffunction-sections -DKR_ONE_ISA -DKR_SMALL -I{one_file}"
+    output = run("make", "-s", f"KREISEL={one_file}", flags, "run", cwd=folder)
     lines = numbers("^t = #: height #", output)
     truth = [np.cos(solve_lagrange(t)[0]) for t in lines[:, 0]]
     np.testing.assert_allclose(lines[:, 1], truth, rtol=0, atol=1e-4)

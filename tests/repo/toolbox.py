@@ -1,6 +1,7 @@
 """Helper functions for all tests."""
 
 import atexit
+import fcntl
 import functools
 import os
 import re
@@ -8,13 +9,16 @@ import shlex
 import shutil
 import subprocess
 import sys
+import uuid
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 CSRC = ROOT / "csrc"
+RUN_ID = os.environ.get("PYTEST_XDIST_TESTRUNUID", uuid.uuid4().hex)  # of all test processes
 VERSION = re.search(r'KR_VERSION "(.+)"', (ROOT / "csrc/kreisel.h").read_text())[1]
 
 
@@ -96,20 +100,37 @@ def core_sources(csrc=CSRC):
     )
 
 
+@contextmanager
+def first_process(name):
+    """Yield whether this is the first test process of a parallel run that enters this block.
+
+    The other processes wait for the first one to leave the block, unless it failed there.
+    """
+    (ROOT / "build").mkdir(exist_ok=True)
+    with (ROOT / f"build/{name}.run").open("a+") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        file.seek(0)
+        yield file.read() != RUN_ID
+        file.truncate(0)
+        file.write(RUN_ID)
+
+
 @functools.cache
 def install_library(gsl="OFF"):
-    """Install the library as a user would, and return the installation folder.
+    """Install the library as a user would, once in a run of the tests, and return the folder."""
+    build, prefix = ROOT / f"build/installed-gsl-{gsl}", ROOT / f"build/prefix-gsl-{gsl}"
+    with first_process(prefix.name) as is_first:
+        if is_first:
+            build_and_install(build, prefix, gsl)
+    return prefix
 
-    Parallel test processes use different installation folders.
-    """
-    name = f"gsl-{gsl}-{os.environ.get('PYTEST_XDIST_WORKER', 'alone')}"
-    build, prefix = ROOT / f"build/installed-{name}", ROOT / f"build/prefix-{name}"
+
+def build_and_install(build, prefix, gsl):
     shutil.rmtree(prefix, ignore_errors=True)
     options = ["-DKREISEL_TESTS=OFF", f"-DKREISEL_GSL={gsl}", "-DCMAKE_INSTALL_LIBDIR=lib"]
     run("cmake", "-S", ROOT, "-B", build, *options, f"--install-prefix={prefix}")
     run("cmake", "--build", build, "--parallel", os.cpu_count())
     run("cmake", "--install", build)
-    return prefix
 
 
 def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), to):

@@ -5,7 +5,7 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
-from axe import list_violations
+from axe import SIZES, list_violations
 
 from validation.__main__ import main
 from validation.thesis import chapter, integrals, trajectories
@@ -84,7 +84,7 @@ def test_refuted_sentences_are_listed_as_links(results, page):
 def test_axe_finds_nothing_on_the_chapter(tmp_path, browser, page):
     file = tmp_path / chapter.OUTPUT
     file.write_text(page)
-    assert list_violations(browser, file.as_uri()) == []
+    assert list_violations(browser, file.as_uri(), sizes=SIZES[2:]) == []
 
 
 def test_sentences_have_the_expected_verdicts(results):

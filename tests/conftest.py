@@ -1,0 +1,32 @@
+"""Order of the tests, and the garbage collection during them."""
+
+import gc
+
+# Files with long tests or fixtures. They run first, so that no process ends long after the others.
+SLOW = (
+    "test_recipes",
+    "test_amalgamation",
+    "test_embedding_examples",
+    "test_embedding",
+    "test_sizes",
+    "test_build_options",
+    "test_thesis",
+    "test_report",
+    "test_site_pages",
+    "test_style",
+    "test_typing",
+    "test_mutate",
+    "test_parts",
+    "test_page_recipes",
+)
+
+
+def pytest_collection_modifyitems(items):
+    ranks = {name: i for i, name in enumerate(SLOW)}
+    items.sort(key=lambda item: ranks.get(item.path.stem, len(SLOW)))
+
+
+def pytest_collection_finish():
+    """Exclude the objects of the collection, which are many, from garbage collection."""
+    gc.collect()
+    gc.freeze()
