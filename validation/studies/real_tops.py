@@ -110,7 +110,7 @@ def draw_top(rng):
     labels = [kind, *[word for word in WORDS if has[word]]]
     fastest = max(np.array(scene.damping) / scene.body.moments)
     if t < 0.0 and fastest > 0.0:  # damping drives the top backward in time
-        t = max(t, -MOST_DRIVE / fastest)
+        t = float(max(t, -MOST_DRIVE / fastest))
     strongest = max(scene.damping)
     if strongest > 1.0:  # the reference takes steps as short as the damping requires
         t = min(abs(t), MOST_DECAY / strongest)
