@@ -19,7 +19,7 @@ import numpy as np
 from ._model.scene import Scene
 from ._options.methods import resolve_method
 from ._results.path import Path
-from ._utils.atomic_io import atomic_write, check_writable
+from ._utils.atomic_io import atomic_write, check_file_is_writable
 from ._utils.validation import Quaternion, Vector, as_positive
 from .scenes import about, name_of
 
@@ -109,12 +109,12 @@ def open_viewer(page: View) -> tuple[File, bool]:
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
-    file = _viewer_folder() / f"{name if name in about else 'top'}.html"
+    file = _find_viewer_folder() / f"{name if name in about else 'top'}.html"
     page.save(file)
     return file, webbrowser.open(file.as_uri())
 
 
-def _viewer_folder() -> File:
+def _find_viewer_folder() -> File:
     """Return the viewer folder in the user's cache or, if that fails, a temporary folder."""
     home = os.path.expanduser("~")
     base = {
@@ -124,7 +124,7 @@ def _viewer_folder() -> File:
     folder = File(base or os.path.join(home, ".cache")) / "kreisel"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        check_writable(folder / "top.html")
+        check_file_is_writable(folder / "top.html")
     except OSError:
         return File(tempfile.mkdtemp(prefix="kreisel-"))
     return folder.absolute()
@@ -165,16 +165,16 @@ def view(
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole_millionths(what.step) else tracks[0]["step"]
     page = View(
-        _viewer_scene(
-            scene, _parse_methods(methods, scene), step, as_positive("speed", speed), tracks
+        _build_viewer_scene(
+            scene, _parse_viewer_methods(methods, scene), step, as_positive("speed", speed), tracks
         )
     )
-    if open and not _in_notebook():
+    if open and not _is_in_notebook():
         page.open()
     return page
 
 
-def _viewer_scene(
+def _build_viewer_scene(
     scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_ViewerTrack]
 ) -> _ViewerScene:
     name = name_of(scene)
@@ -182,7 +182,7 @@ def _viewer_scene(
         "version": 1,
         "name": name or "a scene from Python",
         "about": about.get(name, ""),
-        "body": _body_data(scene),
+        "body": _build_viewer_body(scene),
         "attitude": scene.attitude,
         "momentum": scene.momentum,
         "gravity": scene.gravity,
@@ -191,14 +191,14 @@ def _viewer_scene(
         "turning": scene.turning,
         "rotor": scene.body.rotor,
         "methods": methods,
-        "step": [_parse_step(0.01 if step is None else step)],
+        "step": [_parse_viewer_step(0.01 if step is None else step)],
         "speed": speed,
         "tol": 1e-15 if scene._has_disturbances else 1e-5,
         "tracks": tracks,
     }
 
 
-def _body_data(scene: Scene) -> _ViewerBody:
+def _build_viewer_body(scene: Scene) -> _ViewerBody:
     if scene.body.inertia_rtol:
         raise ValueError(
             "the viewer does not support a tolerance of the inertia: view a body without "
@@ -209,7 +209,7 @@ def _body_data(scene: Scene) -> _ViewerBody:
     return {"mass": scene.body.mass, "inertia": rows.ravel().tolist(), "com": scene.body.com}
 
 
-def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
+def _parse_viewer_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
     if names is None and (scene._has_disturbances or any(scene.body.rotor)):
         return ["taylor"]
     if names is None:
@@ -228,7 +228,7 @@ def _is_whole_millionths(step: float) -> bool:
     return 0.5 < ticks < 2**31 and abs(ticks - round(ticks)) < 1e-6 * ticks
 
 
-def _parse_step(step: float) -> float:
+def _parse_viewer_step(step: float) -> float:
     length = as_positive("step", step)
     if not _is_whole_millionths(length):
         raise ValueError(
@@ -253,12 +253,12 @@ def _make_viewer_track(path: Path) -> _ViewerTrack:
     states = np.ascontiguousarray(path.states, dtype="<f8")
     return {
         "name": path.method,
-        "step": _parse_step(step),
+        "step": _parse_viewer_step(step),
         "states": base64.b64encode(states.tobytes()).decode(),
     }
 
 
-def _in_notebook() -> bool:
+def _is_in_notebook() -> bool:
     shell = sys.modules.get("IPython")
     return bool(
         shell

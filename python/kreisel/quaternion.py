@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ._core import INPUT_RTOL
 from ._core import attitude_error as error_of_rows
-from ._utils.validation import Array, Quaternion, R, as_finite_array, as_floats, short_repr
+from ._utils.validation import Array, Quaternion, R, as_finite_array, as_float_list, short_repr
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -62,7 +62,7 @@ def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
 
 def from_xyzw(name: str, value: object) -> Quaternion:
     """Return a quaternion (w, x, y, z), given four numbers in the order x, y, z, w."""
-    x, y, z, w = as_floats(name, value, 4, "4 numbers (x, y, z, w)")
+    x, y, z, w = as_float_list(name, value, 4, "4 numbers (x, y, z, w)")
     return w, x, y, z
 
 
@@ -94,7 +94,7 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
     if last:
         q = from_xyzw(name, given)
     else:
-        w, x, y, z = as_floats(name, given, 4, "4 numbers (w, x, y, z)")
+        w, x, y, z = as_float_list(name, given, 4, "4 numbers (w, x, y, z)")
         q = w, x, y, z
     norm = math.hypot(*q)
     if abs(sum(c * c for c in q) - 1.0) <= INPUT_RTOL:

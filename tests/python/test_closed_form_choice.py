@@ -130,12 +130,12 @@ def test_the_estimate_of_steps_is_near_the_number_of_steps(kind):
     for scene in random_scenes(kind, 60):
         end = 300.0 / scene._rotation_rate
         steps = kr.solve(scene, [end], "taylor").stats.steps
-        assert 0.8 < steps / closed_form_choice._estimate_steps(scene, end) < 5.0
+        assert 0.8 < steps / closed_form_choice._estimate_taylor_steps(scene, end) < 5.0
 
 
 def test_the_closed_form_is_more_accurate_than_the_series():
     for scene in random_scenes("kowalewski", 12, seed=5):
-        end = 1.01 * 2e3 / closed_form_choice._estimate_steps(scene, 1.0)
+        end = 1.01 * 2e3 / closed_form_choice._estimate_taylor_steps(scene, 1.0)
         path = kr.solve(scene, [end])
         assert path.method == "exact"
         truth, series = kr.solve(scene, [end], digits=20), kr.solve(scene, [end], "taylor")

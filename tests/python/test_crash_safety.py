@@ -18,7 +18,7 @@ from collections import Counter
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._sweep.store import open_store
+from kreisel._sweep.store import open_sweep_store
 from toolbox import python
 
 END, CHUNK = 40.0, 100
@@ -156,7 +156,7 @@ def make_writers(folder):
         views.append(kr.view(scene, open=False))
     sweep = folder / "sweep"
     kr.sweep(top.vary(spin=[1.0, 2.0, 3.0, 4.0]), 1.0, folder=sweep, part_size=2, threads=1)
-    parts = open_store(sweep)
+    parts = open_sweep_store(sweep)
     rows = [parts.read_part(i) for i in (0, 1)]
     return {
         "run": ("run", [run.save for run in runs]),
@@ -164,7 +164,7 @@ def make_writers(folder):
         "table": ("table.csv", [path.to_csv for path in paths]),
         "scene": ("top.toml", [top.to_toml, other.to_toml]),
         "page": ("page.html", [view.save for view in views]),
-        "part": (parts.part_file(0), [lambda _, r=r: parts.write_part(0, r) for r in rows]),
+        "part": (parts.part_file_path(0), [lambda _, r=r: parts.write_part(0, r) for r in rows]),
     }
 
 

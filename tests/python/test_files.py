@@ -133,7 +133,7 @@ def test_a_trial_file_removed_by_another_process_is_no_error(monkeypatch, tmp_pa
         os.unlink(name)
 
     monkeypatch.setattr(atomic_io.os, "close", close_and_unlink)
-    atomic_io.check_writable(tmp_path / "path.csv")
+    atomic_io.check_file_is_writable(tmp_path / "path.csv")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -61,7 +61,7 @@ def test_a_gif_has_at_most_128_colours(tmp_path):
 
 def test_a_gif_shows_the_colours_of_its_film(tmp_path):
     film = PATH.animate(tmp_path / "top.gif", speed=255, fps=1, size=200)
-    drawn = np.asarray(next(made._render_images(film)).convert("RGB")).astype(int)
+    drawn = np.asarray(next(made._render_film_images(film)).convert("RGB")).astype(int)
     with Image.open(tmp_path / "top.gif") as image:
         shown = np.asarray(image.convert("RGB")).astype(int)
     assert np.abs(shown - drawn).max() <= 80 and np.abs(shown - drawn).mean() < 0.5
@@ -86,8 +86,8 @@ def test_suffixes_of_films_may_be_upper_case(tmp_path, endings):
 )
 def test_the_floor_is_below_the_body_and_its_trace(scene, low, high):
     film = kr.solve(scene, 10.0).animate(fps=2, size=16)
-    quads, _, _ = made._body_faces(film._body)
-    floor = made._find_floor(quads, film._q, film._apex)
+    quads, _, _ = made._build_body_faces(film._body)
+    floor = made._find_floor_height(quads, film._q, film._apex)
     assert low <= floor <= high
     assert film._apex[:, 2].min() >= floor - 1e-12
     for q in film._q:
@@ -98,7 +98,7 @@ def test_the_floor_is_below_the_body_and_its_trace(scene, low, high):
 def test_a_shadow_is_the_body_projected_onto_the_floor():
     axes = Figure().add_subplot()
     plate = np.array([[(-1, -1, 0.5), (1, -1, 0.5), (1, 1, 0.5), (-1, 1, 0.5)]]) * (0.1, 0.1, 1.0)
-    shadow = stage.cast_shadow(axes, plate, -0.5)
+    shadow = stage.draw_body_shadow(axes, plate, -0.5)
     assert len(shadow.get_paths()) == stage._POINTS
     sides = []
     for path in shadow.get_paths():

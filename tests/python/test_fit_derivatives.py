@@ -61,7 +61,7 @@ def make_model(name, scene, free):
     record = make_record(name, TIMES, values, 0.3, free=instrument)
     parameters = Parameters(scene, parse_free_names(free), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
-    natural = np.minimum(model.estimate_scales(parameters.start), 1.0)
+    natural = np.minimum(model.estimate_parameter_scales(parameters.start), 1.0)
     return model, model.move_within_bounds(
         parameters.start, 0.03 * natural * rng.normal(size=parameters.size)
     )
@@ -98,11 +98,11 @@ def test_derivatives_on_moving_supports_and_with_friction(name, words):
 
 
 def check_jacobian(model, point):
-    jacobian = model.evaluate(point).jacobian * model.estimate_scales(point)
+    jacobian = model.evaluate(point).jacobian * model.estimate_parameter_scales(point)
     assert np.isfinite(jacobian).all() and np.abs(jacobian).max() > 0.1
     for k in range(jacobian.shape[1]):
         step = np.zeros(jacobian.shape[1])
-        step[k] = 1e-4 * model.estimate_scales(point)[k]
+        step[k] = 1e-4 * model.estimate_parameter_scales(point)[k]
         there = {
             i: model.evaluate(
                 model.move_within_bounds(point, i * step), has_jacobian=False

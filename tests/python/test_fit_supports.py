@@ -228,7 +228,7 @@ def test_derivatives_of_shooting_gaps_are_right(words):
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
     pieces = model.start_on_motion(parameters.start)
     assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
-    natural = np.minimum(model.estimate_scales(pieces), 1.0)
+    natural = np.minimum(model.estimate_parameter_scales(pieces), 1.0)
     jacobian = model.evaluate(pieces).jacobian * natural
     for k in range(model.width):
         step = 1e-5 * natural * (np.arange(model.width) == k)
@@ -249,7 +249,7 @@ def test_derivatives_are_right_after_stops():
     names = parse_free_names(("start", "moments", "com", "damping", "friction"))
     parameters = Parameters(scene, names, [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
-    natural = model.estimate_scales(parameters.start)
+    natural = model.estimate_parameter_scales(parameters.start)
     jacobian = model.evaluate(parameters.start).jacobian * natural
     for k in range(parameters.size):
         step = 1e-6 * natural * (np.arange(parameters.size) == k)

@@ -5,7 +5,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._analysis.frequencies import _find_strongest_lines
+from kreisel._analysis.frequencies import _find_strongest_spectral_lines
 from tops import FREE, GENERAL, LAGRANGE
 
 TOP = kr.scenes.asymmetric
@@ -138,7 +138,7 @@ def test_spectral_lines_sum_to_the_motion_of_the_apex():
 def test_known_lines_are_recovered():
     t = np.linspace(-3.0, 997.0, 5000)
     rates, parts = np.array([1.7, -0.31, 2.9]), np.array([0.5, 0.25j, -1e-9])
-    found, amplitudes, rest = _find_strongest_lines(
+    found, amplitudes, rest = _find_strongest_spectral_lines(
         t, np.exp(1j * np.multiply.outer(t, rates)) @ parts, 3
     )
     assert np.abs(found - rates).max() < 1e-9 and np.abs(found - rates)[:2].max() < 1e-15

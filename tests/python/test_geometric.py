@@ -305,11 +305,11 @@ def test_max_steps_keeps_the_states_reached():
 
 
 def test_an_error_is_at_most_a_tenth_of_a_radian():
-    assert step_search.parse_error(0.1, {"step": None}) == 0.1
+    assert step_search.parse_error_tolerance(0.1, {"step": None}) == 0.1
     with pytest.raises(ValueError, match=r"at most 0\.1 rad, not 0\.100"):
-        step_search.parse_error(math.nextafter(0.1, 1.0), {})
+        step_search.parse_error_tolerance(math.nextafter(0.1, 1.0), {})
     with pytest.raises(ValueError, match="leave step and every out"):
-        step_search.parse_error(0.1, {"step": 1.0, "tol": None, "every": 2})
+        step_search.parse_error_tolerance(0.1, {"step": 1.0, "tol": None, "every": 2})
 
 
 class Search:
@@ -321,7 +321,7 @@ class Search:
     def __init__(self, errors):
         self.errors, self.asked = iter(errors), []
 
-    def run_steps(self, steps):
+    def run_with_step_count(self, steps):
         self.asked.append(steps)
         error = next(self.errors)
         return None if error is None else (np.zeros((1, 8)), error)
@@ -338,9 +338,9 @@ def run_search(monkeypatch, errors, **more):
     search.__dict__.update(more)
     monkeypatch.setattr(step_search, "StepSearch", lambda *_: search)
     monkeypatch.setattr(
-        step_search, "_make_path", lambda search, states, error, steps: (error, steps)
+        step_search, "_make_path_from_search", lambda search, states, error, steps: (error, steps)
     )
-    return search, lambda: step_search.search_path(THESIS, np.array([8.0]), 1e-9, 0)
+    return search, lambda: step_search.search_path_within_error(THESIS, np.array([8.0]), 1e-9, 0)
 
 
 def test_the_search_refines_by_the_observed_errors(monkeypatch):

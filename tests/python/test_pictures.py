@@ -14,7 +14,7 @@ from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
 from kreisel._plot import solids
-from kreisel._plot.solids import body_of_revolution, draw_tube
+from kreisel._plot.solids import build_faces_of_revolution, draw_tube
 from kreisel._plot.stage import STEEL
 from matplotlib.animation import FFMpegWriter
 from matplotlib.collections import PolyCollection
@@ -482,14 +482,14 @@ def test_bodies_are_drawn_alike_at_any_scale():
     moments = np.array([2.0, 2.0, 1.0])
     for size in (1e-10, 1.0, 1e10):
         leans, stands = (
-            solids.build_solid(1.0, moments * size**2, size * np.array([x, 0.0, 0.3]))[0]
+            solids.build_solid_faces(1.0, moments * size**2, size * np.array([x, 0.0, 0.3]))[0]
             for x in (0.1, 0.0)
         )
         assert len(leans) == 6 and len(stands) > 100
 
 
 def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
-    faces, _ = body_of_revolution(2.0, 0.3, 0.5, False)
+    faces, _ = build_faces_of_revolution(2.0, 0.3, 0.5, False)
     points = faces.reshape(-1, 3)
     assert points.min(axis=0) == pytest.approx([-2.0, -2.0, 0.2])
     assert points.max(axis=0) == pytest.approx([2.0, 2.0, 0.8])
@@ -498,7 +498,7 @@ def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
 
 def test_an_isotropic_rod_is_round_and_its_sides_do_not_turn_with_the_spin(monkeypatch):
     drawn = []
-    monkeypatch.setattr(solids, "draw_faces", lambda axes, faces, *_: drawn.append(faces))
+    monkeypatch.setattr(solids, "draw_solid_faces", lambda axes, faces, *_: drawn.append(faces))
     rod = kr.rod(CUSPS)
     rod.plot(thickness=0.1)
     n = len(rod.centre)

@@ -20,27 +20,32 @@ def test_a_tolerance_is_below_one():
 
 def test_equal_options_share_one_request():
     one, other = (
-        solve_options.parse_options(TOP, "strang", step=0.1, want=("energy",)) for _ in range(2)
+        solve_options.parse_solve_options(TOP, "strang", step=0.1, want=("energy",))
+        for _ in range(2)
     )
     assert one is other
-    assert solve_options.parse_options(TOP, "strang", step=1).step == 1.0
-    assert type(solve_options.parse_options(TOP, "strang", step=1).step) is float
+    assert solve_options.parse_solve_options(TOP, "strang", step=1).step == 1.0
+    assert type(solve_options.parse_solve_options(TOP, "strang", step=1).step) is float
     assert one.get_signed_step(True) == -0.1 and one.get_signed_step(False) == 0.1
-    assert solve_options.parse_options(TOP, "taylor").get_signed_step(True) is None
+    assert solve_options.parse_solve_options(TOP, "taylor").get_signed_step(True) is None
     assert (
-        one.step_count_horizon == 2.0**52 * 0.1
-        and solve_options.parse_options(TOP, "taylor").step_count_horizon == math.inf
+        one.exact_step_count_horizon == 2.0**52 * 0.1
+        and solve_options.parse_solve_options(TOP, "taylor").exact_step_count_horizon == math.inf
     )
     assert (
-        solve_options.parse_options(TOP, "taylor").chunk_size > one.chunk_size == times.CHUNK_SIZE
+        solve_options.parse_solve_options(TOP, "taylor").chunk_size
+        > one.chunk_size
+        == times.CHUNK_SIZE
     )
-    assert solve_options.parse_options(TOP, "taylor", want=("q", "energy")).state_bytes == 40
-    assert solve_options.parse_options(TOP, "taylor").state_bytes == 64
+    assert (
+        solve_options.parse_solve_options(TOP, "taylor", want=("q", "energy")).bytes_per_state == 40
+    )
+    assert solve_options.parse_solve_options(TOP, "taylor").bytes_per_state == 64
 
 
 def test_the_heading_is_omitted_if_nothing_needs_it():
     def leaves_heading(method="taylor", **more):
-        return solve_options.parse_options(TOP, method, **more).can_skip_heading
+        return solve_options.parse_solve_options(TOP, method, **more).can_skip_heading
 
     assert leaves_heading(want=("energy",)) and leaves_heading(want=("nutation", "energy"))
     assert (

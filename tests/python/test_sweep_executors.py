@@ -138,7 +138,7 @@ def test_a_failed_part_stops_the_sweep_and_keeps_stored_parts(tmp_path, monkeypa
 
     def fail_to_write(self, i, rows):
         if i == 3:
-            raise OSError(28, "No space left on device", str(self.part_file(i)))
+            raise OSError(28, "No space left on device", str(self.part_file_path(i)))
         return put(self, i, rows)
 
     monkeypatch.setattr(store.SweepStore, "write_part", fail_to_write)

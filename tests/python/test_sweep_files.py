@@ -371,18 +371,20 @@ def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, 
 
 def test_a_file_may_contain_only_its_checksum():
     whole = checksum.add_checksum(bytearray(checksum.PLACEHOLDER.encode()))
-    assert checksum.has_checksum(bytes(whole))
-    assert not checksum.has_checksum(b"") and not checksum.has_checksum(bytes(whole[1:]))
-    assert not checksum.has_checksum(bytes(whole[:-1] + b"?"))
+    assert checksum.has_correct_checksum(bytes(whole))
+    assert not checksum.has_correct_checksum(b"") and not checksum.has_correct_checksum(
+        bytes(whole[1:])
+    )
+    assert not checksum.has_correct_checksum(bytes(whole[:-1] + b"?"))
 
 
 def test_long_parameters_have_a_file_beside_the_plan():
     most = sweep_plan._MAX_INLINE
-    ((name, shape, inside),) = sweep_plan._list_parameters(
+    ((name, shape, inside),) = sweep_plan._list_parameters_as_json(
         [Parameter("spin", np.arange(float(most)), ())]
     )
     assert (name, shape, len(inside)) == ("spin", [], most)
-    ((*_, beside),) = sweep_plan._list_parameters(
+    ((*_, beside),) = sweep_plan._list_parameters_as_json(
         [Parameter("spin", np.arange(float(most + 1)), (3,))]
     )
     assert isinstance(beside, str)

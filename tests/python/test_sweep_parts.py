@@ -95,10 +95,10 @@ def test_a_part_that_exceeds_the_memory_is_refused(tmp_path, monkeypatch):
         "reduce": {"nutation": ("min", "max")},
         "t": [1.0, 2.0],
     }
-    monkeypatch.setattr(planned_of, "total_memory", lambda: 25 * (64 + 16))
+    monkeypatch.setattr(planned_of, "get_total_memory", lambda: 25 * (64 + 16))
     kr.sweep(source, **words, parts=range(0))
     for room, part, need in ((25 * 80 - 1, 25, "2e-06"), (3199, 10**9, "3.2e-06")):
-        monkeypatch.setattr(planned_of, "total_memory", lambda room=room: room)
+        monkeypatch.setattr(planned_of, "get_total_memory", lambda room=room: room)
         said = f"^a part of {part} tops with 2 states each needs {need} GB, more"
         with pytest.raises(MemoryError, match=said):
             kr.sweep(source, **words | {"part_size": part})

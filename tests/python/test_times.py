@@ -13,19 +13,19 @@ MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 def test_the_number_of_steps_is_limited():
     edge = 2.0**53
-    assert times._count_steps(edge - 2.0, 1.0) == 2**53 - 2
+    assert times._count_whole_steps(edge - 2.0, 1.0) == 2**53 - 2
     for end in (edge, -edge):
         with pytest.raises(ValueError, match=r"takes more steps of 1\.0 than double precision"):
-            times._count_steps(end, 1.0)
+            times._count_whole_steps(end, 1.0)
         with pytest.raises(ValueError, match="takes more steps"):
-            times.check_horizon(TOP, end, 1.0)
+            times.check_resolvable_horizon(TOP, end, 1.0)
     far = np.full((2, 3, 1), 0.01 * edge)
     with pytest.raises(ValueError, match=r"takes more steps of 0\.01"):
-        ensemble_options.parse_times(
+        ensemble_options.parse_ensemble_times(
             MANY, far, ensemble_options.parse_ensemble_options(MANY, "strang", 0.01)
         )
-    assert times._count_steps(0.0, 0.1) == 0
-    assert [times._count_steps(end, 0.1) for end in (0.3, -0.3, 0.35, 0.34, 0.2999)] == [
+    assert times._count_whole_steps(0.0, 0.1) == 0
+    assert [times._count_whole_steps(end, 0.1) for end in (0.3, -0.3, 0.35, 0.34, 0.2999)] == [
         3,
         3,
         3,
@@ -36,10 +36,10 @@ def test_the_number_of_steps_is_limited():
 
 def test_the_rotation_of_a_top_is_limited():
     end = 2.0**53 / TOP._rotation_rate
-    times.check_horizon(TOP, 0.999999 * end, None)
+    times.check_resolvable_horizon(TOP, 0.999999 * end, None)
     for far in (1.000001 * end, -1.000001 * end):
         with pytest.raises(ValueError, match=r"this top turns by 9e\+15 rad"):
-            times.check_horizon(TOP, far, None)
+            times.check_resolvable_horizon(TOP, far, None)
 
 
 def test_a_time_grid_contains_the_steps_up_to_its_end():
@@ -57,10 +57,10 @@ def test_a_time_grid_contains_the_steps_up_to_its_end():
 
 def test_memory_is_checked_to_the_byte(monkeypatch):
     for module in (times, ensemble_options):
-        monkeypatch.setattr(module, "total_memory", lambda: 7200)
-    times.check_memory(100, 72)
+        monkeypatch.setattr(module, "get_total_memory", lambda: 7200)
+    times.check_states_fit_in_memory(100, 72)
     with pytest.raises(MemoryError, match=r"101 states need 7\.27e-06 GB"):
-        times.check_memory(101, 72)
+        times.check_states_fit_in_memory(101, 72)
     assert len(times.time_array(9.9, 0.1, 1)) == 100
     with pytest.raises(MemoryError, match="101 states"):
         times.time_array(10.0, 0.1, 1)
@@ -145,16 +145,16 @@ def test_the_first_nonzero_time_determines_the_direction():
         (np.float64(-2.0), True),
         (-math.inf, True),
     ):
-        assert times.parse_direction(t)[0] is back
+        assert times.parse_time_direction(t)[0] is back
     for given, back in (([0.0, -1.0, -2.0], True), ([0.0, 0.0], False), ([0.0, 2.0, 3.0], False)):
-        told, t = times.parse_direction(iter(given))
+        told, t = times.parse_time_direction(iter(given))
         assert told is back and list(t) == given
 
 
 def test_iterated_rows_of_times_may_begin_with_the_start():
-    told, _ = times.parse_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
+    told, _ = times.parse_time_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
     assert told is False
-    assert times.parse_direction(iter([np.array([0.0, -1.0])]))[0] is True
+    assert times.parse_time_direction(iter([np.array([0.0, -1.0])]))[0] is True
 
 
 def test_unknown_memory_size_counts_as_enough(monkeypatch):
@@ -162,9 +162,9 @@ def test_unknown_memory_size_counts_as_enough(monkeypatch):
         raise ValueError(name)
 
     monkeypatch.setattr(times.os, "sysconf", silent)
-    assert times.total_memory() == 2**63
+    assert times.get_total_memory() == 2**63
     monkeypatch.setattr(times.os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 3}.__getitem__)
-    assert times.total_memory() == 12288
+    assert times.get_total_memory() == 12288
 
 
 def test_empty_times_allow_any_angular_velocity():

@@ -6,7 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import quaternion
-from kreisel._solve.torus_actions import compute_action
+from kreisel._solve.torus_actions import compute_torus_action
 from tops import unit
 
 KOWALEWSKI, CHAPLYGIN = 2.0, 4.0  # ratios of the moments
@@ -105,4 +105,4 @@ def test_the_third_action_is_the_vertical_momentum():
 def test_unresolved_loops_have_no_action():
     rng = np.random.default_rng(1)
     with pytest.raises(ValueError, match="too near to a separatrix"):
-        compute_action(lambda turns: rng.normal(size=(len(turns), 8)), 0, False)
+        compute_torus_action(lambda turns: rng.normal(size=(len(turns), 8)), 0, False)

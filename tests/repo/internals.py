@@ -34,6 +34,6 @@ def solid_of(body):
 
     Requires matplotlib.
     """
-    from kreisel._plot.solids import build_solid
+    from kreisel._plot.solids import build_solid_faces
 
-    return build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
+    return build_solid_faces(body.mass, np.array(body.moments), np.array(body.principal_com))

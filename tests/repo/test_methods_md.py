@@ -16,7 +16,7 @@ def test_the_table_has_a_row_for_each_method():
 def test_costs_are_relative_to_those_of_rk4(monkeypatch):
     peers = [100e-9, 200e-9, 400e-9]
     costs = {name: [3 * cost for cost in peers] for name in kr.methods} | {"rk4": peers}
-    monkeypatch.setattr(table_of_costs, "_measure_costs", lambda _: costs)
+    monkeypatch.setattr(table_of_costs, "_measure_step_times_of_methods", lambda _: costs)
     told = page_of_methods(kr.methods)
     assert "rk4 took 100 ns for the first top" in told
     assert "| strang | 2 | 3.0 | 3.0 | 3.0 |" in told and "| rk4 | 4 | 1.0 | 1.0 | 1.0 |" in told

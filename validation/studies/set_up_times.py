@@ -66,7 +66,7 @@ def main(argv: list[str] | None = None) -> None:
         set_up = closed_form_choice._FORMS[kind].set_up
         speeds, errors = [], []
         for i, scene in enumerate(draw_scenes(kind, asked.tops, asked.seed)):
-            end = 1.02 * set_up / closed_form_choice._estimate_steps(scene, 1.0)
+            end = 1.02 * set_up / closed_form_choice._estimate_taylor_steps(scene, 1.0)
             if kr.plan(scene, [end]).method != "exact":
                 continue
             speeds.append(measure_speed(scene, end))

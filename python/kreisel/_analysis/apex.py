@@ -100,8 +100,11 @@ class Apex:
             raise ValueError("a path without states has no nutation: call solve with times")
         if np.ptp(self.height) < _LEVEL:
             return self._measure_steady_nutation()
-        self._check_sampling()
-        low, high = self._find_turning_times(1.0), self._find_turning_times(-1.0)
+        self._refuse_coarse_sampling()
+        low, high = (
+            self._find_times_of_height_extrema(1.0),
+            self._find_times_of_height_extrema(-1.0),
+        )
         if len(low) < 2:
             raise ValueError(
                 f"the apex has {len(low)} lowest points in this path, but two are needed to "
@@ -123,7 +126,7 @@ class Apex:
         rate = float(turned / took) if took else math.nan
         return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
 
-    def _check_sampling(self) -> None:
+    def _refuse_coarse_sampling(self) -> None:
         """Raise ValueError if the states are too far apart to resolve the turning points."""
         top = exact(self.scene.replace(damping=None, friction=None))
         period, apart = (
@@ -136,13 +139,16 @@ class Apex:
                 f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
             )
 
-    def _find_turning_times(self, sign: float) -> list[float]:
+    def _find_times_of_height_extrema(self, sign: float) -> list[float]:
         """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
         rise = sign * self.rate[:, 2]
         after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
-        return [_find_zero(*self._find_nearest_states(i, rise)) for i in after.tolist()]
+        return [
+            _find_zero_of_interpolant(*self._select_four_nearest_samples(i, rise))
+            for i in after.tolist()
+        ]
 
-    def _find_nearest_states(self, i: int, values: Array) -> tuple[Array, Array]:
+    def _select_four_nearest_samples(self, i: int, values: Array) -> tuple[Array, Array]:
         """Return four consecutive times around t[i], and the corresponding values."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
@@ -161,7 +167,7 @@ class Apex:
 
     def _interpolate_between_states(self, values: Array, t: float) -> float:
         return _interpolate_polynomial(
-            *self._find_nearest_states(int(np.searchsorted(self.t, t)), values), t
+            *self._select_four_nearest_samples(int(np.searchsorted(self.t, t)), values), t
         )
 
 
@@ -184,7 +190,7 @@ def _interpolate_polynomial(t: Array, values: Array, at: float) -> float:
     return total
 
 
-def _find_zero(t: Array, values: Array) -> float:
+def _find_zero_of_interpolant(t: Array, values: Array) -> float:
     """Return the point at which an interpolating polynomial changes from negative to positive."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])

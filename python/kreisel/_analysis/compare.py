@@ -15,11 +15,11 @@ import numpy as np
 from .._model.scene import Scene
 from .._options.methods import methods as known
 from .._options.methods import resolve_method
-from .._options.solve_options import Progress, parse_progress
+from .._options.solve_options import Progress, check_progress_callback
 from .._results.path import Error, Path, Stats
 from .._solve.solve import solve
 from .._utils.atomic_io import atomic_write
-from .._utils.html import format_table
+from .._utils.html import format_html_table
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Numbers, as_int, as_positive, check_type, short_repr
 from ..quaternion import attitude_error
@@ -70,16 +70,16 @@ class Table:
         return self.rows[i]
 
     def __str__(self) -> str:
-        lines = [list(_COLUMNS), *self._format_cells()]
+        lines = [list(_COLUMNS), *self._format_table_cells()]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
-    def _format_cells(self) -> list[list[str]]:
-        return [[_format_cell(value) for value in _row_values(row)] for row in self.rows]
+    def _format_table_cells(self) -> list[list[str]]:
+        return [[_format_table_cell(value) for value in _list_row_values(row)] for row in self.rows]
 
     def _repr_html_(self) -> str:
         """Return the table as HTML for display in notebooks."""
-        return format_table(self._format_cells(), _COLUMNS)
+        return format_html_table(self._format_table_cells(), _COLUMNS)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the table as CSV in full precision; if `path` is given, also write it to `path`.
@@ -89,7 +89,7 @@ class Table:
         text = io.StringIO(newline="")
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(_COLUMNS)
-        writer.writerows(map(_row_values, self.rows))
+        writer.writerows(map(_list_row_values, self.rows))
         if path is not None:
             atomic_write(path, text.getvalue().encode())
         return text.getvalue()
@@ -98,15 +98,15 @@ class Table:
 _COLUMNS = tuple(column.name for column in fields(Row))
 
 
-def _row_values(row: Row) -> list[object]:
+def _list_row_values(row: Row) -> list[object]:
     return [getattr(row, name) for name in _COLUMNS]
 
 
-def _format_cell(value: object) -> str:
+def _format_table_cell(value: object) -> str:
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
+def _parse_steps_or_tols(name: str, given: Iterable[float]) -> list[float]:
     try:
         each = list(given)
     except TypeError:
@@ -117,7 +117,7 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 
 @dataclass
-class _RunWithTimings:
+class _TimedMethodRun:
     """A run of one method that is repeated to measure its run time."""
 
     scene: Scene
@@ -129,7 +129,7 @@ class _RunWithTimings:
     path: Path | None = None
     failure: str = ""
 
-    def repeat_run(self) -> None:
+    def run_and_measure_time(self) -> None:
         begin = time.perf_counter()
         try:
             self.path = solve(self.scene, self.t, self.method, step=self.step, tol=self.tol)
@@ -153,7 +153,7 @@ class _RunWithTimings:
             median=float(np.median(self.seconds)) if good else math.nan,
             steps=stats.steps,
             evaluations=stats.evaluations,
-            attitude_error=_max_attitude_error(path, truth) if path and good else math.nan,
+            attitude_error=_compute_max_attitude_error(path, truth) if path and good else math.nan,
             energy_error=path.energy_error if path and good else math.nan,
             failure=self.failure,
         )
@@ -194,27 +194,29 @@ def compare(
     kreisel.CompareInterrupted, whose attribute `table` contains the completed runs.
     """
     check_type("scene", scene, Scene)
-    by_step, by_tol = _parse_settings("steps", steps), _parse_settings("tols", tols)
-    runs = _list_runs(scene, t, methods, by_step, by_tol)
+    by_step, by_tol = _parse_steps_or_tols("steps", steps), _parse_steps_or_tols("tols", tols)
+    runs = _list_runs_to_compare(scene, t, methods, by_step, by_tol)
     rounds = as_int("repeats", repeats, 1)
-    tell = parse_progress(progress)
+    tell = check_progress_callback(progress)
     reference: Path | None = None
     try:
         reference = (
             truth if isinstance(truth, Path) else _compute_reference_path(scene, t, truth, by_step)
         )
         for done in range(rounds * len(runs)):
-            runs[done % len(runs)].repeat_run()
+            runs[done % len(runs)].run_and_measure_time()
             if tell is not None:
                 tell((done + 1) / (rounds * len(runs)))
     except KeyboardInterrupt:
-        table = _make_table(scene, runs, reference)
+        table = _build_comparison_table(scene, runs, reference)
         total = f"{len(table)} of {len(runs)} runs were completed"
         raise CompareInterrupted(f"interrupted: {total}", table) from None
-    return _make_table(scene, runs, reference)
+    return _build_comparison_table(scene, runs, reference)
 
 
-def _make_table(scene: Scene, runs: Iterable[_RunWithTimings], truth: Path | None) -> Table:
+def _build_comparison_table(
+    scene: Scene, runs: Iterable[_TimedMethodRun], truth: Path | None
+) -> Table:
     """Return a table of all completed runs, or an empty table if there is no reference solution."""
     if truth is None:
         return Table(())
@@ -235,13 +237,13 @@ class CompareInterrupted(KeyboardInterrupt):
         return type(self), (str(self), self.table)
 
 
-def _list_runs(
+def _list_runs_to_compare(
     scene: Scene,
     t: Numbers,
     methods: Iterable[MethodName] | None,
     by_step: list[float],
     by_tol: list[float],
-) -> list[_RunWithTimings]:
+) -> list[_TimedMethodRun]:
     """Return the runs to measure: one for each method and each step size or tolerance."""
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
@@ -256,13 +258,13 @@ def _list_runs(
             )
         if method.adaptive:
             tols = by_tol if by_tol and not method.exact else [None]
-            runs += [_RunWithTimings(scene, t, name, tol=tol) for tol in tols]
+            runs += [_TimedMethodRun(scene, t, name, tol=tol) for tol in tols]
         else:
-            runs += [_RunWithTimings(scene, t, name, step=step) for step in by_step]
+            runs += [_TimedMethodRun(scene, t, name, step=step) for step in by_step]
     return runs
 
 
-def _max_attitude_error(path: Path, truth: Path) -> float:
+def _compute_max_attitude_error(path: Path, truth: Path) -> float:
     """Return the largest angle [rad] between corresponding attitudes of two paths."""
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._results.error_estimate import compute_angles_between
+from .._results.error_estimate import compute_angles_between_attitudes
 from .._results.path import Path
 from .._utils.validation import Array
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .._plot.charts import AngleBetweenPaths
 
 
-def compute_difference(a: Path, b: Path) -> AngleBetweenPaths:
+def compute_angle_between_paths(a: Path, b: Path) -> AngleBetweenPaths:
     """Return the angle between the attitudes along two paths at common times.
 
     If a path does not store its attitude, the angle between the two apexes is returned. If the
@@ -25,18 +25,20 @@ def compute_difference(a: Path, b: Path) -> AngleBetweenPaths:
     """
     from .._plot.charts import AngleBetweenPaths
 
-    a, b = _restrict_to_common_times(a, b)
+    a, b = _restrict_paths_to_common_times(a, b)
     if all(path.want is None or "q" in path.want for path in (a, b)):
         return AngleBetweenPaths(
             a.t,
-            compute_angles_between(_get_precise_attitudes(a), _get_precise_attitudes(b)),
+            compute_angles_between_attitudes(
+                _get_attitudes_with_low_words(a), _get_attitudes_with_low_words(b)
+            ),
             "attitudes",
         )
     across = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
     return AngleBetweenPaths(a.t, np.arctan2(across, (a.apex * b.apex).sum(axis=1)), "apexes")
 
 
-def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
+def _restrict_paths_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
     """Return both paths at common times, or empty paths if their time intervals are disjoint."""
     if np.array_equal(a.t, b.t):
         return a, b
@@ -53,7 +55,7 @@ def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
     return a[i], b[j]
 
 
-def _get_precise_attitudes(path: Path) -> tuple[Array, Array]:
+def _get_attitudes_with_low_words(path: Path) -> tuple[Array, Array]:
     """Return the attitudes along a path, and their digits beyond double precision."""
     has_low = path.want is None or "q_low" in path.want
     return path.q, path.q_low if has_low else np.zeros_like(path.q)

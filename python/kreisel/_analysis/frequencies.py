@@ -29,18 +29,18 @@ from .._model.scene import Scene
 from .._options.methods import EXACT, methods
 from .._results.path import Path
 from .._solve.exact import Exact, ExactTorus, exact
-from .._utils.html import display_picture
+from .._utils.html import format_picture_as_html
 from .._utils.validation import (
     Array,
     ReadOnlyArrays,
     as_int,
-    as_unit,
+    as_unit_name,
     check_type,
     freeze_arrays,
 )
 from ..quaternion import multiply, turn
 from .torus_rates import compute_torus_rates
-from .turns import Waves, compute_axis_motion, count_turns
+from .turns import Waves, compute_body_axis_motion, measure_turn_angles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,11 +107,11 @@ class Frequencies(ReadOnlyArrays):
         """
         from .._plot.spectrum import draw_spectral_lines
 
-        return draw_spectral_lines(self, axes, as_unit("time_unit", time_unit))
+        return draw_spectral_lines(self, axes, as_unit_name("time_unit", time_unit))
 
     def _repr_html_(self) -> str | None:
         """Return an image of the spectrum for display in notebooks."""
-        return display_picture(self.plot, repr(self))
+        return format_picture_as_html(self.plot, repr(self))
 
 
 def frequencies(path: Path, n: int = 12) -> Frequencies:
@@ -149,7 +149,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     if path.scene._has_damping:
         raise ValueError("a damped top has no frequencies, because its motion decays")
     _refuse_varying_support(path.scene)
-    _refuse_free_rotor(path)
+    _refuse_free_body_with_tilted_rotor(path)
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
     even = np.linspace(t[0], t[-1], len(t))
@@ -159,13 +159,13 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
             "numpy.linspace(0.0, t, n), or use a method of fixed step"
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
-    lines, amplitudes, rest = _find_strongest_lines(t, seen, count)
+    lines, amplitudes, rest = _find_strongest_spectral_lines(t, seen, count)
     spectrum = lines, amplitudes, rest
     freeze_arrays(spectrum)
     turning = path.scene.turning[2]
-    path = _to_inertial_frame(path, turning) if turning else path
-    rates = _compute_exact_rates(exact(path.scene)) if path.method == EXACT else None
-    precession, nutation, spin = _compute_rates(path) if rates is None else rates
+    path = _transform_path_to_inertial_frame(path, turning) if turning else path
+    rates = _compute_closed_form_rates(exact(path.scene)) if path.method == EXACT else None
+    precession, nutation, spin = _compute_rates_from_states(path) if rates is None else rates
     return Frequencies(precession - turning, nutation, spin, *spectrum, rates is not None)
 
 
@@ -181,7 +181,7 @@ def _refuse_varying_support(scene: Scene) -> None:
     )
 
 
-def _to_inertial_frame(path: Path, turning: float) -> Path:
+def _transform_path_to_inertial_frame(path: Path, turning: float) -> Path:
     """Transform a path from a support that turns about e3 to the inertial frame."""
     zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
     turned = np.cos(half), zero, zero, np.sin(half)
@@ -192,28 +192,28 @@ def _to_inertial_frame(path: Path, turning: float) -> Path:
     return Path(scene, states, path.stats, path._options, path._is_back)
 
 
-def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
+def _compute_closed_form_rates(form: Exact) -> tuple[float, float, float] | None:
     """Return the precession, nutation and spin rates of a closed-form solution, or None."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
     return form.precession, math.tau / form.period, form.spin
 
 
-def _compute_rates(path: Path) -> tuple[float, float, float]:
+def _compute_rates_from_states(path: Path) -> tuple[float, float, float]:
     """Compute the precession, nutation and spin rates from the states of a path."""
     t, (up, along) = path.t, _choose_reference_axes(path)
     principal, east = path.frame, _perpendicular_unit_vector(up)
     axis, first = along @ principal, _perpendicular_unit_vector(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
-    motion = compute_axis_motion(path, up, along, east)
+    motion = compute_body_axis_motion(path, up, along, east)
     level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:
-        [line], _, _ = _find_strongest_lines(t, level.astype(np.complex128), 1)
+        [line], _, _ = _find_strongest_spectral_lines(t, level.astype(np.complex128), 1)
         nutation = abs(float(line))
     if not np.abs(motion.z).max() > _LEVEL:
         return math.nan, nutation, math.nan
-    turns = count_turns(path, motion, about, up, along, east)
+    turns = measure_turn_angles(path, motion, about, up, along, east)
     window, span = _kaiser_window(len(t) - 1), len(t) - 1
     if not math.tau * span * float(window[turns.unknown].sum()) < _SMOOTH:
         return math.nan, nutation, math.nan
@@ -233,15 +233,15 @@ def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> 
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
-    is_smooth = span * _estimate_aliasing_bound(turned / step) < _SMOOTH
-    [line], _, _ = _find_strongest_lines(t, signal, 1)
+    is_smooth = span * _bound_aliasing_error_of_mean(turned / step) < _SMOOTH
+    [line], _, _ = _find_strongest_spectral_lines(t, signal, 1)
     found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
     if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
         return found
     return mean if is_smooth else math.nan
 
 
-def _estimate_aliasing_bound(rate: Array) -> float:
+def _bound_aliasing_error_of_mean(rate: Array) -> float:
     """Return an upper bound on the aliasing error of the average of a sampled rate.
 
     The returned bound is the largest amplitude in the upper half of the frequency spectrum.
@@ -250,7 +250,7 @@ def _estimate_aliasing_bound(rate: Array) -> float:
     return float(strengths[len(strengths) // 2 :].max())
 
 
-def _refuse_free_rotor(path: Path) -> None:
+def _refuse_free_body_with_tilted_rotor(path: Path) -> None:
     """Raise ValueError for a torque-free body whose rotor is not aligned with a symmetry axis."""
     scene = path.scene
     is_free = not (scene.gravity and any(scene.body.com))
@@ -301,12 +301,12 @@ def _kaiser_window(n: int) -> Array:
     return made
 
 
-def _find_strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
+def _find_strongest_spectral_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
     """Return the frequencies, amplitudes and relative residual of the strongest spectral lines."""
     window, left = _kaiser_window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):
-        frequency[k] = _find_peak(t, window * left)
+        frequency[k] = _find_peak_frequency(t, window * left)
         wave = np.exp(1j * frequency[k] * t)
         amplitude[k] = (window * left) @ wave.conj()
         left = left - amplitude[k] * wave
@@ -315,7 +315,7 @@ def _find_strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves
     return frequency, amplitude, rest
 
 
-def _find_peak(t: Array, signal: Waves) -> float:
+def _find_peak_frequency(t: Array, signal: Waves) -> float:
     """Return the frequency at which the Fourier transform of a signal is largest in magnitude.
 
     The maximum of the FFT is refined by Newton's method.

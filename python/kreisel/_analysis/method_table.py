@@ -31,18 +31,21 @@ determines the length of a step. `kreisel methods NAME` describes one method.
 
 def format_methods_page(methods: Methods) -> str:
     """Return the text of METHODS.md."""
-    costs = _measure_costs(methods)
+    costs = _measure_step_times_of_methods(methods)
     return _PAGE.format(
-        peer=_PEER, nanoseconds=1e9 * costs[_PEER][0], tol=_TOL, table=_format_rows(methods, costs)
+        peer=_PEER,
+        nanoseconds=1e9 * costs[_PEER][0],
+        tol=_TOL,
+        table=_format_methods_table_rows(methods, costs),
     )
 
 
-def _format_rows(methods: Methods, costs: dict[str, list[float]]) -> str:
+def _format_methods_table_rows(methods: Methods, costs: dict[str, list[float]]) -> str:
     lines = [_COLUMNS, "| --- | ---: | ---: | ---: | ---: | --- | --- | --- |"]
     for method in methods.values():
         cells = [method.name, str(method.order) if method.order else "varies"]
         cells += [
-            _format_ratio(cost / peer) if cost else ""
+            _format_cost_ratio(cost / peer) if cost else ""
             for cost, peer in zip(costs[method.name], costs[_PEER], strict=True)
         ]
         lines.append(
@@ -51,20 +54,20 @@ def _format_rows(methods: Methods, costs: dict[str, list[float]]) -> str:
     return "\n".join(lines)
 
 
-def _format_ratio(ratio: float) -> str:
+def _format_cost_ratio(ratio: float) -> str:
     return f"{ratio:.2f}" if ratio < 1 else f"{ratio:.1f}" if ratio < 10 else f"{ratio:.0f}"
 
 
-def _measure_costs(methods: Methods) -> dict[str, list[float]]:
+def _measure_step_times_of_methods(methods: Methods) -> dict[str, list[float]]:
     """Measure the run time per step [s] of each method for three different tops."""
     tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
     timed = [(method, top) for method in methods.values() for top in tops]
-    samples = [[_measure_cost(method, top) for method, top in timed] for _ in range(_ROUNDS)]
+    samples = [[_measure_step_time(method, top) for method, top in timed] for _ in range(_ROUNDS)]
     costs = iter([min(sample) for sample in zip(*samples, strict=True)])
     return {name: [next(costs) for _ in tops] for name in methods}
 
 
-def _measure_cost(method: Method, top: Scene) -> float:
+def _measure_step_time(method: Method, top: Scene) -> float:
     """Measure the run time per step [s], or return 0 if the method cannot integrate the top."""
     if method.exact or not method.applies_to(top.body):
         return 0.0

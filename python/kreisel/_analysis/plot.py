@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from .._results.path import Path
 from .._utils.validation import check_type
-from .difference import compute_difference
+from .difference import compute_angle_between_paths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +56,7 @@ def plot(
 
     Raises ValueError for a path without states, and ImportError if matplotlib is not installed.
     """
-    paths, axes = _list_paths_and_axes(path, more, axes)
+    paths, axes = _parse_paths_and_axes(path, more, axes)
     for i, one in enumerate(paths):
         check_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
@@ -66,11 +66,11 @@ def plot(
     from .._plot.charts import plot_paths
 
     both = [(one, one.events.path if len(one.events) else None) for one in paths]
-    pair = partial(compute_difference, *paths) if len(paths) == 2 else None
+    pair = partial(compute_angle_between_paths, *paths) if len(paths) == 2 else None
     return plot_paths(both, axes, degrees, time_unit, pair)
 
 
-def _list_paths_and_axes(
+def _parse_paths_and_axes(
     path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
 ) -> tuple[Sequence[Path], Any]:
     """Return the paths and the axes given by the arguments of `plot`."""

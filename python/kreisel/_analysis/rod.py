@@ -12,8 +12,8 @@ from .._core import KIND_RTOL
 from .._model.body import Body
 from .._model.environment import refuse_disturbances
 from .._results.path import Path
-from .._utils.html import display_picture
-from .._utils.validation import Array, Vector, as_float, as_positive, as_unit, check_type
+from .._utils.html import format_picture_as_html
+from .._utils.validation import Array, Vector, as_float, as_positive, as_unit_name, check_type
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,35 +125,35 @@ class Rod:
         The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
         has fewer than two states, and ImportError if matplotlib is not installed.
         """
-        from .._plot.panels import create_axes
+        from .._plot.panels import create_figure_axes
         from .._plot.solids import (
             ORANGE,
-            check_axes,
-            compute_parallel_normals,
-            draw_scale,
+            check_axes_type,
+            compute_twist_free_normals,
+            draw_scale_bar,
             draw_tube,
         )
 
-        drawn = create_axes() if axes is None else check_axes(axes)
+        drawn = create_figure_axes() if axes is None else check_axes_type(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
-        unit = as_unit("length_unit", length_unit)
+        unit = as_unit_name("length_unit", length_unit)
         if len(self.s) < 2:
             raise ValueError(f"a rod of {len(self.s)} states cannot be drawn: solve for more times")
         normals = (
-            compute_parallel_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
+            compute_twist_free_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
         )
         section = (1.0, 1.0) if self.isotropic else self.section
         along = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)  # as the tangents point
         draw_tube(
             self.centre[along], normals[along], section, drawn, side, colour or ORANGE, *turned
         )
-        draw_scale(self.centre, drawn, unit, *turned)
+        draw_scale_bar(self.centre, drawn, unit, *turned)
         return drawn
 
     def _repr_html_(self) -> str | None:
         """Return an image of the rod, or None if the rod has fewer than two states."""
-        return display_picture(self.plot, repr(self)) if len(self.s) > 1 else None
+        return format_picture_as_html(self.plot, repr(self)) if len(self.s) > 1 else None
 
 
 def rod(path: Path) -> Rod:
@@ -178,7 +178,7 @@ def rod(path: Path) -> Rod:
     body = path.scene.body
     if any(body.rotor):
         raise ValueError("Kirchhoff's analogy has no rod for a body with a rotor")
-    axes = _choose_rod_axes(body)
+    axes = _choose_elastic_rod_frame(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)
     i_n, i_b, i_t = ((axes**2) @ np.array(body.moments)).tolist()
     about_n, about_b, about_t = np.einsum("nij,nj->in", frame, path.velocity)
@@ -195,7 +195,7 @@ def rod(path: Path) -> Rod:
     )
 
 
-def _choose_rod_axes(body: Body) -> Array:
+def _choose_elastic_rod_frame(body: Body) -> Array:
     """Return the principal-axis components of the rod's two cross-section axes and of its tangent.
 
     Raises ValueError if the centre of mass lies on no principal axis.

@@ -43,7 +43,7 @@ class TorusRates(NamedTuple):
     spin: float
 
 
-class _AxisDirections(NamedTuple):
+class _BodyAxisDirections(NamedTuple):
     """The direction of a body axis, as a function of the two angles on the torus.
 
     z       projection of the axis onto the horizontal plane, without the heading
@@ -65,29 +65,31 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     for n in _GRIDS:
         turns = (np.arange(n) + _OFFSET) / n
         grid = np.stack(np.meshgrid(turns, turns, indexing="ij"), axis=-1)
-        signals = _compute_axis_directions(form, grid)
-        cells, index = _find_cells_with_zeros(signals.z)
+        signals = _compute_body_axis_directions(form, grid)
+        cells, index = _find_grid_cells_with_zeros(signals.z)
         if len(cells) == known:
             break
         known = len(cells)
     else:
         return None
-    zeros = np.array([_refine_zero(form, (cell + _OFFSET + 0.5) / n, n) for cell in cells])
+    zeros = np.array(
+        [_refine_zero_by_newton(form, (cell + _OFFSET + 0.5) / n, n) for cell in cells]
+    )
     zeros = zeros.reshape(-1, 2)
     if not np.isfinite(zeros).all():
         return None
     since = zeros - _OFFSET / n
     # Only the sum of precession and spin is smooth at the upper pole, only the difference at the
     # lower one.
-    side = -np.sign(_compute_axis_directions(form, zeros).height)
+    side = -np.sign(_compute_body_axis_directions(form, zeros).height)
     precession = _compute_mean_winding_numbers(signals.z, since, index) @ rates[:2]
     spin = _compute_mean_winding_numbers(signals.about, since, side * index) @ rates[:2]
     return TorusRates(
-        float(rates[2] + precession), _find_strongest_rate(signals, rates), float(spin)
+        float(rates[2] + precession), _find_rate_of_strongest_harmonic(signals, rates), float(spin)
     )
 
 
-def _compute_axis_directions(form: ExactTorus, turns: Array) -> _AxisDirections:
+def _compute_body_axis_directions(form: ExactTorus, turns: Array) -> _BodyAxisDirections:
     """Compute the direction of the body axis at given pairs of torus angles [turns]."""
     states = form._compute_states_at_angles(turns.reshape(-1, 2))
     w, x, y, z = states[:, 1:5].T
@@ -103,30 +105,30 @@ def _compute_axis_directions(form: ExactTorus, turns: Array) -> _AxisDirections:
         level = level * np.exp(-1j * np.arctan2(states[:, 6], states[:, 5]))
     shape = turns.shape[:-1]
     about = two[2] + 1j * one[2]
-    return _AxisDirections(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
+    return _BodyAxisDirections(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
 
 
-def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
+def _find_grid_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
     """Find the grid cells around which a complex function has a nonzero winding number."""
-    one, two = _compute_phase_differences(z, 0), _compute_phase_differences(z, 1)
+    one, two = _compute_grid_phase_differences(z, 0), _compute_grid_phase_differences(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
     cells = np.argwhere(index)
     return cells, index[tuple(cells.T)]
 
 
-def _compute_phase_differences(z: Waves, axis: int) -> Array:
+def _compute_grid_phase_differences(z: Waves, axis: int) -> Array:
     """Return the phase differences between adjacent points of a complex grid along one axis."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
 
 
-def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
+def _refine_zero_by_newton(form: ExactTorus, near: Array, n: int) -> Array:
     """Return the torus angles [turns] of the zero near a grid cell, found by Newton's method."""
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
-        z = _compute_axis_directions(form, at + offsets).z
+        z = _compute_body_axis_directions(form, at + offsets).z
         one, two = (z[1] - z[2]) / (2.0 * _STEP), (z[3] - z[4]) / (2.0 * _STEP)
         area = float((one.conjugate() * two).imag)
         if area == 0.0:
@@ -146,14 +148,14 @@ def _compute_mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array
 
     `since` contains the torus angles of the zeros of z, measured from the first grid point [turns].
     """
-    first = round(float(_compute_phase_differences(z, 0)[:, 0].sum()) / math.tau)
-    second = round(float(_compute_phase_differences(z, 1)[0].sum()) / math.tau)
+    first = round(float(_compute_grid_phase_differences(z, 0)[:, 0].sum()) / math.tau)
+    second = round(float(_compute_grid_phase_differences(z, 1)[0].sum()) / math.tau)
     one = first - float((index * (1.0 - since[:, 1])).sum())
     two = second + float((index * (1.0 - since[:, 0])).sum())
     return np.array([one, two])
 
 
-def _find_strongest_rate(signals: _AxisDirections, rates: Array) -> float:
+def _find_rate_of_strongest_harmonic(signals: _BodyAxisDirections, rates: Array) -> float:
     strengths = np.abs(np.fft.fft2(signals.height))
     strengths[0, 0] = 0.0
     n = len(strengths)

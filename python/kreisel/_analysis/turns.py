@@ -29,7 +29,7 @@ _SAFETY = 4.0  # a pole must be this many times as far from a chord as the arc c
 _STRAIGHT = 0.1  # largest distance of arc and chord, per length, if an arc ends at a pole
 
 
-class AxisMotion(NamedTuple):
+class BodyAxisMotion(NamedTuple):
     """The motion of a body axis relative to a fixed direction.
 
     z        projection of the axis onto the plane perpendicular to the direction
@@ -46,7 +46,7 @@ class AxisMotion(NamedTuple):
     own: Array
 
 
-class Turns(NamedTuple):
+class TurnAngles(NamedTuple):
     """The angles by which a body turns between n consecutive states.
 
     precession  (n - 1,) angle by which the axis turns about the direction [rad]
@@ -61,7 +61,7 @@ class Turns(NamedTuple):
     unknown: Flags
 
 
-class _Arcs(NamedTuple):
+class _ArcsBetweenStates(NamedTuple):
     """Arcs between states.
 
     `begin` and `end` are times relative to the state with index `parent`.
@@ -75,20 +75,20 @@ class _Arcs(NamedTuple):
     z1: Waves
     rate1: Waves
 
-    def select_arcs(self, at: Flags) -> _Arcs:
+    def select_arcs(self, at: Flags) -> _ArcsBetweenStates:
         columns: Any = (column[at] for column in self)
-        return _Arcs(*columns)
+        return _ArcsBetweenStates(*columns)
 
-    def halve_arcs(self, z: Waves, rate: Waves) -> _Arcs:
+    def halve_arcs(self, z: Waves, rate: Waves) -> _ArcsBetweenStates:
         """Split each arc in two at its midpoint in time."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
         second = self._replace(begin=middle, z0=z, rate0=rate)
         halves: Any = zip(first, second, strict=True)
-        return _Arcs(*map(np.concatenate, halves))
+        return _ArcsBetweenStates(*map(np.concatenate, halves))
 
 
-class _ArcAngles(NamedTuple):
+class _ArcAnglesAndChordDistances(NamedTuple):
     """The angles that arcs subtend at 0, and the distances of their chords from 0.
 
     `is_known` is True if the angle is known with certainty. `through` is 1 if the arc starts at 0
@@ -101,7 +101,7 @@ class _ArcAngles(NamedTuple):
     distance: Array
 
 
-def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> AxisMotion:
+def compute_body_axis_motion(path: Path, up: Array, along: Array, east: Array) -> BodyAxisMotion:
     """Compute the motion of a body axis about a fixed direction.
 
     `along` contains the components of the body axis along the principal axes, and `up` is the fixed
@@ -109,21 +109,21 @@ def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> Axi
     `east`.
     """
     axis, velocity = along @ path.frame, path.velocity
-    return AxisMotion(
-        *_project_onto_horizontal_plane(axis, velocity, up, east),
+    return BodyAxisMotion(
+        *_project_axis_horizontally(axis, velocity, up, east),
         axis @ up,
         velocity @ up,
         np.asarray((velocity * axis).sum(axis=-1)),
     )
 
 
-def count_turns(
-    path: Path, motion: AxisMotion, about: Waves, up: Array, along: Array, east: Array
-) -> Turns:
+def measure_turn_angles(
+    path: Path, motion: BodyAxisMotion, about: Waves, up: Array, along: Array, east: Array
+) -> TurnAngles:
     """Count the turns about the body axis and about a fixed direction between successive states."""
     z, rate, n = motion.z, motion.rate, len(motion.z) - 1
     apart = np.diff(path.t)
-    arcs = _Arcs(np.arange(n), np.zeros(n), apart, z[:-1], rate[:-1], z[1:], rate[1:])
+    arcs = _ArcsBetweenStates(np.arange(n), np.zeros(n), apart, z[:-1], rate[:-1], z[1:], rate[1:])
     angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
     nearest, gap = np.full(n, np.inf), np.zeros(n)
     for k in range(_ROUNDS):
@@ -136,9 +136,9 @@ def count_turns(
         if not arcs.parent.size:
             break
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
-        half, whole = _compute_arc_points(path, arcs.parent, times, up, along, east)
+        half, whole = _compute_projected_axis_at_times(path, arcs.parent, times, up, along, east)
         if k == 0:
-            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_state_gaps(
+            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_integration_gaps(
                 arcs, whole
             )
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
@@ -148,12 +148,17 @@ def count_turns(
     is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
     unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
     unknown[arcs.parent] = True
-    return Turns(
-        angle, _compute_spin_angles(motion, about, apart, angle, through), through, unknown
+    return TurnAngles(
+        angle,
+        _compute_spin_angle_increments(motion, about, apart, angle, through),
+        through,
+        unknown,
     )
 
 
-def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
+def _measure_integration_gaps(
+    arcs: _ArcsBetweenStates, whole: tuple[Waves, Waves]
+) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
     For each state, return the angle and the distance between the two projections of the body axis.
@@ -163,7 +168,11 @@ def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array,
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
     is_on_line = (
-        np.maximum(_distance_to_line(arcs.z1, arcs.rate1), _distance_to_line(*whole)) < THROUGH
+        np.maximum(
+            _distance_from_origin_to_line(arcs.z1, arcs.rate1),
+            _distance_from_origin_to_line(*whole),
+        )
+        < THROUGH
     )
     aside, gap = z1 * whole[0].conj(), np.abs(arcs.z1 - whole[0])
     is_between = is_on_line & (aside.real < 0.0)
@@ -172,7 +181,7 @@ def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array,
     return angle, is_between.astype(np.int64), np.where(is_wide, np.inf, gap)
 
 
-def _distance_to_line(z: Waves, rate: Waves) -> Array:
+def _distance_from_origin_to_line(z: Waves, rate: Waves) -> Array:
     """Return the distance of a line in the complex plane from the origin."""
     size = np.abs(rate)
     across: Array = np.abs((z * rate.conj()).imag)
@@ -180,8 +189,8 @@ def _distance_to_line(z: Waves, rate: Waves) -> Array:
     return np.divide(across, size, out=start, where=size > 0.0)
 
 
-def _compute_spin_angles(
-    motion: AxisMotion, about: Waves, apart: Array, turned: Array, through: Indices
+def _compute_spin_angle_increments(
+    motion: BodyAxisMotion, about: Waves, apart: Array, turned: Array, through: Indices
 ) -> Array:
     """Return the angles by which the body turns about the given axis between successive states.
 
@@ -201,16 +210,19 @@ def _compute_spin_angles(
     return np.where(is_seen, exact, thought)
 
 
-def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
+def _compare_arcs_with_chords(arcs: _ArcsBetweenStates) -> _ArcAnglesAndChordDistances:
     """Compare each arc with its chord in a fixed frame and in a rotating frame."""
-    angle, distance, bend = _measure_chords(arcs)
+    angle, distance, bend = _measure_chord_angles_and_distances(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
     pace = 0.5 * (
-        _compute_angular_rate(arcs.z0, arcs.rate0) + _compute_angular_rate(arcs.z1, arcs.rate1)
+        _compute_angular_rate_about_origin(arcs.z0, arcs.rate0)
+        + _compute_angular_rate_about_origin(arcs.z1, arcs.rate1)
     )
     pace = np.where(np.abs(pace * length) < np.pi, pace, 0.0)
-    other, far, bent = _measure_chords(_transform_to_rotating_frame(arcs, pace))
+    other, far, bent = _measure_chord_angles_and_distances(
+        _transform_arcs_to_rotating_frame(arcs, pace)
+    )
     in_frame = far > _SAFETY * bent
     passes = (distance < THROUGH) & (bend < THROUGH) & ~at_rest
     from_pole, to_pole = np.abs(arcs.z0) < THROUGH, np.abs(arcs.z1) < THROUGH
@@ -225,10 +237,10 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
     known &= (leaves | arrives) | ~(from_pole | to_pole)
     # A pass through a pole at a state is counted for the arc that starts there.
     through = np.asarray(passes | leaves, dtype=np.int64)
-    return _ArcAngles(angle, known, through, np.where(at_rest, distance, far))
+    return _ArcAnglesAndChordDistances(angle, known, through, np.where(at_rest, distance, far))
 
 
-def _transform_to_rotating_frame(arcs: _Arcs, pace: Array) -> _Arcs:
+def _transform_arcs_to_rotating_frame(arcs: _ArcsBetweenStates, pace: Array) -> _ArcsBetweenStates:
     """Transform the arcs to a frame that rotates about 0 with the angular velocity `pace`.
 
     The rotating frame coincides with the fixed frame at the midpoint of each arc.
@@ -242,7 +254,7 @@ def _transform_to_rotating_frame(arcs: _Arcs, pace: Array) -> _Arcs:
     )
 
 
-def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
+def _measure_chord_angles_and_distances(arcs: _ArcsBetweenStates) -> tuple[Array, Array, Array]:
     """For each chord, return its angle at 0, its distance from 0, and its distance from the arc.
 
     For the distance between the chord and the arc, an upper bound is returned.
@@ -257,14 +269,14 @@ def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
     return np.angle(arcs.z1 * arcs.z0.conj()), np.abs(arcs.z0 + foot * chord), bend
 
 
-def _compute_angular_rate(z: Waves, rate: Waves) -> Array:
+def _compute_angular_rate_about_origin(z: Waves, rate: Waves) -> Array:
     """Return the angular velocity of a complex number about 0, or 0 if it is nearly zero."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
 
 
-def _compute_arc_points(
+def _compute_projected_axis_at_times(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
     """Compute the projection of the body axis, and its time derivative, at the given times.
@@ -275,12 +287,12 @@ def _compute_arc_points(
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
     axis = along @ came.frame
-    z, rate = _project_onto_horizontal_plane(axis, came.velocity, up, east)
+    z, rate = _project_axis_horizontally(axis, came.velocity, up, east)
     z[came.status != 0] = np.nan
     return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
 
 
-def _project_onto_horizontal_plane(
+def _project_axis_horizontally(
     axis: Array, velocity: Array, up: Array, east: Array
 ) -> tuple[Waves, Waves]:
     """Return the horizontal projection of an axis and its time derivative as complex numbers."""

@@ -12,16 +12,16 @@ from .._analysis.compare import compare as compared
 from .._model.scene import Scene
 from .._utils.quantity_attributes import MethodName
 from . import time_option
-from .output_files import FILE, check_outputs
+from .output_files import FILE, parse_output_files
 from .parsers import (
     A_METHOD,
     A_SCENE,
     METHODS,
     SEVERAL,
+    convert_errors_to_usage_errors,
     method,
     numbers,
     parse_method_list,
-    translate_errors,
 )
 from .parsers import scene as a_scene
 
@@ -74,8 +74,8 @@ def compare(
     If the comparison is interrupted, the results obtained so far are printed.
     """
     stopped: CompareInterrupted | None = None
-    check_outputs([("--csv", csv_file)])
-    with translate_errors(_OPTIONS):
+    parse_output_files([("--csv", csv_file)])
+    with convert_errors_to_usage_errors(_OPTIONS):
         words = methods, steps or (), tols or (), truth, repeats
         try:
             table = compared(scene, t.to_solve_argument(), *words)
@@ -86,7 +86,7 @@ def compare(
     else:
         if csv_file:
             table.to_csv(csv_file)
-        Console(markup=False).print(_format_table(table))
+        Console(markup=False).print(_format_comparison_table(table))
     if stopped:
         raise stopped
 
@@ -95,7 +95,7 @@ _LEFT = ("method", "")  # the columns of text, which are aligned to the left
 _COLUMNS = ("method", "step", "tol", "ms", "steps", "attitude error [rad]", "energy error", "")
 
 
-def _format_table(table: Table) -> Grid:
+def _format_comparison_table(table: Table) -> Grid:
     grid = Grid(box=box.SIMPLE_HEAD)
     for name in _COLUMNS:
         justify: JustifyMethod = "left" if name in _LEFT else "right"

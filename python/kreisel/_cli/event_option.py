@@ -16,10 +16,10 @@ _TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
 
 def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
     """Return the events specified by the values of --events, or None if there are none."""
-    return [_parse_event(scene, word) for word in words] or None
+    return [_parse_event_text(scene, word) for word in words] or None
 
 
-def _parse_event(scene: Scene, word: str) -> Event:
+def _parse_event_text(scene: Scene, word: str) -> Event:
     name, *fields = word.split(":")
     if name not in MAKERS:
         raise UsageError(f"unknown event {name!r}; {suggest_name(name, MAKERS)}")
@@ -36,7 +36,7 @@ def _parse_event(scene: Scene, word: str) -> Event:
                 if not free:
                     raise ValueError(f"{field!r} is an unexpected argument")
                 key, value = free.pop(0), field
-            given[key] = _parse_value(key, value)
+            given[key] = _parse_event_argument(key, value)
         return maker(**given)
     except (TypeError, ValueError) as error:
         said = str(error).replace(f"{name}()", "it")
@@ -49,7 +49,7 @@ def _list_positional_arguments(maker: Callable[..., Event]) -> list[str]:
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
-def _parse_value(key: str, value: str) -> object:
+def _parse_event_argument(key: str, value: str) -> object:
     if key == "terminal":
         if value:
             raise ValueError("terminal takes no value")
@@ -60,10 +60,10 @@ def _parse_value(key: str, value: str) -> object:
         return float(value)
     if key == "normal":
         return numbers(value)
-    return _parse_function(value) if key in ("function", "where") else value
+    return _parse_event_polynomial(value) if key in ("function", "where") else value
 
 
-def _parse_function(text: str) -> dict[str, float]:
+def _parse_event_polynomial(text: str) -> dict[str, float]:
     """Parse a sum such as 2*m_x+apex_z*apex_z-0.5 into a mapping of products to factors."""
     terms: dict[str, float] = {}
     for term in _TERM.findall(text.replace(" ", "")):

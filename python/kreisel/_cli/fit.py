@@ -15,36 +15,43 @@ from .._fit.parameters import FREE, FreeName
 from .._fit.records import INSTRUMENT, InstrumentName, Record
 from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write
-from .output_files import FILE, check_outputs
-from .parsers import A_SCENE, UsageError, make_list_completer, names, numbers, translate_errors
+from .output_files import FILE, parse_output_files
+from .parsers import (
+    A_SCENE,
+    UsageError,
+    convert_errors_to_usage_errors,
+    make_list_completer,
+    names,
+    numbers,
+)
 from .parsers import scene as a_scene
 
 _OPTIONS = ("free", "sigma", "loss", "pieces", "point")
 _NOT_CONVERGED = 1  # exit code
 
 
-def _parse_assignment(option: str, words: str) -> tuple[str, str]:
+def _split_quantity_and_value(option: str, words: str) -> tuple[str, str]:
     name, equals, value = words.partition("=")
     if not (equals and name and value):
         raise UsageError(f"{option} {words}: write QUANTITY=VALUE")
     return name, value
 
 
-def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
+def _parse_column_options(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
     """Return a dict that maps each quantity to its column names, or None if there are none."""
     columns: dict[str, str | list[str]] = {}
     for words in given:
-        quantity, value = _parse_assignment("--column", words)
+        quantity, value = _split_quantity_and_value("--column", words)
         columns[quantity] = value.split(",") if "," in value else value
     return columns or None
 
 
-def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
+def _parse_sigma_options(given: tuple[str, ...]) -> float | dict[str, float] | None:
     """Return one standard deviation for all quantities, or a separate one for each."""
     try:
         if len(given) == 1 and "=" not in given[0]:
             return float(given[0])
-        pairs = (_parse_assignment("--sigma", words) for words in given)
+        pairs = (_split_quantity_and_value("--sigma", words) for words in given)
         return {quantity: float(value) for quantity, value in pairs} or None
     except ValueError:
         raise UsageError(f"--sigma {' '.join(given)}: the value must be a number") from None
@@ -120,11 +127,13 @@ def fit(
     If the fit is interrupted, the best fit found so far is printed.
     """
     places = [("fit --save", save), ("--csv", csv_file), ("fit --plot", plot)]
-    check_outputs(places, (record,))
+    parse_output_files(places, (record,))
     stopped: FitInterrupted | None = None
-    with translate_errors(_OPTIONS):
+    with convert_errors_to_usage_errors(_OPTIONS):
         own = cast(list[InstrumentName], [word for word in instrument if word])
-        measured = _read_record(record, _parse_columns(columns), time, sigma, own, degrees, point)
+        measured = _read_measurement_record(
+            record, _parse_column_options(columns), time, sigma, own, degrees, point
+        )
         try:
             found: Fit | None = estimate(
                 scene, measured, cast(list[FreeName], free), loss=loss, pieces=pieces
@@ -132,14 +141,14 @@ def fit(
         except FitInterrupted as error:
             found, stopped = error.fit, error
     if found is not None:
-        _write_results(found, save, csv_file, plot)
+        _write_fit_results(found, save, csv_file, plot)
     if stopped:
         raise stopped
     if found is not None and not found.has_converged:
         raise click.exceptions.Exit(_NOT_CONVERGED)
 
 
-def _read_record(
+def _read_measurement_record(
     file: str,
     columns: dict[str, str | list[str]] | None,
     time: str,
@@ -150,13 +159,21 @@ def _read_record(
 ) -> Record:
     try:
         return Record.from_csv(
-            file, columns, time, _parse_sigmas(sigma), instrument, degrees=degrees, point=point
+            file,
+            columns,
+            time,
+            _parse_sigma_options(sigma),
+            instrument,
+            degrees=degrees,
+            point=point,
         )
     except OSError as error:
         raise UsageError(str(error)) from None
 
 
-def _write_results(found: Fit, save: str | None, csv_file: str | None, plot: str | None) -> None:
+def _write_fit_results(
+    found: Fit, save: str | None, csv_file: str | None, plot: str | None
+) -> None:
     """Write the output files, and print a summary unless a file is written to standard output."""
     if "-" not in (save, csv_file):
         click.echo(str(found))

@@ -18,7 +18,7 @@ from ..scenes import about, get_scene
 from .parsers import UsageError, make_name_completer
 
 
-def _print_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
+def _print_text_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
     grid = Grid(box=box.SIMPLE_HEAD)
     for i, column in enumerate(columns):
         grid.add_column(column, no_wrap=i == 0)
@@ -39,21 +39,24 @@ def methods(name: str | None, markdown: bool) -> None:
     if markdown:
         click.echo(format_methods_page(known), nl=False)
     elif name is None:
-        rows = [(m.name, _format_order(m), _list_properties(m), m.text) for m in known.values()]
-        _print_table(("method", "order", "kind", "description"), rows)
+        rows = [
+            (m.name, _format_method_order(m), _format_method_properties(m), m.text)
+            for m in known.values()
+        ]
+        _print_text_table(("method", "order", "kind", "description"), rows)
     elif name not in known:
         raise UsageError(unknown_method_message(name))
     else:
-        _print_method(known[name])
+        _print_method_description(known[name])
 
 
-def _print_method(method: Method) -> None:
+def _print_method_description(method: Method) -> None:
     console = Console(markup=False, highlight=False)
     for word, value in {
         "name": method.name,
         "text": method.text,
-        "order": _format_order(method),
-        "kind": _list_properties(method),
+        "order": _format_method_order(method),
+        "kind": _format_method_properties(method),
         "conserves": method.conserves,
         "for": method.tops,
         "reference": method.reference,
@@ -61,11 +64,11 @@ def _print_method(method: Method) -> None:
         console.print(f"{word:<10} {value}")
 
 
-def _format_order(method: Method) -> str:
+def _format_method_order(method: Method) -> str:
     return str(method.order) if method.order else "varies"
 
 
-def _list_properties(method: Method) -> str:
+def _format_method_properties(method: Method) -> str:
     kinds = ("adaptive", "symplectic", "reversible", "implicit", "algebraic")
     return ", ".join(kind for kind in kinds if getattr(method, kind))
 
@@ -75,7 +78,7 @@ def _list_properties(method: Method) -> str:
 def scenes(name: str | None) -> None:
     """List all named scenes, or print the one called NAME in TOML format."""
     if name is None:
-        _print_table(("scene", "description"), list(about.items()))
+        _print_text_table(("scene", "description"), list(about.items()))
     elif name not in about:
         raise UsageError(f"unknown scene {name!r}; {suggest_name(name, about)}")
     else:
@@ -86,4 +89,4 @@ def scenes(name: str | None) -> None:
 def quantities() -> None:
     """List the quantities accepted by --want."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
-    _print_table(("quantity", "[M L T]", "description"), rows)
+    _print_text_table(("quantity", "[M L T]", "description"), rows)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import click
 
-from .._utils.atomic_io import check_writable
+from .._utils.atomic_io import check_file_is_writable
 from .parsers import UsageError
 
 FILE = click.Path(allow_dash=True)
@@ -32,7 +32,7 @@ _FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
 }
 
 
-class OutputFile(NamedTuple):
+class OutputFileOption(NamedTuple):
     """A command-line option and the file name given with it (- for standard output)."""
 
     option: str
@@ -44,55 +44,57 @@ class OutputFile(NamedTuple):
         return self.file == "-"
 
 
-def check_outputs(
+def parse_output_files(
     places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
-) -> list[OutputFile]:
+) -> list[OutputFileOption]:
     """Validate the requested output files and return them.
 
     `places` lists each option with its file name, which is None if the option was not given. Raises
     UsageError if a file cannot be written, or if the same file is used twice.
     """
     asked = [
-        _append_extension(OutputFile(option, file)) for option, file in places if file is not None
+        _append_npz_extension(OutputFileOption(option, file))
+        for option, file in places
+        if file is not None
     ]
     taken = {_resolve_output_path(file): file for file in read if file != "-"}
     for place in asked:
         if not place.is_stdout:
-            _check_writable(place.file)
+            _check_output_is_writable(place.file)
         same = _resolve_output_path(place.file)
-        if same in taken and not _is_device(place.file):
+        if same in taken and not _is_device_file(place.file):
             raise UsageError(f"{place.option} {place.file}: {taken[same]} is the same file")
         taken[same] = f"{place.option} {place.file}"
     return asked
 
 
-def _append_extension(place: OutputFile) -> OutputFile:
+def _append_npz_extension(place: OutputFileOption) -> OutputFileOption:
     """Add the extension .npz to the file name of an archive if it is missing.
 
     Raises UsageError if the file name has the extension of a different format.
     """
-    _check_extension(place)
+    _check_output_extension(place)
     whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
-    return place if whole else OutputFile(place.option, f"{place.file}.npz")
+    return place if whole else OutputFileOption(place.option, f"{place.file}.npz")
 
 
 def _resolve_output_path(file: str) -> str:
     return "-" if file in ("-", "/dev/stdout") else os.path.realpath(file)
 
 
-def _is_device(file: str) -> bool:
+def _is_device_file(file: str) -> bool:
     """Return True for a device such as /dev/null, which several outputs may share."""
     return file != "-" and File(file).is_char_device()
 
 
-def _check_writable(file: str) -> None:
+def _check_output_is_writable(file: str) -> None:
     try:
-        check_writable(file)
+        check_file_is_writable(file)
     except (OSError, ValueError) as error:
         raise UsageError(str(error)) from None
 
 
-def _check_extension(place: OutputFile) -> None:
+def _check_output_extension(place: OutputFileOption) -> None:
     ending = File(place.file).suffix.lower()
     if ending in _FORMATS and ending not in _ENDINGS[place.option]:
         option = place.option.split()[-1]

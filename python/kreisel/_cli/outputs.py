@@ -25,7 +25,7 @@ from .._options.quantities import LOW
 from .._results.path import Events, Path
 from .._results.serialization import dump_path
 from .._results.state_quantities import NO_STATES
-from .._results.tables import columns, quantity_rows
+from .._results.tables import columns, compute_quantity_rows
 from .._utils.atomic_io import atomic_open, atomic_write
 from .._utils.validation import Array
 from .table import AngleOptions, StateTablePrinter
@@ -58,11 +58,11 @@ def list_output_quantities(path: Path) -> tuple[str, ...]:
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
-def columns_as_lists(table: Mapping[str, Array]) -> dict[str, list[float]]:
+def convert_columns_to_lists(table: Mapping[str, Array]) -> dict[str, list[float]]:
     return {name: column.tolist() for name, column in table.items()}
 
 
-def encode_csv(table: Columns, head: bool = True) -> bytes:
+def encode_table_as_csv(table: Columns, head: bool = True) -> bytes:
     """Return a table in CSV format, with all digits."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -80,13 +80,13 @@ class CsvOutput:
         self._grow: Callable[[bytes], None] | None = None
 
     def add_path_piece(self, piece: Path) -> None:
-        table = columns_as_lists(self._angles.columns(piece, list_output_quantities(piece)))
-        rows = encode_csv(table, head=self._grow is None)
+        table = convert_columns_to_lists(self._angles.columns(piece, list_output_quantities(piece)))
+        rows = encode_table_as_csv(table, head=self._grow is None)
         if self._grow is None:
-            self._grow = self._open_file()
+            self._grow = self._open_csv_file()
         self._grow(rows)
 
-    def _open_file(self) -> Callable[[bytes], None]:
+    def _open_csv_file(self) -> Callable[[bytes], None]:
         if self._file == "-":
             return lambda rows: write_bytes("-", rows)
         return self._files.enter_context(atomic_open(self._file)).add
@@ -140,7 +140,7 @@ class EventCollector:
         """Return a table with one row for each event."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
-            table = columns_as_lists(columns(events.path, names, self.degrees))
+            table = convert_columns_to_lists(columns(events.path, names, self.degrees))
             rows = {
                 "event": [self.words[i] for i in events.which],
                 "t": table.pop("t"),
@@ -163,7 +163,7 @@ class EventCollector:
             click.echo(f"... {len(rows) - _SHOWN} more events: --events-csv writes all")
 
 
-class Summary:
+class RunSummaryOutput:
     """An output that prints a table of states and the largest energy error."""
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
@@ -178,7 +178,7 @@ class Summary:
         self._last = piece
         self._table.add_states(piece, list_output_quantities(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
-            size = _energy_scale(piece)
+            size = _compute_energy_error_scale(piece)
             self._change = max(self._change, piece.energy_error * size)
             self._size = max(self._size, size)
 
@@ -198,15 +198,15 @@ class Summary:
             click.echo(str(path.plan.choice))
 
 
-def _energy_scale(path: Path) -> float:
+def _compute_energy_error_scale(path: Path) -> float:
     """Return the energy that is the denominator of path.energy_error [M L^2 T^-2]."""
     scene = path.scene
-    at_start = float(values_of("kinetic", scene._block, scene._start)[0])
+    at_start = float(values_of("kinetic", scene._block, scene._start_state)[0])
     lever = scene.body.mass * abs(scene.gravity) * float(np.linalg.norm(scene.body.com))
     return max(at_start, float(path.kinetic.max())) + lever
 
 
-def encode_json(
+def encode_path_as_json(
     path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
 ) -> bytes:
     """Return a path in JSON format, together with its scene and options.
@@ -224,7 +224,7 @@ def encode_json(
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in quantity_rows(
+    for quantity, values in compute_quantity_rows(
         path, list_output_quantities(path), angles.degrees, angles.unwrap
     ):
         found[quantity.name] = _replace_nonfinite(values.tolist())
@@ -241,6 +241,6 @@ def _replace_nonfinite(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def encode_npz(path: Path) -> bytes:
+def encode_path_as_npz(path: Path) -> bytes:
     """Return the contents of the file that path.save would write."""
     return dump_path(path, path._events_for_archive)

@@ -11,8 +11,8 @@ import click
 from .._model.scene import Scene
 from .._view import open_viewer
 from .._view import view as viewed
-from .output_files import FILE, check_outputs
-from .parsers import A_SCENE, UsageError, translate_errors
+from .output_files import FILE, parse_output_files
+from .parsers import A_SCENE, UsageError, convert_errors_to_usage_errors
 from .parsers import scene as a_scene
 
 _REPORT = "validation.__main__"
@@ -28,8 +28,8 @@ def view(scene: Scene, file: str | None) -> None:
     single, self-contained HTML file. Its location is printed. If no browser is available, save the
     page with --save and open it on another computer.
     """
-    check_outputs([("view --save", file)])
-    with translate_errors(()):
+    parse_output_files([("view --save", file)])
+    with convert_errors_to_usage_errors(()):
         page = viewed(scene, open=False)
     try:
         text = page.html

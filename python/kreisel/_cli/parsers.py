@@ -11,8 +11,8 @@ from contextlib import contextmanager
 import click
 from click.shell_completion import CompletionItem
 
-from .._model.scene import Scene, parse_toml
-from .._model.toml import prefix_errors, read_limited_text
+from .._model.scene import Scene, parse_scene_toml
+from .._model.toml import prefix_errors_with_name, read_limited_text
 from .._options.methods import methods, unknown_method_message
 from .._options.quantities import RECORDABLE
 from .._utils.errors import suggest_name
@@ -51,17 +51,17 @@ def scene(word: str) -> Scene:
     if word in about:
         return get_scene(word)
     with warnings.catch_warnings(record=True) as said:
-        read = _read_scene(word)
+        read = _read_scene_argument(word)
     for warning in said:
         click.echo(f"Warning: {warning.message}", err=True)
     return read
 
 
-def _read_scene(word: str) -> Scene:
+def _read_scene_argument(word: str) -> Scene:
     try:
         if word == "-":
-            return prefix_errors(
-                "standard input", lambda: parse_toml(read_limited_text(sys.stdin.buffer))
+            return prefix_errors_with_name(
+                "standard input", lambda: parse_scene_toml(read_limited_text(sys.stdin.buffer))
             )
         return Scene.from_toml(word)
     except FileNotFoundError:
@@ -114,7 +114,7 @@ A_SCENE = make_name_completer(about, files=True)
 
 
 @contextmanager
-def translate_errors(options: Collection[str]) -> Iterator[None]:
+def convert_errors_to_usage_errors(options: Collection[str]) -> Iterator[None]:
     """Return a context manager that converts exceptions to command-line errors.
 
     In the error messages, Python arguments are replaced by command-line options.
@@ -136,11 +136,11 @@ def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
     alternatives = "|".join(sorted(options, key=len, reverse=True))
     value = r"\[[^]]*\]|\([^)]*\)|'[^']*'|[^\s,;:)]+"
 
-    def format_option(found: re.Match[str]) -> str:
+    def format_option_of_argument(found: re.Match[str]) -> str:
         plain = re.sub(r"[\[\]()' ]", "", found[2]).rstrip(",")
         return f"--{found[1].replace('_', '-')} {plain}"
 
-    said = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_option, message)
+    said = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_option_of_argument, message)
     said = said.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
     said = re.sub(rf"\b(give|leave out|leave) ({alternatives})\b", r"\1 --\2", said)
     return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", said)

@@ -82,7 +82,7 @@ class RunOutcome:
     checkpoint: bytes | None = None
 
 
-def write_pieces_to_outputs(
+def write_path_pieces_to_outputs(
     outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
 ) -> RunOutcome:
     """Write all parts of a path to the outputs, and return the outcome of the run.

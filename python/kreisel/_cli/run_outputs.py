@@ -8,16 +8,16 @@ from typing import TypedDict, TypeVar
 
 import click
 
-from .output_files import FILE, check_outputs
+from .output_files import FILE, parse_output_files
 from .outputs import (
     CsvOutput,
     EventCollector,
     Output,
     PathCollector,
-    Summary,
-    encode_csv,
-    encode_json,
-    encode_npz,
+    RunSummaryOutput,
+    encode_path_as_json,
+    encode_path_as_npz,
+    encode_table_as_csv,
     write_bytes,
 )
 from .parsers import UsageError
@@ -88,7 +88,7 @@ class RunOutputs:
     ) -> None:
         if where["events_file"] and not events:
             raise UsageError("--events-csv needs --events")
-        places = check_outputs(
+        places = parse_output_files(
             [
                 ("--csv", where["csv_file"]),
                 ("--json", where["json_file"]),
@@ -102,12 +102,12 @@ class RunOutputs:
         self._shows = not any(place.is_stdout for place in places)
         self._open, self._where = ExitStack(), where
         self._summary, self._collector = (
-            Summary(self._angle_options(), where["all_rows"]),
+            RunSummaryOutput(self._make_angle_options(), where["all_rows"]),
             PathCollector(),
         )
         self._met = EventCollector(events, where["degrees"]) if events else None
 
-    def _angle_options(self) -> AngleOptions:
+    def _make_angle_options(self) -> AngleOptions:
         return AngleOptions(self._where["degrees"], self._where["unwrap"])
 
     @property
@@ -123,10 +123,10 @@ class RunOutputs:
         if self.needs_whole_path:
             outputs.append(self._collector)
         if "--csv" in self.files:
-            outputs.append(CsvOutput(self.files["--csv"], self._angle_options(), self._open))
+            outputs.append(CsvOutput(self.files["--csv"], self._make_angle_options(), self._open))
         return outputs
 
-    def discard_files(self) -> None:
+    def discard_output_files(self) -> None:
         """Discard the output, and leave existing files unchanged."""
         refused = ValueError()
         self._open.__exit__(ValueError, refused, None)
@@ -160,12 +160,13 @@ class RunOutputs:
         path = self._collector.whole_path
         why = str(end.stopped) if end.stopped else None
         if "--npz" in self.files:
-            write_bytes(self.files["--npz"], encode_npz(path))
+            write_bytes(self.files["--npz"], encode_path_as_npz(path))
         if "--json" in self.files:
             write_bytes(
-                self.files["--json"], encode_json(path, self._met, self._angle_options(), why)
+                self.files["--json"],
+                encode_path_as_json(path, self._met, self._make_angle_options(), why),
             )
 
     def _write_events(self) -> None:
         if self._met and "--events-csv" in self.files:
-            write_bytes(self.files["--events-csv"], encode_csv(self._met.table()))
+            write_bytes(self.files["--events-csv"], encode_table_as_csv(self._met.table()))

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._model.scene import Scene
 from .._options.solve_options import parse_recording_interval
-from .._options.times import check_horizon, check_memory, time_array
+from .._options.times import check_resolvable_horizon, check_states_fit_in_memory, time_array
 from .._results.path import Path
 from .._solve.run import Run, start
 from .._solve.run import resume as resumed
@@ -26,13 +26,13 @@ from .parsers import (
     A_SCENE,
     QUANTITIES,
     UsageError,
+    convert_errors_to_usage_errors,
     make_name_completer,
     method,
     names,
-    translate_errors,
 )
 from .parsers import scene as a_scene
-from .progress import SignalHandler, write_pieces_to_outputs
+from .progress import SignalHandler, write_path_pieces_to_outputs
 from .run_outputs import OutputOptions, RunOutputs, add_output_options
 
 _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much smaller
@@ -116,7 +116,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveCommandOptions
     """
     top, stops = a_scene(scene), SignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])
-    with translate_errors(_OPTIONS):
+    with convert_errors_to_usage_errors(_OPTIONS):
         events = parse_event_option(top, words["events"])
         if words["method"] == "geometric" or words["error"] is not None:
             if "--save" in left.files:
@@ -159,8 +159,8 @@ def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeCommandOptions
     as for the whole run. --save can overwrite the file RUN.
     """
     stops = SignalHandler(t.end)
-    with translate_errors(_OPTIONS):
-        top = _read_run(run, words["max_steps"])
+    with convert_errors_to_usage_errors(_OPTIONS):
+        top = _read_saved_run(run, words["max_steps"])
         sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
         left = RunOutputs(words, (), sought)
         _run_and_write_outputs(
@@ -175,14 +175,14 @@ def _run_and_write_outputs(
     with stops.defer_signals():
         try:
             with stops.show_progress():
-                end = write_pieces_to_outputs(
+                end = write_path_pieces_to_outputs(
                     left.create_outputs(), pieces, run if "--save" in left.files else None, stops
                 )
         except MemoryError:
-            left.discard_files()
+            left.discard_output_files()
             raise click.ClickException("not enough memory") from None
         except BaseException:
-            left.discard_files()
+            left.discard_output_files()
             raise
         left.finish_outputs(end)
 
@@ -211,25 +211,27 @@ def _iterate_path_pieces(
     run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
     """Return an iterator over the parts of a path, starting at the current time of the run."""
-    check_horizon(run.scene, t.end, run.step)
+    check_resolvable_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.select_later_times(run.t)
     if not rest.grids:
         raise UsageError(f"the run has already reached t = {run.t!r}: give a later --t")
-    size = run._options.state_bytes + 8
+    size = run._options.bytes_per_state + 8
     given: float | Array | Iterator[float] = iter(rest)
     if not t.one:
         if left.needs_whole_path:
-            check_memory(len(rest), size)
+            check_states_fit_in_memory(len(rest), size)
     elif every is None:
         given = np.array([0.0, t.end] if run._fresh else [t.end])
     elif left.needs_whole_path:
-        return run.stream(_remaining_grid_times(run, t.end, every, size), progress=stops.progress)
+        return run.stream(
+            _select_remaining_grid_times(run, t.end, every, size), progress=stops.progress
+        )
     else:
         given = t.end
     return run.stream(given, every=every, progress=stops.progress)
 
 
-def _remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
+def _select_remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
     """Return those times of a grid that are later than the current time of the run.
 
     Raises MemoryError if the states would not fit in memory.
@@ -238,7 +240,7 @@ def _remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 
-def _read_run(file: str, max_steps: int | None) -> Run:
+def _read_saved_run(file: str, max_steps: int | None) -> Run:
     """Read a saved run from a file, or from standard input if `file` is -."""
     try:
         if file == "-":

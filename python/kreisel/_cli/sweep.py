@@ -21,7 +21,7 @@ from .._sweep.store import DONE, MISSING
 from .._sweep.sweep import sweep as run_sweep
 from .._sweep.sweep_result import SweepResult, list_missing_ranges, read_sweep
 from .._utils.optional import optional_dependency
-from .parsers import UsageError, translate_errors
+from .parsers import UsageError, convert_errors_to_usage_errors
 
 _OPTIONS = "parts", "folder"
 _SHOWN = 6  # largest number of ranges of parts in a printed line
@@ -46,7 +46,7 @@ def sweep() -> None:
     """
 
 
-def _parse_parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
+def _parse_parts_option(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
     """Parse a range of parts such as 0:100, which excludes part 100."""
     if word is None:
         return None
@@ -63,7 +63,7 @@ def _parse_parts(_: click.Context, __: click.Parameter, word: str | None) -> ran
 @click.option("--folder", required=True, type=click.Path(), help="The folder of the parts.")
 @click.option(
     "--parts",
-    callback=_parse_parts,
+    callback=_parse_parts_option,
     metavar="A:B",
     help="Compute only these parts, for example in one of many jobs; 0:0 only writes the plan.",
 )
@@ -82,19 +82,19 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
     if workers is not None and dask is not None:
         raise UsageError("give either --workers or --dask")
     with (
-        translate_errors(_OPTIONS),
-        _translate_folder_errors(),
+        convert_errors_to_usage_errors(_OPTIONS),
+        _translate_sweep_errors(),
         _open_progress_bar() as progress,
         _open_executor(workers, dask) as executor,
     ):
         found = run_sweep(
             Path(plan), folder=folder, parts=parts, executor=executor, progress=progress
         )
-    click.echo(_summary_text(found, found.present))
+    click.echo(_format_sweep_summary(found, found.present))
 
 
 @contextmanager
-def _translate_folder_errors() -> Iterator[None]:
+def _translate_sweep_errors() -> Iterator[None]:
     """Return a context manager that converts exceptions of a sweep to command-line errors."""
     try:
         yield
@@ -115,7 +115,7 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
             yield client.get_executor()
     elif workers is not None:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, context, initializer=ignore_sigint) as pool:
+        with ProcessPoolExecutor(workers, context, initializer=ignore_sigint_in_worker) as pool:
             try:
                 yield pool
             except BaseException:
@@ -138,7 +138,7 @@ def report_thread_exception(failure: threading.ExceptHookArgs) -> None:
         threading.__excepthook__(failure)
 
 
-def ignore_sigint() -> None:
+def ignore_sigint_in_worker() -> None:
     """Ignore Ctrl-C in a worker process, because the parent process handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
@@ -165,17 +165,17 @@ def _open_progress_bar() -> Iterator[Watch | None]:
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
     """Verify the parts in FOLDER, and count the complete, missing and damaged ones."""
-    with translate_errors(_OPTIONS), _translate_folder_errors():
+    with convert_errors_to_usage_errors(_OPTIONS), _translate_sweep_errors():
         found = read_sweep(folder, partial=True)
         stand, there = found._verify_existing_parts()
-    click.echo(_summary_text(found, stand[DONE]))
+    click.echo(_format_sweep_summary(found, stand[DONE]))
     if left := found.parts - len(there):
         click.echo(
             f"{MISSING}: {left} parts, {_format_ranges(list_missing_ranges(there, found.parts))}"
         )
     for how, parts in stand.items():
         if how != DONE:
-            click.echo(f"{how}: {len(parts)} parts, {_format_ranges(_split_ranges(parts))}")
+            click.echo(f"{how}: {len(parts)} parts, {_format_ranges(_group_into_ranges(parts))}")
     failed = sum(int(np.count_nonzero(found.part(i)["status"])) for i in stand[DONE])
     if failed:
         click.echo(f"failed: {failed} tops, whose status is not 0")
@@ -186,7 +186,7 @@ def status(folder: str) -> None:
         )
 
 
-def _summary_text(found: SweepResult, done: list[int]) -> str:
+def _format_sweep_summary(found: SweepResult, done: list[int]) -> str:
     size = sum(file.stat().st_size for file in Path(found.folder).glob("part-*"))
     return (
         f"{found.folder}: {len(done)} of {found.parts} parts, {found.size} tops in all, "
@@ -194,7 +194,7 @@ def _summary_text(found: SweepResult, done: list[int]) -> str:
     )
 
 
-def _split_ranges(numbers: list[int]) -> Iterator[range]:
+def _group_into_ranges(numbers: list[int]) -> Iterator[range]:
     """Yield the ranges of consecutive integers in an ascending list."""
     breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
     for a, b in pairwise([0, *breaks, len(numbers)]):

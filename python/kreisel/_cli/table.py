@@ -69,9 +69,9 @@ class StateTablePrinter:
         count = len(piece)
         self.rows += count
         head = min(count, _ENDS - len(self._first))
-        self._first += _select_rows(table, slice(head))
+        self._first += _select_table_rows(table, slice(head))
         begin = head if self._last.maxlen is None else max(head, count - _ENDS)
-        self._last.extend(_select_rows(table, slice(begin, None)))
+        self._last.extend(_select_table_rows(table, slice(begin, None)))
 
     def _detect_angle_jumps(self, table: dict[str, Array]) -> None:
         half_turn = 180.0 if self._angles.degrees else np.pi
@@ -107,5 +107,5 @@ class StateTablePrinter:
         Console(markup=False).print(grid)
 
 
-def _select_rows(table: dict[str, Array], at: slice) -> list[Row]:
+def _select_table_rows(table: dict[str, Array], at: slice) -> list[Row]:
     return list(zip(*(column[at].tolist() for column in table.values()), strict=True))

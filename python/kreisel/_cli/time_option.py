@@ -71,12 +71,12 @@ class Times:
 
 def times(words: str) -> Times:
     """Parse comma-separated numbers and grids start:end:step."""
-    grids = tuple(map(_parse_grid, words.split(",")))
-    _refuse_unordered_grids([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
+    grids = tuple(map(_parse_time_grid, words.split(",")))
+    _refuse_unordered_time_grids([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
     return Times(grids, len(grids) == 1 and ":" not in words)
 
 
-def _parse_grid(word: str) -> TimeGrid:
+def _parse_time_grid(word: str) -> TimeGrid:
     try:
         given = [float(part) for part in word.split(":")]
     except ValueError:
@@ -89,10 +89,10 @@ def _parse_grid(word: str) -> TimeGrid:
         raise click.BadParameter(f"t must be finite, not {word!r}")
     if len(given) == 1:
         return TimeGrid(given[0], 0.0, 1)
-    return _make_grid(word, *given)
+    return _build_time_grid(word, *given)
 
 
-def _make_grid(word: str, start: float, end: float, step: float) -> TimeGrid:
+def _build_time_grid(word: str, start: float, end: float, step: float) -> TimeGrid:
     """Return the grid of times from start to end."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
@@ -106,7 +106,7 @@ def _make_grid(word: str, start: float, end: float, step: float) -> TimeGrid:
     return TimeGrid(start, math.copysign(step, length), count)
 
 
-def _refuse_unordered_grids(ends: Sequence[float]) -> None:
+def _refuse_unordered_time_grids(ends: Sequence[float]) -> None:
     back = ends[-1] < 0.0
     last = 0.0
     for t in ends:

@@ -30,7 +30,7 @@ def list_alternative_spins(
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
-    if not (between > 0.0 and parameters.is_fitted("velocity")):
+    if not (between > 0.0 and parameters.has_free("velocity")):
         return []
     turn, made = 2.0 * np.pi / between, []
     for axis, rate in _yield_fast_rotation_axes(point, turn / _FEW):
@@ -60,7 +60,7 @@ def _list_spins_with_same_momentum(
     """Rescale the moment of inertia about `axis`; return an empty list if it cannot be changed."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
-    if not (p.is_fitted("moments") and is_principal and 0.0 < factor < np.inf):
+    if not (p.has_free("moments") and is_principal and 0.0 < factor < np.inf):
         return []
     moments = alias.moments.copy()
     moments[k] *= factor

@@ -8,12 +8,12 @@ from .._model.scene import Ensemble, Scene
 from .._results.path import Error
 from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, check_type, short_repr
-from .fit_result import Fit, make_fit
+from .fit_result import Fit, build_fit_from_session
 from .levenberg_marquardt import LossName
 from .parameters import FreeName, Parameters, parse_free_names
 from .records import Record
 from .search_session import SearchSession
-from .summary import describe_excess, describe_misfit, is_misfit
+from .summary import describe_misfit, describe_residual_excess, is_misfit
 
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
@@ -88,8 +88,8 @@ def fit(
     search does not converge, or if no motion fits the measurements. Also warns if the residuals of
     a soft-loss fit are larger than expected from their standard deviations.
     """
-    guesses = _parse_scenes(scene)
-    blocks, measured = parse_free_names(free), _parse_records(records)
+    guesses = _parse_start_scenes(scene)
+    blocks, measured = parse_free_names(free), _parse_measurement_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
     limit = as_int("max_evaluations", max_evaluations, 1)
@@ -101,7 +101,7 @@ def fit(
         for guess in guesses
     ]
     for session in sessions:
-        session.check_records()
+        session.check_enough_measurements()
         session.check_segment_count(count)
     return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
 
@@ -115,18 +115,22 @@ def _run_search_sessions(
             session.run(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
             reached = session.best
-            found = best if reached is None else _select_better_fit(best, make_fit(session))
+            found = (
+                best
+                if reached is None
+                else _select_better_fit(best, build_fit_from_session(session))
+            )
             raise FitInterrupted("the fit was interrupted", found) from None
         if session.best is not None:
-            session.check_start_friction()
-            session.check_sensitivity()
-            best = _select_better_fit(best, make_fit(session))
+            session.refuse_start_held_by_friction()
+            session.refuse_insensitive_quantities()
+            best = _select_better_fit(best, build_fit_from_session(session))
     if best is None:
-        raise _make_no_motion_error(sessions[0])
+        raise _make_incomputable_motion_error(sessions[0])
     if is_misfit(best):
         warn_user(describe_misfit(best))
     elif best.excess:
-        warn_user(describe_excess(best))
+        warn_user(describe_residual_excess(best))
     elif not best.has_converged:
         warn_user(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
@@ -140,9 +144,9 @@ def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
     return second if first is None or second.cost < first.cost else first
 
 
-def _make_no_motion_error(session: SearchSession) -> Error:
+def _make_incomputable_motion_error(session: SearchSession) -> Error:
     """Return the exception raised while computing the motion of the initial scene."""
-    session.check_start_friction()
+    session.refuse_start_held_by_friction()
     try:
         session.solve_initial_scene()
     except Error as error:
@@ -150,7 +154,7 @@ def _make_no_motion_error(session: SearchSession) -> Error:
     raise ValueError("the residuals leave the range of doubles: check the values and their sigma")
 
 
-def _parse_scenes(scene: object) -> list[Scene]:
+def _parse_start_scenes(scene: object) -> list[Scene]:
     if isinstance(scene, Ensemble):
         if not scene.size:
             raise ValueError("scene is an ensemble without members")
@@ -159,7 +163,7 @@ def _parse_scenes(scene: object) -> list[Scene]:
     return [check_type("scene", scene, Scene)]
 
 
-def _parse_records(records: object) -> tuple[Record, ...]:
+def _parse_measurement_records(records: object) -> tuple[Record, ...]:
     given = [records] if isinstance(records, Record) else records
     if not isinstance(given, Iterable) or isinstance(given, str):
         raise TypeError(f"records must be kreisel.Record objects, not {short_repr(records)}")

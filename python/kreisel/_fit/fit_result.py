@@ -18,16 +18,16 @@ from .._utils.optional import optional_dependency
 from .._utils.validation import Array, ReadOnlyArrays, as_int, freeze_arrays
 from .aliasing import describe_alternative_spin
 from .fit_path import solve_fitted_motion
-from .identifiability import describe_blind_directions
+from .identifiability import describe_undetermined_directions
 from .parameters import FitPoint, Parameters
 from .records import Record
-from .search_session import SearchSession, Solution
-from .summary import format_html, format_summary
+from .search_session import BestFit, SearchSession
+from .summary import format_fit_summary, format_fit_summary_as_html
 from .uncertainty import (
-    Spectrum,
-    analyse_spectrum,
+    ParameterDirections,
+    analyse_parameter_space,
     compute_statistics,
-    measure_nonlinearity,
+    measure_cost_nonlinearity,
 )
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class Fit(ReadOnlyArrays):
     cost: float
     _parameters: Parameters
     _point: FitPoint
-    _spectrum: Spectrum
+    _spectrum: ParameterDirections
     _pieces: tuple[tuple[float, FitPoint], ...]
 
     @cached_property
@@ -139,7 +139,7 @@ class Fit(ReadOnlyArrays):
 
         Raises TypeError if the function returns anything other than numbers.
         """
-        value = _convert_to_numbers(function(self.scene))
+        value = _convert_to_float_array(function(self.scene))
         columns = []
         for k in range(self._parameters.size):
             step = np.zeros(self._parameters.size)
@@ -148,14 +148,16 @@ class Fit(ReadOnlyArrays):
                 self._parameters.move_within_bounds(self._point, sign * step)
                 for sign in (1.0, -1.0)
             ]
-            lengths = [min(1.0, self._distance_to_bound(k) / step[k]), 1.0]
-            both = [_convert_to_numbers(function(self._parameters.to_scene(end))) for end in ends]
+            lengths = [min(1.0, self._compute_distance_to_lower_bound(k) / step[k]), 1.0]
+            both = [
+                _convert_to_float_array(function(self._parameters.to_scene(end))) for end in ends
+            ]
             columns.append((both[0] - both[1]).ravel() / (step[k] * sum(lengths)))
         _, errors = self._spectrum.propagate_errors(np.stack(columns, axis=-1))
         shaped = errors.reshape(value.shape)
         return (value, shaped) if value.ndim else (float(value), float(shaped))
 
-    def _distance_to_bound(self, k: int) -> float:
+    def _compute_distance_to_lower_bound(self, k: int) -> float:
         """Return the distance of parameter k from its bound."""
         return float(self._parameters.compute_distances_to_bounds(self._point)[k])
 
@@ -180,9 +182,9 @@ class Fit(ReadOnlyArrays):
         Two axes are drawn for each quantity. `fit.plot().figure.savefig("fit.png")` writes a file.
         Raises ImportError if matplotlib is not installed.
         """
-        from .._plot.fit_charts import plot_panels
+        from .._plot.fit_charts import plot_fit_panels
 
-        return plot_panels([*_list_chart_panels(self)])
+        return plot_fit_panels([*_list_chart_panels(self)])
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with the value, error and unit of each parameter.
@@ -211,11 +213,11 @@ class Fit(ReadOnlyArrays):
         return text
 
     def __str__(self) -> str:
-        return format_summary(self)
+        return format_fit_summary(self)
 
     def _repr_html_(self) -> str:
         """Return the summary as HTML, with a table of the parameters, for display in notebooks."""
-        return format_html(self)
+        return format_fit_summary_as_html(self)
 
     def __repr__(self) -> str:
         ratio = self.chi2 / self.dof
@@ -247,23 +249,25 @@ def _list_chart_panels(fit: Fit) -> Iterator[_ChartPanel]:
             yield _ChartPanel(series.name, record.t, values, shaped, sigma)
 
 
-def _convert_to_numbers(value: ArrayLike) -> Array:
+def _convert_to_float_array(value: ArrayLike) -> Array:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "iuf":
         raise TypeError(f"function must return numbers, not {type(value).__name__}")
     return numbers.astype(float)
 
 
-def make_fit(session: SearchSession) -> Fit:
+def build_fit_from_session(session: SearchSession) -> Fit:
     """Build a Fit from the best solution found by a search."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
-    spectrum = analyse_spectrum(best.jacobian, best.natural, statistics.inflation, p.size)
-    names, units, values, by_step = p.describe(best.point)
+    spectrum = analyse_parameter_space(best.jacobian, best.natural, statistics.inflation, p.size)
+    names, units, values, by_step = p.list_names_units_and_values(best.point)
     covariance, errors = spectrum.propagate_errors(by_step)
-    unidentified = describe_blind_directions(p, best.point, spectrum.natural, spectrum.blind, names)
-    residuals, sigma = _collect_residuals(session, best.residuals)
+    unidentified = describe_undetermined_directions(
+        p, best.point, spectrum.natural, spectrum.blind, names
+    )
+    residuals, sigma = _collect_residuals_by_record(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
     return Fit(
         p.to_scene(best.point),
@@ -280,12 +284,12 @@ def make_fit(session: SearchSession) -> Fit:
         statistics.dof,
         statistics.correlation,
         statistics.inflation,
-        _measure_nonlinearity(session, best, spectrum, statistics.inflation),
+        _measure_fit_nonlinearity(session, best, spectrum, statistics.inflation),
         unidentified,
         () if session.alias is None else (describe_alternative_spin(best.point, session.alias),),
         session.measure_relative_residual(),
         session.measure_residual_excess(),
-        _describe_bounds(p, best.point, best.natural),
+        _describe_reached_bounds(p, best.point, best.natural),
         best.has_converged,
         session.evaluations + session.model.evaluations,
         tuple(begin for begin, _ in best.pieces),
@@ -298,12 +302,12 @@ def make_fit(session: SearchSession) -> Fit:
 
 
 def _compute_moment_ratios(
-    p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
+    p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: ParameterDirections
 ) -> dict[str, tuple[float, float]]:
     """Return the ratio of each free moment to the last free moment, and its standard deviation."""
-    if not p.is_fitted("moments"):
+    if not p.has_free("moments"):
         return {}
-    *others, last = range(*p.find_columns("moments").indices(p.size))
+    *others, last = range(*p.find_parameter_columns("moments").indices(p.size))
     made = {}
     for k in others:
         ratio = values[k] / values[last]
@@ -313,16 +317,16 @@ def _compute_moment_ratios(
     return made
 
 
-def _measure_nonlinearity(
-    session: SearchSession, best: Solution, spectrum: Spectrum, inflation: float
+def _measure_fit_nonlinearity(
+    session: SearchSession, best: BestFit, spectrum: ParameterDirections, inflation: float
 ) -> float:
     if best.pieces or session.loss != "linear":
         return 0.0
     own = session.model, best.point, best.residuals
-    return measure_nonlinearity(*own, spectrum, inflation)
+    return measure_cost_nonlinearity(*own, spectrum, inflation)
 
 
-def _collect_residuals(
+def _collect_residuals_by_record(
     session: SearchSession, residuals: Array
 ) -> tuple[tuple[dict[str, Array], ...], tuple[dict[str, Array], ...]]:
     found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
@@ -336,23 +340,23 @@ def _collect_residuals(
     return found, sigma
 
 
-def _describe_bounds(p: Parameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
+def _describe_reached_bounds(p: Parameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
     """Return one sentence for each density, damping or friction parameter that is zero."""
     sentences = []
     distances = p.compute_distances_to_bounds(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
-        if not p.is_fitted(name):
+        if not p.has_free(name):
             continue
-        at = p.find_columns(name)
+        at = p.find_parameter_columns(name)
         for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
             axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
-            sentences.append(_describe_bound(name, axes))
-    if p.is_fitted("friction") and not point.friction:
+            sentences.append(_describe_reached_bound(name, axes))
+    if p.has_free("friction") and not point.friction:
         sentences.append("friction is zero: negative friction is excluded")
     return tuple(sentences)
 
 
-def _describe_bound(name: str, axes: list[int]) -> str:
+def _describe_reached_bound(name: str, axes: list[int]) -> str:
     if name == "damping":
         return " = ".join(f"damping_{i}" for i in axes) + " is zero: negative damping is excluded"
     if len(axes) == 1:

@@ -24,13 +24,13 @@ _LEVEL = 1e-3  # horizontal part of an angular velocity that a heading turns, re
 Blocks = Mapping[str, Array]
 
 
-def describe_blind_directions(
+def describe_undetermined_directions(
     parameters: Parameters, point: FitPoint, natural: Array, blind: Array, names: list[str]
 ) -> tuple[str, ...]:
     """Describe each direction in parameter space that the residuals do not determine."""
     sentences: list[str] = []
     left = blind
-    for sentence, change in _list_symmetries(parameters, point):
+    for sentence, change in _yield_unobservable_changes(parameters, point):
         if not left.shape[1]:
             break
         length = float(np.linalg.norm(change / natural))
@@ -54,7 +54,7 @@ def _describe_parameter_direction(direction: Array, names: list[str]) -> str:
     return f"a combination of parameters: {' '.join(told)}, in natural units"
 
 
-def _list_symmetries(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
+def _yield_unobservable_changes(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     """Yield parameter changes, each with a description, that leave some measurements unchanged."""
     yield from _list_parameter_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
@@ -82,11 +82,11 @@ def _yield_change_of_free_parameters(
     p: Parameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
     """Yield the change of the given parameter blocks if all of them are free."""
-    if not all(p.is_fitted(name) for name in blocks):
+    if not all(p.has_free(name) for name in blocks):
         return
     change = np.zeros(p.size)
     for name, value in blocks.items():
-        change[p.find_columns(name)] = value
+        change[p.find_parameter_columns(name)] = value
     yield sentence, change
 
 
@@ -103,13 +103,13 @@ def _has_gravity_torque(point: FitPoint) -> bool:
 
 
 def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
-    own = _list_torque_scalings(p, point)
+    own = _list_gravity_torque_scalings(p, point)
     size: dict[str, Array] = {"moments": _average_equal_parameters(p.moments, point.densities)}
-    others, is_scalable = ["damping"], p.is_fitted("damping") or not point.damping.any()
-    if p.is_fitted("damping"):
+    others, is_scalable = ["damping"], p.has_free("damping") or not point.damping.any()
+    if p.has_free("damping"):
         size["damping"] = _average_equal_parameters(p.damping, point.damping)
     for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
-        if p.is_fitted(name):
+        if p.has_free(name):
             size[name] = value
             others.append(name)
         elif value.any():
@@ -133,7 +133,7 @@ def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[s
         yield from _yield_change_of_free_parameters(p, sentence, {**own[first], **against})
 
 
-def _list_torque_scalings(p: Parameters, point: FitPoint) -> dict[str, dict[str, Array]]:
+def _list_gravity_torque_scalings(p: Parameters, point: FitPoint) -> dict[str, dict[str, Array]]:
     """Return, for each factor of the gravitational torque, parameter changes that rescale it."""
     made = {
         "com": {"com": point.com},
@@ -141,7 +141,7 @@ def _list_torque_scalings(p: Parameters, point: FitPoint) -> dict[str, dict[str,
         "gravity": {"gravity": np.array([point.gravity])},
         "mass": {"mass": np.array([point.mass])},
     }
-    if p.is_fitted("shaking"):
+    if p.has_free("shaking"):
         made["gravity"]["shaking"] = np.array([point.shaking[0], 0.0, 0.0])
     return made
 
@@ -169,7 +169,7 @@ def _list_rotations_about_axis(p: Parameters, point: FitPoint) -> Iterator[tuple
     sentence = "the rotor against the moment about its axis: only the momentum counts"
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
     yield from _yield_change_of_free_parameters(p, sentence, heavier)
-    if p.is_fitted("damping"):
+    if p.has_free("damping"):
         drag = _average_equal_parameters(p.damping, point.damping * unit)
         yield from _yield_change_of_free_parameters(p, sentence, {**spin, "damping": drag})
         yield from _yield_change_of_free_parameters(p, sentence, {**spin, "damping": 2.0 * drag})
@@ -183,12 +183,12 @@ def _list_rotations_about_axis(p: Parameters, point: FitPoint) -> Iterator[tuple
 def _list_clock_shifts_and_rotations(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     """Yield parameter changes that shift all clocks or rotate the principal axes."""
     scene = point.to_scene()
-    [change] = values("body_acceleration", scene._block, scene._start)
+    [change] = values("body_acceleration", scene._block, scene._start_state)
     delays = [at for (name, _, _), at in p.slices.items() if name == "delay"]
     if delays and len(delays) == len(p.records):
         sentence = "the delay against the start: a shift in time"
         blocks = {"attitude": point.rate, "velocity": change}
-        if p.is_fitted("shaking"):
+        if p.has_free("shaking"):
             blocks["shaking"] = np.array([0.0, 0.0, point.shaking[1]])
         for _, step in _yield_change_of_free_parameters(p, sentence, blocks):
             for at in delays:

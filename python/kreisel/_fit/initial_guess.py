@@ -30,16 +30,16 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .motion_data import FEWEST, ApexTrace, MotionData, read_apex_traces, read_motions
-from .parameters import FitPoint, Parameters, convert_scene_to_point
+from .motion_data import FEWEST, ApexTrace, MotionSamples, compute_apex_traces, reconstruct_motions
+from .parameters import FitPoint, Parameters, convert_scene_to_fit_point
 from .records import Record
 from .rotations import (
+    compute_rotation_from_vertical,
     conjugate_quaternions,
     convert_matrix_to_quaternion,
     cross_matrix,
     exponential,
     multiply_quaternions,
-    rotate_vertical_to,
     rotation_matrix,
 )
 
@@ -62,7 +62,7 @@ class Guess(NamedTuple):
     """
 
     point: FitPoint
-    motion: MotionData | None
+    motion: MotionSamples | None
     allowed: Array | None = None
 
 
@@ -76,38 +76,42 @@ class _LinearSolution(NamedTuple):
     friction: float
 
 
-class _EnergyLosses(NamedTuple):
+class _EnergyLossTypes(NamedTuple):
     """The types of energy loss included in the linear equations."""
 
     is_damped: bool
     is_rubbed: bool
 
 
-def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
+def guess_parameters_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
     """Compute initial guesses of the parameters from the records.
 
     Returns an empty list if the motion cannot be reconstructed from the records.
     """
     base = parameters.start
     made: list[Guess] = []
-    for motion in read_motions(records, base)[:2]:
+    for motion in reconstruct_motions(records, base)[:2]:
         for count in {len(motion.t), max(len(motion.t) // _SHORT, min(len(motion.t), 40))}:
-            made += _guess_from_motion(parameters, motion, motion.select_first(count))
+            made += _guess_parameters_from_motion(
+                parameters, motion, motion.select_first_samples(count)
+            )
     if not made:
-        for trace in read_apex_traces(records, base)[:1]:
-            made += _guess_from_apex(parameters, trace)
+        for trace in compute_apex_traces(records, base)[:1]:
+            made += _guess_parameters_from_apex(parameters, trace)
     return made
 
 
-def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionData) -> list[Guess]:
+def _guess_parameters_from_motion(
+    parameters: Parameters, motion: MotionSamples, part: MotionSamples
+) -> list[Guess]:
     base = parameters.start
-    is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.is_fitted("com"))
+    is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.has_free("com"))
     axis = _compute_friction_axis(base)
-    is_rubbed = part.source != "space" and (parameters.is_fitted("friction") or base.friction > 0.0)
+    is_rubbed = part.source != "space" and (parameters.has_free("friction") or base.friction > 0.0)
     if is_rubbed:
         part = _select_samples_before_stop(part, axis)
-    losses = _EnergyLosses(parameters.is_fitted("damping"), is_rubbed)
-    solution = _solve_equations(part, base, is_heavy, losses)
+    losses = _EnergyLossTypes(parameters.has_free("damping"), is_rubbed)
+    solution = _solve_linear_motion_equations(part, base, is_heavy, losses)
     if solution is None:
         return []
     twins = [solution]
@@ -117,13 +121,17 @@ def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionD
             twins.reverse()
         if base.com.any():
             twins = twins[:1]
-    return [_make_guess(parameters, motion, one) for one in twins]
+    return [_make_guess_from_linear_solution(parameters, motion, one) for one in twins]
 
 
-def _make_guess(parameters: Parameters, motion: MotionData, solution: _LinearSolution) -> Guess:
+def _make_guess_from_linear_solution(
+    parameters: Parameters, motion: MotionSamples, solution: _LinearSolution
+) -> Guess:
     turn = np.array([1.0, 0.0, 0.0, 0.0])  # from the axes of the motion to the principal axes
     if motion.source == "space":
-        turn = convert_matrix_to_quaternion(_match_principal_axes(solution, parameters.start))
+        turn = convert_matrix_to_quaternion(
+            _match_principal_axes_to_scene(solution, parameters.start)
+        )
     turned = rotation_matrix(turn)
     moments = np.diag(turned.T @ solution.inertia @ turned).copy()
     lever = turned.T @ solution.lever
@@ -133,15 +141,15 @@ def _make_guess(parameters: Parameters, motion: MotionData, solution: _LinearSol
     attitude = multiply_quaternions(multiply_quaternions(first, motion.attitude), turn)
     seen = motion._replace(attitude=attitude, rate=motion.rate @ turned)
     if motion.is_at_rest:
-        seen = _transform_to_support_frame(seen, parameters.start.turning)
+        seen = _transform_motion_to_support_frame(seen, parameters.start.turning)
     point = _replace_body_by_estimates(parameters, moments, lever, solution)
     rate = seen.rate[:3].mean(axis=0)
     return Guess(
-        _find_point_through_state(parameters, point, seen.t[0], seen.attitude[0], rate), seen
+        _find_parameters_through_state(parameters, point, seen.t[0], seen.attitude[0], rate), seen
     )
 
 
-def _transform_to_support_frame(motion: MotionData, turning: Array) -> MotionData:
+def _transform_motion_to_support_frame(motion: MotionSamples, turning: Array) -> MotionSamples:
     """Return the motion relative to a support that initially coincides with the inertial frame."""
     turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
     attitude = multiply_quaternions(turned, motion.attitude)
@@ -155,11 +163,11 @@ def _compute_friction_axis(base: FitPoint) -> Array:
     return made
 
 
-def _select_samples_before_stop(motion: MotionData, axis: Array) -> MotionData:
+def _select_samples_before_stop(motion: MotionSamples, axis: Array) -> MotionSamples:
     """Return the samples of a motion up to the time at which its spin about `axis` nearly stops."""
     spin = np.abs(motion.rate @ axis)
     slow = np.flatnonzero(spin < _STOPPED * spin.max())
-    return motion.select_first(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
+    return motion.select_first_samples(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
 
 
 def _replace_body_by_estimates(
@@ -170,35 +178,35 @@ def _replace_body_by_estimates(
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
     size, heavy = float(np.linalg.norm(base.com)), float(np.linalg.norm(lever))
-    is_size_known = heavy > 0.0 and base.gravity_force != 0.0 and not parameters.is_fitted("com")
+    is_size_known = heavy > 0.0 and base.gravity_force != 0.0 and not parameters.has_free("com")
     factor = base.moments.sum() / (2.0 * densities.sum())
     if is_size_known and size > 0.0:
         factor = abs(base.gravity_force) * size / heavy
     changes: dict[str, Array | float] = {}
-    if parameters.is_fitted("moments"):
+    if parameters.has_free("moments"):
         groups = parameters.moments
         mean = groups @ (groups.T @ densities / groups.sum(axis=0))
         changes["densities"] = factor * mean
     else:
         factor = base.moments.sum() / (2.0 * densities.sum())
-    if base.gravity_force and heavy > 0.0 and parameters.is_fitted("com"):
+    if base.gravity_force and heavy > 0.0 and parameters.has_free("com"):
         changes["com"] = factor * lever / base.gravity_force
-    if parameters.is_fitted("damping"):
+    if parameters.has_free("damping"):
         drag = 0.0 if losses is None else losses.damping
         changes["damping"] = np.full(3, max(factor * drag, 0.0))
-    if parameters.is_fitted("friction") and losses is not None:
+    if parameters.has_free("friction") and losses is not None:
         changes["friction"] = max(factor * losses.friction, 0.0)
     return replace(base, **changes)  # type: ignore[arg-type]
 
 
-def _find_point_through_state(
+def _find_parameters_through_state(
     parameters: Parameters, point: FitPoint, since: float, attitude: Array, rate: Array
 ) -> FitPoint:
     """Return the parameters for which the motion passes through a given state at time `since`."""
     there = replace(
         point,
-        attitude=attitude if parameters.is_fitted("attitude") else point.attitude,
-        rate=rate if parameters.is_fitted("velocity") else point.rate,
+        attitude=attitude if parameters.has_free("attitude") else point.attitude,
+        rate=rate if parameters.has_free("velocity") else point.rate,
     )
     if since == 0.0:
         return there
@@ -206,16 +214,18 @@ def _find_point_through_state(
         back = solve(there.to_scene(since), [-since], "taylor", max_steps=10000)
     except (Error, ValueError):
         return there
-    start = convert_scene_to_point(there.to_scene().replace(momentum=back.m[0], attitude=back.q[0]))
+    start = convert_scene_to_fit_point(
+        there.to_scene().replace(momentum=back.m[0], attitude=back.q[0])
+    )
     return replace(
         there,
-        attitude=start.attitude if parameters.is_fitted("attitude") else there.attitude,
-        rate=start.rate if parameters.is_fitted("velocity") else there.rate,
+        attitude=start.attitude if parameters.has_free("attitude") else there.attitude,
+        rate=start.rate if parameters.has_free("velocity") else there.rate,
     )
 
 
-def _solve_equations(
-    motion: MotionData, base: FitPoint, is_heavy: bool, losses: _EnergyLosses
+def _solve_linear_motion_equations(
+    motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossTypes
 ) -> _LinearSolution | None:
     """Solve the momentum equation using the singular vector of the smallest singular value.
 
@@ -225,7 +235,7 @@ def _solve_equations(
     rotor, is_full = base.rotor, motion.source == "space"
     if rotor.any() and is_full:
         return None
-    columns = _list_equation_columns(motion, base, is_heavy, losses)
+    columns = _list_coefficient_columns(motion, base, is_heavy, losses)
     matrix = np.concatenate(columns, axis=2).reshape(3 * len(motion.t), -1)
     sizes = np.linalg.norm(matrix, axis=0)
     sizes[sizes == 0.0] = 1.0
@@ -238,19 +248,19 @@ def _solve_equations(
     return _unpack_linear_solution(found, motion, is_heavy, losses)
 
 
-def _list_equation_columns(
-    motion: MotionData, base: FitPoint, is_heavy: bool, losses: _EnergyLosses
+def _list_coefficient_columns(
+    motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossTypes
 ) -> list[Array]:
     """Return the columns of the coefficient matrix as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
     turning = _select_support_velocity(motion, base)
     rate = motion.rate + turning @ rotation
-    momenta = [rotation @ _build_momentum_matrices(rate, motion.source == "space")]
+    momenta = [rotation @ _build_inertia_to_momentum_matrices(rate, motion.source == "space")]
     momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
     columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
     columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
     if is_heavy:
-        weight = base.acceleration_at(t) / base.gravity
+        weight = base.compute_vertical_acceleration(t) / base.gravity
         integral = _integrate_by_trapezoids(t, weight[:, None, None] * rotation)
         columns.append(
             -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
@@ -267,7 +277,7 @@ def _list_equation_columns(
     return columns
 
 
-def _select_support_velocity(motion: MotionData, base: FitPoint) -> Array:
+def _select_support_velocity(motion: MotionSamples, base: FitPoint) -> Array:
     """Return the part of the support's angular velocity that is used in the linear equations.
 
     The components are zero if the motion is relative to the inertial frame.
@@ -279,7 +289,7 @@ def _select_support_velocity(motion: MotionData, base: FitPoint) -> Array:
 
 
 def _unpack_linear_solution(
-    found: Array, motion: MotionData, is_heavy: bool, losses: _EnergyLosses
+    found: Array, motion: MotionSamples, is_heavy: bool, losses: _EnergyLossTypes
 ) -> _LinearSolution | None:
     is_full = motion.source == "space"
     count = 6 if is_full else 3
@@ -302,7 +312,7 @@ def _unpack_linear_solution(
     return _LinearSolution(inertia, lever, vertical, damping, lost[0] if losses.is_rubbed else 0.0)
 
 
-def _build_momentum_matrices(rate: Array, is_full: bool) -> Array:
+def _build_inertia_to_momentum_matrices(rate: Array, is_full: bool) -> Array:
     """Return matrices of shape (n, 3, k) that map the k independent components of J to J W."""
     made = np.zeros((len(rate), 3, 6 if is_full else 3))
     for k in range(3):
@@ -321,7 +331,7 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
     return made
 
 
-def _match_principal_axes(solution: _LinearSolution, base: FitPoint) -> Array:
+def _match_principal_axes_to_scene(solution: _LinearSolution, base: FitPoint) -> Array:
     """Return the principal axes of a solution as columns, in the order of the scene's moments.
 
     The signs of the axes are chosen so that the centre of mass is close to that of the scene.
@@ -347,22 +357,24 @@ def _build_frame_from_vertical(vertical: Array) -> Array:
     return np.stack((first, np.cross(vertical, first), vertical))
 
 
-def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
+def _guess_parameters_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
     """Compute guesses from apex directions, assuming that the body is symmetric about its apex."""
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []
-    apex, change = _fit_local_cubics(trace)
+    apex, change = _smooth_apex_by_local_cubics(trace)
     t, turning = trace.t, base.turning
     carried = np.cross(apex, change + np.cross(turning, apex))
     left = carried + np.cross(turning, _integrate_by_trapezoids(t, carried))
     summed = _integrate_by_trapezoids(t, apex)
     along = apex + np.cross(turning, summed)
-    weight = base.acceleration_at(t) / base.gravity if base.gravity else np.ones(len(t))
+    weight = (
+        base.compute_vertical_acceleration(t) / base.gravity if base.gravity else np.ones(len(t))
+    )
     integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
     columns = [-along[:, :, None], integral[:, :, None], identity]
-    if parameters.is_fitted("friction") or base.friction:
+    if parameters.has_free("friction") or base.friction:
         columns.append(((t - t[0])[:, None] * apex - summed)[:, :, None])
     matrix = np.concatenate(columns, axis=2)
     found = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), left.ravel(), rcond=None)[0]
@@ -374,7 +386,7 @@ def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
     ]
 
 
-def _estimate_mean_precession(trace: ApexTrace) -> float:
+def _estimate_mean_precession_rate(trace: ApexTrace) -> float:
     angle = np.unwrap(np.arctan2(trace.apex[:, 0], -trace.apex[:, 1]))
     return float(np.polyfit(trace.t, angle, 1)[0])
 
@@ -386,7 +398,11 @@ def _estimate_nutation_parameters(trace: ApexTrace, turning: float) -> list[tupl
     sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
     measured in the inertial frame.
     """
-    height, n, rate = trace.apex[:, 2], len(trace.t), _estimate_mean_precession(trace) + turning
+    height, n, rate = (
+        trace.apex[:, 2],
+        len(trace.t),
+        _estimate_mean_precession_rate(trace) + turning,
+    )
     mean = float(np.clip(height.mean(), -1.0, 1.0))
     lines = np.abs(np.fft.rfft((height - mean) * np.hanning(n), _PADDING * n))
     lines[: 2 * _PADDING] = 0.0  # slower lines are trends
@@ -413,25 +429,25 @@ def _guess_from_apex_and_spin(
     along = float(axis @ (base.moments * axis))
     across = 0.5 * (base.moments.sum() - along)
     torque = base.gravity_force * float(np.linalg.norm(base.com))
-    if parameters.is_fitted("moments") and torque * k > 0.0:
+    if parameters.has_free("moments") and torque * k > 0.0:
         across = torque / k
         along = min(along, 1.9 * across)
     moments = along * axis**2 + across * (1.0 - axis**2)
     point = _replace_body_by_estimates(parameters, moments, base.gravity_force * base.com, None)
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
-    turn = rotate_vertical_to(axis)
-    tilts = rotate_vertical_to(apex / np.linalg.norm(apex, axis=1)[:, None])
+    turn = compute_rotation_from_vertical(axis)
+    tilts = compute_rotation_from_vertical(apex / np.linalg.norm(apex, axis=1)[:, None])
     attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
     spin = (a * across - float(axis @ base.rotor)) / along - float(base.turning @ apex[0])
-    if parameters.is_fitted("friction"):
+    if parameters.has_free("friction"):
         point = replace(point, friction=max(across * slowing * np.sign(spin), 0.0))
     lost = point.friction / along * (trace.t - trace.t[0])
     left = np.copysign(np.maximum(abs(spin) - lost, 0.0), spin)
     velocity = np.cross(apex, change) + left[:, None] * apex
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
-    motion = MotionData(trace.t, attitude, rate, "apex")
-    start = _find_point_through_state(parameters, point, trace.t[0], attitude[0], rate[0])
+    motion = MotionSamples(trace.t, attitude, rate, "apex")
+    start = _find_parameters_through_state(parameters, point, trace.t[0], attitude[0], rate[0])
     return Guess(start, motion, _build_constant_spin_projection(parameters, axis))
 
 
@@ -443,14 +459,14 @@ def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Arra
     allowed = np.eye(parameters.size)
     for name in parameters.free:
         if name not in ("attitude", "velocity"):
-            allowed[:, parameters.find_columns(name)] = 0.0
-    if parameters.is_fitted("velocity"):
-        at = parameters.find_columns("velocity")
+            allowed[:, parameters.find_parameter_columns(name)] = 0.0
+    if parameters.has_free("velocity"):
+        at = parameters.find_parameter_columns("velocity")
         allowed[at, at] -= np.outer(axis, axis)
     return allowed
 
 
-def _fit_local_cubics(trace: ApexTrace) -> tuple[Array, Array]:
+def _smooth_apex_by_local_cubics(trace: ApexTrace) -> tuple[Array, Array]:
     """Smooth apex directions by local cubic fits, and return their values and derivatives.
 
     Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.

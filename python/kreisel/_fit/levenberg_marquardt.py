@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from .._utils.validation import Array
-from .residuals import Evaluation
+from .residuals import ResidualEvaluation
 
 LossName = Literal["linear", "soft"]
 
@@ -39,8 +39,8 @@ class LeastSquaresModel(Protocol[P]):
     def evaluations(self) -> int: ...
     @property
     def size(self) -> int: ...
-    def evaluate(self, point: P) -> Evaluation: ...
-    def estimate_scales(self, point: P) -> Array: ...
+    def evaluate(self, point: P) -> ResidualEvaluation: ...
+    def estimate_parameter_scales(self, point: P) -> Array: ...
     def move_within_bounds(self, point: P, step: Array) -> P: ...
     def compute_distances_to_bounds(self, point: P) -> Array: ...
 
@@ -52,7 +52,7 @@ class Minimum(NamedTuple):
     """
 
     point: object
-    evaluation: Evaluation
+    evaluation: ResidualEvaluation
     cost: float
     has_converged: bool
 
@@ -64,12 +64,12 @@ def compute_cost(residuals: Array, loss: LossName) -> float:
     return float(2.0 * (np.hypot(1.0, residuals) - 1.0).sum())
 
 
-def apply_loss_weights(evaluation: Evaluation, loss: LossName) -> Evaluation:
+def apply_loss_weights(evaluation: ResidualEvaluation, loss: LossName) -> ResidualEvaluation:
     """Return the residuals and Jacobian with each row scaled by the square root of its weight."""
     if loss == "linear":
         return evaluation
     weight = (1.0 + evaluation.residuals**2) ** -0.25
-    return Evaluation(evaluation.residuals * weight, evaluation.jacobian * weight[:, None])
+    return ResidualEvaluation(evaluation.residuals * weight, evaluation.jacobian * weight[:, None])
 
 
 class SearchSettings(NamedTuple):
@@ -88,14 +88,14 @@ class SearchSettings(NamedTuple):
     is_stiff: bool = False
 
 
-def minimize(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> Minimum:
+def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> Minimum:
     """Search for a local minimum of the cost, starting from `point`, and return the minimum.
 
     The search stops early if the residuals are large and hardly decrease.
     """
     evaluation = model.evaluate(point)
     best = Minimum(point, evaluation, _compute_cost_or_infinity(evaluation, search.loss), False)
-    damping, natural = _DAMPING, model.estimate_scales(point)
+    damping, natural = _DAMPING, model.estimate_parameter_scales(point)
     if not np.isfinite(best.cost):
         return best
     search.report(best)
@@ -107,7 +107,7 @@ def minimize(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> M
         steps = _DampedSteps(
             weighted, natural, model.compute_distances_to_bounds(point), search.is_stiff
         )
-        trial, damping = _find_improvement(model, point, steps, damping, best.cost, search)
+        trial, damping = _find_cost_reducing_step(model, point, steps, damping, best.cost, search)
         if trial is None:
             return best._replace(has_converged=model.evaluations < search.limit)
         gain = best.cost - trial.cost
@@ -128,7 +128,7 @@ def _has_large_residuals(found: Minimum, loss: LossName) -> bool:
     return bool(np.median(np.abs(residuals)) > _FAR_MEDIAN)
 
 
-def _compute_cost_or_infinity(evaluation: Evaluation, loss: LossName) -> float:
+def _compute_cost_or_infinity(evaluation: ResidualEvaluation, loss: LossName) -> float:
     with np.errstate(all="ignore"):
         cost = compute_cost(evaluation.residuals, loss)
     return cost if np.isfinite(cost) else np.inf
@@ -138,7 +138,7 @@ class _DampedSteps:
     """Damped Gauss-Newton steps from a given point."""
 
     def __init__(
-        self, evaluation: Evaluation, natural: Array, distances: Array, is_stiff: bool
+        self, evaluation: ResidualEvaluation, natural: Array, distances: Array, is_stiff: bool
     ) -> None:
         scaled = evaluation.jacobian * natural
         gradient = scaled.T @ evaluation.residuals
@@ -150,14 +150,14 @@ class _DampedSteps:
         self.is_seen = self.values > _RANK_RTOL * largest
         self.scale = float(np.median(self.values)) if is_stiff else largest
 
-    def solve_step(self, damping: float) -> Array:
+    def compute_damped_step(self, damping: float) -> Array:
         divisor = self.values + damping * self.scale
         part = np.where(self.is_seen, self.along / np.where(self.is_seen, divisor, 1.0), 0.0)
         made: Array = -self.natural * (self.vectors @ part)
         return made
 
 
-def _find_improvement(
+def _find_cost_reducing_step(
     model: LeastSquaresModel[P],
     point: P,
     steps: _DampedSteps,
@@ -167,7 +167,7 @@ def _find_improvement(
 ) -> tuple[Minimum | None, float]:
     """Increase the damping until a step does not increase the cost."""
     while model.evaluations < search.limit:
-        moved = model.move_within_bounds(point, steps.solve_step(damping))
+        moved = model.move_within_bounds(point, steps.compute_damped_step(damping))
         evaluation = model.evaluate(moved)
         found = _compute_cost_or_infinity(evaluation, search.loss)
         if found <= cost:

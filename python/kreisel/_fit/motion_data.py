@@ -13,11 +13,11 @@ from .._utils.validation import Array
 from .parameters import FitPoint
 from .records import Record, Series
 from .rotations import (
+    compute_rotation_from_vertical,
     conjugate_quaternions,
     exponential,
     logarithm,
     multiply_quaternions,
-    rotate_vertical_to,
     rotation_matrix,
 )
 
@@ -29,7 +29,7 @@ _GAP = 6.0  # a longer pause between two samples, relative to the median, ends a
 _TURN = 0.5  # angle between attitudes whose difference gives an angular velocity [rad]
 
 
-class MotionData(NamedTuple):
+class MotionSamples(NamedTuple):
     """Attitudes and angular velocities of the principal axes at n times.
 
     attitude     quaternions from the principal axes to space; only relative to the first one, or
@@ -47,7 +47,7 @@ class MotionData(NamedTuple):
     source: str
     is_at_rest: bool = False
 
-    def select_first(self, count: int) -> MotionData:
+    def select_first_samples(self, count: int) -> MotionSamples:
         """Return the first `count` samples."""
         t, attitude, rate = self.t[:count], self.attitude[:count], self.rate[:count]
         return self._replace(t=t, attitude=attitude, rate=rate)
@@ -60,36 +60,40 @@ class ApexTrace(NamedTuple):
     apex: Array
 
 
-def read_motions(records: Sequence[Record], point: FitPoint) -> list[MotionData]:
+def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
     """Return the motions determined by the records, starting with the most complete one."""
     turned = rotation_matrix(point.axes)
-    made: list[MotionData] = []
+    made: list[MotionSamples] = []
     for record in records:
         table = {s.name: s for s in record.series if s.part is None}
         if "q" in table:
-            t, q = _select_longest_gapless_run(record.t, table["q"])
-            made += _reconstruct_from_attitudes(t, multiply_quaternions(q, point.axes[None]))
+            t, q = _select_longest_gapless_samples(record.t, table["q"])
+            made += _reconstruct_motion_from_attitudes(t, multiply_quaternions(q, point.axes[None]))
         for name in {"body_velocity", INERTIAL_VELOCITY.name} & table.keys():
-            t, w = _select_longest_gapless_run(record.t, table[name])
+            t, w = _select_longest_gapless_samples(record.t, table[name])
             up = table.get("body_vertical")
-            first = _find_nearest_vertical(record.t, up, t) if up is not None and len(t) else None
-            found = _reconstruct_from_gyroscope(
+            first = (
+                _find_vertical_nearest_in_time(record.t, up, t)
+                if up is not None and len(t)
+                else None
+            )
+            found = _reconstruct_motion_from_gyroscope(
                 t, w @ turned, None if first is None else first @ turned
             )
-            is_at_rest = name == INERTIAL_VELOCITY.name and point.is_turning
+            is_at_rest = name == INERTIAL_VELOCITY.name and point.has_turning_support
             made += [motion._replace(is_at_rest=is_at_rest) for motion in found]
         if "velocity" in table:
-            t, w = _select_longest_gapless_run(record.t, table["velocity"])
-            made += _reconstruct_from_space_velocity(t, w)
+            t, w = _select_longest_gapless_samples(record.t, table["velocity"])
+            made += _reconstruct_motion_from_velocity(t, w)
     order = ("attitude", "vertical", "space", "gyroscope")
     return sorted(made, key=lambda motion: order.index(motion.source))
 
 
-def read_apex_traces(records: Sequence[Record], point: FitPoint) -> list[ApexTrace]:
+def compute_apex_traces(records: Sequence[Record], point: FitPoint) -> list[ApexTrace]:
     """Extract the trace of the apex from each record that contains apex directions."""
     made = []
     for record in records:
-        found = _read_apex_directions(record, point)
+        found = _compute_apex_directions(record, point)
         if found is not None:
             t, apex = found
             even = np.linspace(t[0], t[-1], len(t))
@@ -98,10 +102,10 @@ def read_apex_traces(records: Sequence[Record], point: FitPoint) -> list[ApexTra
     return made
 
 
-def _read_apex_directions(record: Record, point: FitPoint) -> tuple[Array, Array] | None:
+def _compute_apex_directions(record: Record, point: FitPoint) -> tuple[Array, Array] | None:
     table = {s.name: s for s in record.series}
     if "apex" in table:
-        t, e = _select_longest_gapless_run(record.t, table["apex"])
+        t, e = _select_longest_gapless_samples(record.t, table["apex"])
     elif {"apex_x", "apex_y"} <= table.keys():
         both = table["apex_x"].measured & table["apex_y"].measured
         t = record.t[both[:, 0]]
@@ -125,7 +129,7 @@ def _read_apex_directions(record: Record, point: FitPoint) -> tuple[Array, Array
     return (t, e) if len(t) >= FEWEST else None
 
 
-def _select_longest_gapless_run(t: Array, series: Series) -> tuple[Array, Array]:
+def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Array]:
     """Return the longest sequence of complete rows with distinct times and no gap in time."""
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
@@ -167,7 +171,7 @@ def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.
     return regular
 
 
-def _reconstruct_from_attitudes(t: Array, q: Array) -> list[MotionData]:
+def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> list[MotionSamples]:
     """Reconstruct a motion; each velocity is computed from two sufficiently different attitudes."""
     if len(t) < FEWEST:
         return []
@@ -177,7 +181,7 @@ def _reconstruct_from_attitudes(t: Array, q: Array) -> list[MotionData]:
     rate = turns / (t[stride:] - t[:-stride])[:, None]
     middle = 0.5 * (t[stride:] + t[:-stride])
     halfway = multiply_quaternions(q[:-stride], exponential(0.5 * turns))
-    return [MotionData(middle, halfway, rate, "attitude")]
+    return [MotionSamples(middle, halfway, rate, "attitude")]
 
 
 def _compute_relative_rotations(q: Array, stride: int) -> Array:
@@ -185,18 +189,22 @@ def _compute_relative_rotations(q: Array, stride: int) -> Array:
     return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
 
 
-def _reconstruct_from_gyroscope(t: Array, rate: Array, vertical: Array | None) -> list[MotionData]:
+def _reconstruct_motion_from_gyroscope(
+    t: Array, rate: Array, vertical: Array | None
+) -> list[MotionSamples]:
     if len(t) < FEWEST:
         return []
     first = np.array([1.0, 0.0, 0.0, 0.0])
     if vertical is not None:
-        first = conjugate_quaternions(rotate_vertical_to(vertical / np.linalg.norm(vertical)))
-    attitude = _integrate_attitude(t, rate, first, False)
+        first = conjugate_quaternions(
+            compute_rotation_from_vertical(vertical / np.linalg.norm(vertical))
+        )
+    attitude = _integrate_angular_velocity(t, rate, first, False)
     source = "gyroscope" if vertical is None else "vertical"
-    return [MotionData(t, attitude, rate, source)]
+    return [MotionSamples(t, attitude, rate, source)]
 
 
-def _find_nearest_vertical(t: Array, series: Series, since: Array) -> Array | None:
+def _find_vertical_nearest_in_time(t: Array, series: Series, since: Array) -> Array | None:
     """Return the measured vertical that is nearest in time to the first element of `since`."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:
@@ -206,15 +214,15 @@ def _find_nearest_vertical(t: Array, series: Series, since: Array) -> Array | No
     return vertical if np.linalg.norm(vertical) > 0.0 else None
 
 
-def _reconstruct_from_space_velocity(t: Array, velocity: Array) -> list[MotionData]:
+def _reconstruct_motion_from_velocity(t: Array, velocity: Array) -> list[MotionSamples]:
     if len(t) < FEWEST:
         return []
-    attitude = _integrate_attitude(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)
+    attitude = _integrate_angular_velocity(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
-    return [MotionData(t, attitude, rate, "space")]
+    return [MotionSamples(t, attitude, rate, "space")]
 
 
-def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
+def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
     """Integrate angular velocities to obtain attitudes, starting from the attitude `first`."""
     made = np.empty((len(t), 4))
     made[0] = first
@@ -227,7 +235,7 @@ def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) 
     return made
 
 
-def interpolate(motion: MotionData, t: float) -> tuple[Array, Array]:
+def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
     """Return the attitude and the angular velocity of a motion at the time t."""
     k = int(np.clip(np.searchsorted(motion.t, t), 1, len(motion.t) - 1))
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)

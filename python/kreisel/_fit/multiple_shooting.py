@@ -17,11 +17,11 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .levenberg_marquardt import LossName, Minimum, SearchSettings, minimize
-from .motion_data import MotionData, interpolate
+from .levenberg_marquardt import LossName, Minimum, SearchSettings, minimize_cost
+from .motion_data import MotionSamples, interpolate_motion
 from .parameters import FitPoint, Parameters
 from .records import Record, slice_record
-from .residuals import Evaluation, Indices, ResidualModel
+from .residuals import Indices, ResidualEvaluation, ResidualModel
 from .rotations import (
     conjugate_quaternions,
     cross_matrix,
@@ -41,7 +41,7 @@ _STAGE_LIMIT = 40  # evaluations of all pieces in a stage
 _START = ("attitude", "velocity")
 
 
-class SegmentStarts(NamedTuple):
+class SegmentStartStates(NamedTuple):
     """The initial states of all segments.
 
     Parameters other than initial states are stored in the first segment.
@@ -85,7 +85,7 @@ class ShootingModel:
         for k in range(count):
             self._add_segment(k, records, sigmas)
         self.first = int(np.flatnonzero(self.edges[:-1] <= 0.0)[-1])  # the piece with the start
-        self.columns = self._list_segment_columns()
+        self.columns = self._list_jacobian_columns_of_segments()
         self.data_size = sum(len(rows) for rows in self.rows)
         self.size = self.data_size + 6 * (count - 1)
         self.evaluations = 0
@@ -113,7 +113,7 @@ class ShootingModel:
         self.models.append(model)
         self.rows.append(np.concatenate(rows))
 
-    def _list_segment_columns(self) -> list[Indices]:
+    def _list_jacobian_columns_of_segments(self) -> list[Indices]:
         """Return the column indices of the parameters of each segment."""
         made, used = [], self.parameters.size
         for k, model in enumerate(self.models):
@@ -128,16 +128,16 @@ class ShootingModel:
         self.width = used
         return made
 
-    def start_on_data(self, point: FitPoint, motion: MotionData) -> SegmentStarts:
+    def start_on_data(self, point: FitPoint, motion: MotionSamples) -> SegmentStartStates:
         """Take the initial states of all segments from a measured motion, the rest from `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
-            attitude, rate = interpolate(motion, float(edge))
+            attitude, rate = interpolate_motion(motion, float(edge))
             own = replace(point, attitude=attitude, rate=rate)
             points.append(point if k == self.first else own)
-        return SegmentStarts(tuple(points))
+        return SegmentStartStates(tuple(points))
 
-    def start_on_motion(self, point: FitPoint) -> SegmentStarts:
+    def start_on_motion(self, point: FitPoint) -> SegmentStartStates:
         """Take the initial states of all segments from the motion computed from `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
@@ -147,45 +147,45 @@ class ShootingModel:
                 points[float(t)] = replace(
                     point, attitude=q, rate=point.relative_angular_velocity(q, m)
                 )
-        return SegmentStarts(tuple(points[float(t)] for t in edges))
+        return SegmentStartStates(tuple(points[float(t)] for t in edges))
 
-    def move_within_bounds(self, pieces: SegmentStarts, step: Array) -> SegmentStarts:
+    def move_within_bounds(self, pieces: SegmentStartStates, step: Array) -> SegmentStartStates:
         moved = [
             model.move_within_bounds(point, step[columns])
             for model, point, columns in zip(self.models, pieces.points, self.columns, strict=True)
         ]
-        return SegmentStarts(tuple(moved))
+        return SegmentStartStates(tuple(moved))
 
-    def estimate_scales(self, pieces: SegmentStarts) -> Array:
+    def estimate_parameter_scales(self, pieces: SegmentStartStates) -> Array:
         made = np.ones(self.width)
         span = float(self.edges[-1] - self.edges[0])
         for k in sorted(range(len(self.models)), key=lambda k: k == self.first):
-            own = self.models[k].parameters.estimate_scales(pieces.points[k], span)
+            own = self.models[k].parameters.estimate_parameter_scales(pieces.points[k], span)
             made[self.columns[k]] = own
         return made
 
-    def compute_distances_to_bounds(self, pieces: SegmentStarts) -> Array:
+    def compute_distances_to_bounds(self, pieces: SegmentStartStates) -> Array:
         made = np.full(self.width, np.inf)
         made[self.columns[self.first]] = self.models[self.first].compute_distances_to_bounds(
             pieces.points[self.first]
         )
         return made
 
-    def evaluate(self, pieces: SegmentStarts) -> Evaluation:
+    def evaluate(self, pieces: SegmentStartStates) -> ResidualEvaluation:
         self.evaluations += 1
         residuals, jacobian = np.zeros(self.size), np.zeros((self.size, self.width))
         for k, model in enumerate(self.models):
             found = model.evaluate(pieces.points[k])
             if not np.isfinite(found.residuals).all():
-                return Evaluation(np.full(self.size, np.inf), jacobian)
+                return ResidualEvaluation(np.full(self.size, np.inf), jacobian)
             residuals[self.rows[k]] = found.residuals
             jacobian[np.ix_(self.rows[k], self.columns[k])] = found.jacobian
         for k in range(len(self.models) - 1):
             at = slice(self.data_size + 6 * k, self.data_size + 6 * k + 6)
             residuals[at], jacobian[at] = self._compute_gap_after_segment(pieces, k)
-        return Evaluation(residuals, jacobian)
+        return ResidualEvaluation(residuals, jacobian)
 
-    def _compute_gap_after_segment(self, pieces: SegmentStarts, k: int) -> tuple[Array, Array]:
+    def _compute_gap_after_segment(self, pieces: SegmentStartStates, k: int) -> tuple[Array, Array]:
         """Return the gap between segment k and the next one, and its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
@@ -199,27 +199,29 @@ class ShootingModel:
         by_rate /= moments[:, None]
         support = point.turning @ rotation
         by_rate -= cross_matrix(support) @ end.by[:3]
-        if p.is_fitted("moments"):
+        if p.has_free("moments"):
             whole = (rate + support) / moments
-            by_rate[:, p.find_columns("moments")] -= whole[:, None] * p.moments_jacobian()
-        if p.is_fitted("rotor"):
-            by_rate[:, p.find_columns("rotor")] -= np.diag(1.0 / moments)
-        if p.is_fitted("turning"):
-            by_rate[:, p.find_columns("turning")] -= rotation.T
+            by_rate[:, p.find_parameter_columns("moments")] -= (
+                whole[:, None] * p.compute_moments_jacobian()
+            )
+        if p.has_free("rotor"):
+            by_rate[:, p.find_parameter_columns("rotor")] -= np.diag(1.0 / moments)
+        if p.has_free("turning"):
+            by_rate[:, p.find_parameter_columns("turning")] -= rotation.T
         made = np.zeros((6, self.width))
         made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
         made[3:, self.columns[k]] = -by_rate / scale
         q, columns = self.models[k + 1].parameters, self.columns[k + 1]
-        if q.is_fitted("attitude"):
-            made[:3, columns[q.find_columns("attitude")]] += inverse_left_jacobian(-turn)
-        if q.is_fitted("velocity"):
-            made[3:, columns[q.find_columns("velocity")]] += np.eye(3) / scale
+        if q.has_free("attitude"):
+            made[:3, columns[q.find_parameter_columns("attitude")]] += inverse_left_jacobian(-turn)
+        if q.has_free("velocity"):
+            made[3:, columns[q.find_parameter_columns("velocity")]] += np.eye(3) / scale
         return gap, made / self.gap
 
 
-def minimize_by_shooting(
+def minimize_by_multiple_shooting(
     model: ShootingModel,
-    pieces: SegmentStarts,
+    pieces: SegmentStartStates,
     loss: LossName,
     report: Callable[[Minimum], None],
     limit: int,
@@ -232,8 +234,10 @@ def minimize_by_shooting(
     for gap in GAPS:
         model.gap = gap
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
-        tell = report if gap == GAPS[-1] else _report_nothing
-        found = minimize(model, pieces, SearchSettings(loss, stage, _FTOL, tell, is_stiff=True))
+        tell = report if gap == GAPS[-1] else _ignore_minimum
+        found = minimize_cost(
+            model, pieces, SearchSettings(loss, stage, _FTOL, tell, is_stiff=True)
+        )
         pieces = found.point  # type: ignore[assignment]
         if not found.cost <= _HOPELESS * model.size:
             break
@@ -241,12 +245,12 @@ def minimize_by_shooting(
     return found
 
 
-def fits_with_gaps(model: ShootingModel, pieces: SegmentStarts, loss: LossName) -> bool:
+def fits_with_gaps(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
     """Return True if the segments agree with the records when gaps between them are allowed."""
     model.gap = GAPS[0]
-    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _report_nothing, is_stiff=True)
-    return minimize(model, pieces, search).cost <= _HOPELESS * model.size
+    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)
+    return minimize_cost(model, pieces, search).cost <= _HOPELESS * model.size
 
 
-def _report_nothing(_: Minimum) -> None:
+def _ignore_minimum(_: Minimum) -> None:
     """Ignore a minimum in which gaps remain between the segments."""

@@ -23,13 +23,13 @@ def estimate_initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
         for series in record.series:
             shape = len(record.t), series.residuals_per_row
             if series.sigma is None:
-                made.append(np.full(shape, _estimate_noise(series)))
+                made.append(np.full(shape, _estimate_series_noise(series)))
             else:
                 made.append(series.sigma)
     return made
 
 
-def _estimate_noise(series: Series) -> float:
+def _estimate_series_noise(series: Series) -> float:
     """Return the noise level of a series, estimated from second differences of its values."""
     values = series.values[series.measured.all(axis=1)]
     if len(values) < _FEWEST:
@@ -43,7 +43,9 @@ def _estimate_noise(series: Series) -> float:
     return float(np.clip(noise, _LEAST * series.spread, series.spread))
 
 
-def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> list[Array]:
+def estimate_sigmas_from_residuals(
+    model: ResidualModel, residuals: Array, loss: LossName
+) -> list[Array]:
     """Estimate unknown standard deviations from the residuals of a fit."""
     total = int(model.measured.sum())
     share = max(1.0 - model.parameters.size / total, 1.0 / total)

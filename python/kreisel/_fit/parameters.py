@@ -15,7 +15,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from .._model.body import Body
-from .._model.environment import advance_shaking
+from .._model.environment import advance_shaking_phase
 from .._model.scene import Scene
 from .._results.specific_force import SPECIFIC_FORCE
 from .._utils.errors import unknown_name_message
@@ -122,14 +122,14 @@ class FitPoint:
         return safe
 
     @cached_property
-    def is_turning(self) -> bool:
+    def has_turning_support(self) -> bool:
         """True if the support turns."""
         return bool(self.turning.any())
 
     @cached_property
     def inertial_velocity(self) -> Array:
         """The angular velocity in the inertial frame, with components along the principal axes."""
-        if not self.is_turning:
+        if not self.has_turning_support:
             return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
         return made
@@ -166,7 +166,7 @@ class FitPoint:
             body_momentum=self.momentum,
             gravity=self.gravity,
             damping=self.damping,
-            turning=self.turning if self.is_turning else None,
+            turning=self.turning if self.has_turning_support else None,
             shaking=self.shift_shaking_phase(since),
             friction=self.friction,
         )
@@ -176,16 +176,16 @@ class FitPoint:
         if not self.shaking.any():
             return None
         amplitude, rate, phase = self.shaking.tolist()
-        return advance_shaking((amplitude, rate, phase), t)
+        return advance_shaking_phase((amplitude, rate, phase), t)
 
-    def acceleration_at(self, t: Array) -> Array:
+    def compute_vertical_acceleration(self, t: Array) -> Array:
         """Return the acceleration along -e3 at times t due to gravity and shaking."""
         amplitude, rate, phase = self.shaking
         made: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
         return made
 
 
-def convert_scene_to_point(scene: Scene) -> FitPoint:
+def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
     """Return the parameters of a scene."""
     body = scene.body
     moments = np.array(body.moments)
@@ -234,7 +234,7 @@ def parse_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     return tuple(name for name in FREE if name in names)
 
 
-def _group_equal_numbers(values: Array) -> Array:
+def _build_equal_group_matrix(values: Array) -> Array:
     """Return a matrix of zeros and ones in which each column marks one group of equal values."""
     columns: list[Array] = []
     left = [0, 1, 2]
@@ -255,9 +255,9 @@ class Parameters:
 
     def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
         self.scene, self.free, self.records = scene, free, tuple(records)
-        self.start = convert_scene_to_point(scene)
-        self.moments = _group_equal_numbers(self.start.moments)
-        self.damping = _group_equal_numbers(self.start.damping)
+        self.start = convert_scene_to_fit_point(scene)
+        self.moments = _build_equal_group_matrix(self.start.moments)
+        self.damping = _build_equal_group_matrix(self.start.damping)
         if "axes" in free and ("rotor" in free or self.start.rotor.any()):
             raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
         length = float(np.linalg.norm(self.start.com))
@@ -268,13 +268,13 @@ class Parameters:
         self.slices: dict[Key, slice] = {}
         self.size = 0
         for name in free:
-            self._add_columns((name, -1, ""), self._count_components(name))
+            self._add_parameter_columns((name, -1, ""), self._count_free_components(name))
         instruments: dict[Key, Array] = {}
         for i, record in enumerate(records):
             for name in record.free:
-                instruments |= self._add_instrument(name, i, record)
+                instruments |= self._add_instrument_parameters(name, i, record)
         densities = self.start.densities
-        if self.is_fitted("moments"):
+        if self.has_free("moments"):
             densities = np.maximum(densities, 0.0)
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
@@ -302,34 +302,34 @@ class Parameters:
                         "where the spin stops: leave it out"
                     )
 
-    def _add_columns(self, key: Key, count: int) -> None:
+    def _add_parameter_columns(self, key: Key, count: int) -> None:
         self.slices[key] = slice(self.size, self.size + count)
         self.size += count
 
-    def _count_components(self, name: str) -> int:
+    def _count_free_components(self, name: str) -> int:
         """Return the number of free components of a parameter."""
         if name in ("moments", "damping"):
             return int((self.moments if name == "moments" else self.damping).shape[1])
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
-    def _add_instrument(self, name: str, i: int, record: Record) -> dict[Key, Array]:
+    def _add_instrument_parameters(self, name: str, i: int, record: Record) -> dict[Key, Array]:
         """Add the parameters of an instrument, and return their initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
-            self._add_columns(key, 3 if name == "mounting" else 1)
+            self._add_parameter_columns(key, 3 if name == "mounting" else 1)
             return {key: np.array([1.0, 0.0, 0.0, 0.0]) if name == "mounting" else np.zeros(1)}
         made: dict[Key, Array] = {}
         for series in record.series:
             if not series.is_attitude:
                 key = (name, i, series.name)
-                self._add_columns(key, series.residuals_per_row)
+                self._add_parameter_columns(key, series.residuals_per_row)
                 made[key] = np.full(series.residuals_per_row, 1.0 if name == "scale" else 0.0)
         return made
 
-    def is_fitted(self, name: str) -> bool:
+    def has_free(self, name: str) -> bool:
         return (name, -1, "") in self.slices
 
-    def find_columns(self, name: str) -> slice:
+    def find_parameter_columns(self, name: str) -> slice:
         return self.slices[name, -1, ""]
 
     def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
@@ -358,11 +358,13 @@ class Parameters:
         if "friction" in changes:
             changes["friction"] = max(float(changes["friction"]), 0.0)
         if "shaking" in changes:
-            changes["shaking"] = self._normalize_shaking(np.array(changes["shaking"]), point)
-        instruments = self._move_instruments(point, step) if point.instruments else {}
+            changes["shaking"] = self._make_shaking_rate_positive(
+                np.array(changes["shaking"]), point
+            )
+        instruments = self._move_instrument_parameters(point, step) if point.instruments else {}
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
-    def _normalize_shaking(self, shaking: Array, before: FitPoint) -> Array:
+    def _make_shaking_rate_positive(self, shaking: Array, before: FitPoint) -> Array:
         """Return equivalent shaking whose rate is positive and whose amplitude keeps its sign."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
@@ -370,7 +372,7 @@ class Parameters:
             shaking[2] -= np.copysign(np.pi, shaking[2])
         return shaking
 
-    def _move_instruments(self, point: FitPoint, step: Array) -> dict[Key, Array]:
+    def _move_instrument_parameters(self, point: FitPoint, step: Array) -> dict[Key, Array]:
         made = {}
         for key, value in point.instruments.items():
             by = step[self.slices[key]]
@@ -388,24 +390,24 @@ class Parameters:
             ("moments", self.moments, point.densities),
             ("damping", self.damping, point.damping),
         ):
-            if self.is_fitted(name):
-                made[self.find_columns(name)] = columns.T @ values / columns.sum(axis=0)
-        if self.is_fitted("friction"):
-            made[self.find_columns("friction")] = point.friction
+            if self.has_free(name):
+                made[self.find_parameter_columns(name)] = columns.T @ values / columns.sum(axis=0)
+        if self.has_free("friction"):
+            made[self.find_parameter_columns("friction")] = point.friction
         return made
 
-    def moments_jacobian(self) -> Array:
+    def compute_moments_jacobian(self) -> Array:
         """Return the derivatives of the principal moments with respect to their free parameters."""
         made: Array = _MOMENTS_BY_DENSITY @ self.moments
         return made
 
-    def estimate_scales(self, point: FitPoint, span: float) -> Array:
+    def estimate_parameter_scales(self, point: FitPoint, span: float) -> Array:
         """Return, for each parameter, the magnitude of a significant change.
 
         span  the length of the records [T]
         """
         made = np.ones(self.size)
-        sizes = self._estimate_scales_by_name(point, span)
+        sizes = self._estimate_parameter_scales_by_name(point, span)
         for (name, i, label), at in self.slices.items():
             if name in sizes:
                 made[at] = sizes[name]
@@ -413,7 +415,9 @@ class Parameters:
                 made[at] = next(s.spread for s in self.records[i].series if s.name == label)
         return made
 
-    def _estimate_scales_by_name(self, point: FitPoint, span: float) -> dict[str, float | Array]:
+    def _estimate_parameter_scales_by_name(
+        self, point: FitPoint, span: float
+    ) -> dict[str, float | Array]:
         rate = float(np.linalg.norm(point.rate)) or 1.0 / span
         moments, lever = point.moments, float(np.linalg.norm(point.com)) or 1.0
         density = self.moments.T @ point.densities / self.moments.sum(axis=0)
@@ -431,9 +435,9 @@ class Parameters:
             "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
             "delay": 1.0 / rate,
         }
-        if self.is_fitted("turning"):
+        if self.has_free("turning"):
             made["turning"] = max(float(np.linalg.norm(point.turning)), rate)
-        if self.is_fitted("shaking"):
+        if self.has_free("shaking"):
             amplitude, pace, _ = np.abs(point.shaking)
             made["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
         return made
@@ -444,7 +448,7 @@ class Parameters:
         The friction must be positive, because derivatives with respect to it do not exist at zero
         friction.
         """
-        if self.is_fitted("friction") and not point.friction:
+        if self.has_free("friction") and not point.friction:
             point = replace(point, friction=self._smallest_positive_friction)
         return point.to_scene(since)
 
@@ -462,7 +466,7 @@ class Parameters:
         """
         old = self.scene.body
         turned = rotation_matrix(point.axes)
-        is_kept = not (self.is_fitted("moments") or self.is_fitted("axes"))
+        is_kept = not (self.has_free("moments") or self.has_free("axes"))
         is_diagonal = abs(point.axes[0]) == 1.0
         moments = point.moments
         inertia = (
@@ -477,10 +481,10 @@ class Parameters:
             point.mass,
             inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
             com
-            if self.is_fitted("com") or self.is_fitted("lever") or self.is_fitted("axes")
+            if self.has_free("com") or self.has_free("lever") or self.has_free("axes")
             else old.com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
-            rotor=turned @ point.rotor if self.is_fitted("rotor") else old.rotor,
+            rotor=turned @ point.rotor if self.has_free("rotor") else old.rotor,
             unphysical=old.unphysical or not _is_physical(point),
         )
         attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
@@ -498,7 +502,9 @@ class Parameters:
             friction=point.friction,
         )
 
-    def describe(self, point: FitPoint) -> tuple[list[str], list[str], Array, Array]:
+    def list_names_units_and_values(
+        self, point: FitPoint
+    ) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.
 
         The last item is the (size, size) Jacobian matrix of the values with respect to a parameter
@@ -543,7 +549,7 @@ class Parameters:
     def _evaluate_parameter_group(self, name: str, point: FitPoint, rows: Array) -> Array:
         """Return the values of a block of the motion, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
-        at = self.find_columns(name)
+        at = self.find_parameter_columns(name)
         if name == "attitude":
             rows[:, at] = turned
             back = conjugate_quaternions(point.axes)
@@ -554,8 +560,8 @@ class Parameters:
         if name in _VECTORS:
             vector = getattr(point, _VECTORS[name])
             rows[:, at] = turned
-            if self.is_fitted("axes"):
-                rows[:, self.find_columns("axes")] = -turned @ cross_matrix(vector)
+            if self.has_free("axes"):
+                rows[:, self.find_parameter_columns("axes")] = -turned @ cross_matrix(vector)
             made: Array = turned @ vector
             return made
         if name == "axes":
@@ -564,7 +570,7 @@ class Parameters:
             columns = self.moments if name == "moments" else self.damping
             first = columns.argmax(axis=0)
             if name == "moments":
-                rows[:, at] = self.moments_jacobian()[first]
+                rows[:, at] = self.compute_moments_jacobian()[first]
             chosen: Array = (point.moments if name == "moments" else point.damping)[first]
             return chosen
         if name == "lever":

@@ -78,7 +78,7 @@ class MotionPredictor:
 
     @property
     def _is_described_in_principal_axes(self) -> bool:
-        return abs(self.point.axes[0]) == 1.0 and not self.parameters.is_fitted("axes")
+        return abs(self.point.axes[0]) == 1.0 and not self.parameters.has_free("axes")
 
     @cached_property
     def attitude_derivatives(self) -> Array:
@@ -98,7 +98,7 @@ class MotionPredictor:
         gain = self.point.moments * change + np.cross(rate, own)
         return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
-    def predict(self, name: str, place: Array | None = None) -> Prediction:
+    def predict_quantity(self, name: str, place: Array | None = None) -> Prediction:
         """Predict the values of a quantity along the motion."""
         if name == INERTIAL_VELOCITY.name:
             return self._transform_to_described_frame(self._predict_inertial_velocity())
@@ -107,28 +107,28 @@ class MotionPredictor:
             return self._predict_specific_force(place)
         if name == "spin_angle" and not self._is_described_in_principal_axes:
             return self._predict_spin_angle()
-        made = self._call_core(name)
+        made = self._predict_quantity_of_core(name)
         return self._transform_to_described_frame(made) if name in SEEN_FROM_BODY else made
 
-    def _call_core(self, name: str) -> Prediction:
+    def _predict_quantity_of_core(self, name: str) -> Prediction:
         n = len(self.states)
         found = values(name, self.block, self.states).reshape(n, MEASURABLE[name].doubles)
         by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
         if self.tangents.shape[2]:
-            by = self._differentiate(name, self.bits, self.tangents) @ self.transform
+            by = self._differentiate_quantity(name, self.bits, self.tangents) @ self.transform
         if self.has_rate:
-            rate = self._differentiate_by_time(name)
+            rate = self._differentiate_quantity_by_time(name)
         return Prediction(found, by, rate)
 
-    def _differentiate_by_time(self, name: str) -> Array:
+    def _differentiate_quantity_by_time(self, name: str) -> Array:
         pace = float(self.point.shaking[1]) if self.point.shaking[0] else 0.0
         along = np.zeros((len(self.states), 6, 9 if pace else 6))
         along[:, :, 0] = self.time_derivatives
-        made = self._differentiate(name, _START | (_SHAKING if pace else 0), along)
+        made = self._differentiate_quantity(name, _START | (_SHAKING if pace else 0), along)
         # time changes a quantity by the state and by the phase of the shaking
         return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
 
-    def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
+    def _differentiate_quantity(self, name: str, bits: int, tangents: Array) -> Array:
         """Differentiate a quantity, replacing undefined derivatives by zero."""
         n, _, c = tangents.shape
         made = derivatives(name, self.block, self.states, bits, tangents).reshape(
@@ -150,8 +150,8 @@ class MotionPredictor:
         if self._is_described_in_principal_axes:
             return seen
         by = self.rotation_to_described_frame @ seen.by if seen.by.size else seen.by
-        if by.size and self.parameters.is_fitted("axes"):
-            by[:, :, self.parameters.find_columns("axes")] -= (
+        if by.size and self.parameters.has_free("axes"):
+            by[:, :, self.parameters.find_parameter_columns("axes")] -= (
                 self.rotation_to_described_frame @ cross_matrix(seen.values)
             )
         rate = seen.rate @ self.rotation_to_described_frame.T if seen.rate.size else seen.rate
@@ -161,9 +161,9 @@ class MotionPredictor:
         """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
         change = self._transform_to_described_frame(self._predict_inertial_acceleration())
         rate = self._transform_to_described_frame(self._predict_inertial_velocity())
-        up = self._transform_to_described_frame(self._call_core("body_vertical"))
+        up = self._transform_to_described_frame(self._predict_quantity_of_core("body_vertical"))
         t = self.origin + self.states[:, 0]
-        weight = self.point.acceleration_at(t)
+        weight = self.point.compute_vertical_acceleration(t)
         found = specific_force(change.values, rate.values, up.values, weight, place)
         by_change = -cross_matrix(place)
         w = rate.values
@@ -176,7 +176,7 @@ class MotionPredictor:
         if change.by.size:
             by = by_change @ change.by + by_rate @ rate.by + weight[:, None, None] * up.by
             for name, gain in self._differentiate_vertical_acceleration(t):
-                by[:, :, self.parameters.find_columns(name)] += (
+                by[:, :, self.parameters.find_parameter_columns(name)] += (
                     up.values[:, :, None] * gain[:, None]
                 )
         if self.has_rate:
@@ -188,9 +188,9 @@ class MotionPredictor:
 
     def _differentiate_vertical_acceleration(self, t: Array) -> Iterator[tuple[str, Array]]:
         """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
-        if self.parameters.is_fitted("gravity"):
+        if self.parameters.has_free("gravity"):
             yield "gravity", np.ones((len(t), 1))
-        if self.parameters.is_fitted("shaking"):
+        if self.parameters.has_free("shaking"):
             amplitude, pace, phase = self.point.shaking
             angle = pace * t + phase
             sine, cosine = amplitude * pace**2 * np.sin(angle), np.cos(angle)
@@ -199,7 +199,7 @@ class MotionPredictor:
 
     @property
     def _is_on_turning_support(self) -> bool:
-        return self.parameters.is_fitted("turning") or self.point.is_turning
+        return self.parameters.has_free("turning") or self.point.has_turning_support
 
     @cached_property
     def _support_angular_velocity(self) -> Prediction:
@@ -208,8 +208,10 @@ class MotionPredictor:
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
             by = cross_matrix(found) @ self.attitude_derivatives
-            if self.parameters.is_fitted("turning"):
-                by[:, :, self.parameters.find_columns("turning")] += np.swapaxes(rotation, 1, 2)
+            if self.parameters.has_free("turning"):
+                by[:, :, self.parameters.find_parameter_columns("turning")] += np.swapaxes(
+                    rotation, 1, 2
+                )
         rate = (
             np.cross(found, self.time_derivatives[:, :3])
             if self.has_rate
@@ -219,18 +221,18 @@ class MotionPredictor:
 
     def _predict_inertial_velocity(self) -> Prediction:
         """Predict the angular velocity relative to the inertial frame."""
-        relative = self._call_core("body_velocity")
+        relative = self._predict_quantity_of_core("body_velocity")
         if not self._is_on_turning_support:
             return relative
         return Prediction(*map(np.add, relative, self._support_angular_velocity))
 
     def _predict_inertial_acceleration(self) -> Prediction:
         """Predict the angular acceleration relative to the inertial frame."""
-        relative = self._call_core("body_acceleration")
+        relative = self._predict_quantity_of_core("body_acceleration")
         if not self._is_on_turning_support:
             return relative
         (u, u_by, u_rate), (o, o_by, o_rate) = (
-            self._call_core("body_velocity"),
+            self._predict_quantity_of_core("body_velocity"),
             self._support_angular_velocity,
         )
         found, by, rate = relative
@@ -252,19 +254,21 @@ class MotionPredictor:
         own.__dict__["_is_at_pole"] = self._is_at_pole
         identity = np.zeros((n, 6, 9))
         identity[:, range(6), range(6)] = 1.0
-        gradient = own._differentiate("spin_angle", _START | TANGENTS["com"][0], identity)
+        gradient = own._differentiate_quantity("spin_angle", _START | TANGENTS["com"][0], identity)
         by_turn = gradient[:, :, :3] @ axes
         by_com = gradient[:, :, 6:] @ rotation_matrix(np.array(body.body.axes)).T @ axes
         found = values("spin_angle", body._block, states)[:, None]
         by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
         if self.tangents.shape[2]:
             by = by_turn @ self.attitude_derivatives
-            if p.is_fitted("com"):
-                by[:, :, p.find_columns("com")] += by_com
-            if p.is_fitted("lever"):
-                by[:, :, p.find_columns("lever")] += by_com @ p.lever[:, None]
-            if p.is_fitted("axes"):
-                by[:, :, p.find_columns("axes")] -= by_turn + by_com @ cross_matrix(self.point.com)
+            if p.has_free("com"):
+                by[:, :, p.find_parameter_columns("com")] += by_com
+            if p.has_free("lever"):
+                by[:, :, p.find_parameter_columns("lever")] += by_com @ p.lever[:, None]
+            if p.has_free("axes"):
+                by[:, :, p.find_parameter_columns("axes")] -= by_turn + by_com @ cross_matrix(
+                    self.point.com
+                )
         if self.has_rate:
             rate = (by_turn @ self.time_derivatives[:, :3, None])[:, :, 0]
         return Prediction(found, by, rate)

@@ -25,7 +25,7 @@ from .._utils.validation import (
     short_repr,
 )
 from .measurable import ANGULAR, MEASURABLE, SEEN_FROM_BODY
-from .table_columns import read_csv_columns, read_frame_columns, select_columns
+from .table_columns import read_csv_columns, read_data_frame_columns, select_measured_columns
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -147,7 +147,7 @@ class Record(ReadOnlyArrays):
         degrees: bool = False,
         point: ArrayLike | None = None,
     ) -> None:
-        times = _parse_times(t)
+        times = _parse_measurement_times(t)
         if not isinstance(values, Mapping):
             raise TypeError(
                 "values must map names of quantities to arrays, as in "
@@ -157,12 +157,18 @@ class Record(ReadOnlyArrays):
             raise ValueError("values is empty: give at least one quantity")
         in_degrees = as_bool("degrees", degrees)
         _check_sigma_names(sigma, values)
-        series = tuple(_parse_series(name, values, sigma, times, in_degrees) for name in values)
+        series = tuple(
+            _parse_measurement_series(name, values, sigma, times, in_degrees) for name in values
+        )
         if not any(one.measured.any() for one in series):
             raise ValueError("values has no measurement: all numbers are NaN")
         kept = self.__dict__
-        kept["t"], kept["series"], kept["free"] = times, series, _parse_free(free, series)
-        kept["point"] = _parse_point(point, series)
+        kept["t"], kept["series"], kept["free"] = (
+            times,
+            series,
+            _parse_free_instrument_names(free, series),
+        )
+        kept["point"] = _parse_accelerometer_position(point, series)
         freeze_arrays((times, series, kept["point"]))
 
     @property
@@ -206,7 +212,7 @@ class Record(ReadOnlyArrays):
         if the file cannot be read.
         """
         table = read_csv_columns(file)
-        times, values = select_columns(table, columns, t, _PARTS)
+        times, values = select_measured_columns(table, columns, t, _PARTS)
         return cls(times, values, sigma, free, degrees=degrees, point=point)
 
     @classmethod
@@ -227,7 +233,9 @@ class Record(ReadOnlyArrays):
         times are taken from an index named `t`. Raises TypeError if the first argument is not a
         DataFrame.
         """
-        times, values = select_columns(read_frame_columns(frame, t), columns, t, _PARTS)
+        times, values = select_measured_columns(
+            read_data_frame_columns(frame, t), columns, t, _PARTS
+        )
         return cls(times, values, sigma, free, degrees=degrees, point=point)
 
 
@@ -238,7 +246,7 @@ def _count_measured_numbers(series: Series) -> int:
     return int(series.measured.sum())
 
 
-def _parse_times(t: ArrayLike) -> Array:
+def _parse_measurement_times(t: ArrayLike) -> Array:
     times = as_finite_array("t", t, "a list of times")
     if times.ndim != 1 or not times.size:
         raise ValueError(f"t must be a list of times, not an array of shape {times.shape}")
@@ -259,7 +267,7 @@ def _check_sigma_names(sigma: Sigma, values: Mapping[str, ArrayLike]) -> None:
                 raise ValueError(unknown_name_message("name in sigma:", str(name), values))
 
 
-def _resolve_name(name: object) -> tuple[str, int | None]:
+def _resolve_quantity_and_component(name: object) -> tuple[str, int | None]:
     """Find the quantity and the component index that `name` denotes."""
     if not isinstance(name, str):
         raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
@@ -273,10 +281,10 @@ def _resolve_name(name: object) -> tuple[str, int | None]:
     return quantity, part
 
 
-def _parse_series(
+def _parse_measurement_series(
     name: str, values: Mapping[str, ArrayLike], sigma: Sigma, t: Array, degrees: bool
 ) -> Series:
-    quantity, part = _resolve_name(name)
+    quantity, part = _resolve_quantity_and_component(name)
     shape = MEASURABLE[quantity].shape if part is None else ()
     given = as_array(name, values[name], "numbers")
     if given.shape != (len(t), *shape):
@@ -307,7 +315,7 @@ def _parse_series(
         )
     unit = np.pi / 180.0 if degrees and quantity == "q" else unit
     width = 3 if quantity == "q" else numbers.shape[1]
-    deviation = _parse_sigma(name, sigma, measured[:, :width], unit)
+    deviation = _parse_series_sigma(name, sigma, measured[:, :width], unit)
     return Series(name, quantity, part, numbers, measured, deviation, unit)
 
 
@@ -322,7 +330,7 @@ def _normalize_attitudes(q: Array, measured: Mask) -> tuple[Array, Mask]:
     return q / norm[:, None], np.repeat(whole[:, None], 4, axis=1)
 
 
-def _parse_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array | None:
+def _parse_series_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array | None:
     """Return validated standard deviations, or None if they must be estimated."""
     shape = measured.shape
     given = sigma.get(name) if isinstance(sigma, Mapping) else sigma
@@ -344,7 +352,9 @@ def _parse_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array 
     return numbers * unit
 
 
-def _parse_point(point: ArrayLike | None, series: tuple[Series, ...]) -> Array | None:
+def _parse_accelerometer_position(
+    point: ArrayLike | None, series: tuple[Series, ...]
+) -> Array | None:
     is_needed = any(one.quantity == SPECIFIC_FORCE.name for one in series)
     if point is None:
         if is_needed:
@@ -358,7 +368,7 @@ def _parse_point(point: ArrayLike | None, series: tuple[Series, ...]) -> Array |
     return np.array(as_vector("point", point))
 
 
-def _parse_free(
+def _parse_free_instrument_names(
     free: InstrumentName | Iterable[InstrumentName], series: tuple[Series, ...]
 ) -> tuple[InstrumentName, ...]:
     given = [free] if isinstance(free, str) else free

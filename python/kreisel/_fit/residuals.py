@@ -33,7 +33,7 @@ STEPS_MOST = 10**6
 _FEWEST_STEPS = 1000
 
 
-class Evaluation(NamedTuple):
+class ResidualEvaluation(NamedTuple):
     """The residuals at a point and, if requested, their derivatives (the Jacobian matrix)."""
 
     residuals: Array
@@ -127,11 +127,11 @@ class ResidualModel:
         self.span = max(float(np.ptp(times)), float(np.abs(times).max()), 1e-300)
         self._unshifted = self._merge_measurement_times(times)
         self._max_steps = 0
-        self._tangents = self._choose_tangents()
+        self._tangents = self._list_required_tangent_names()
         self._bits = sum(TANGENTS[name][0] for name in self._tangents)
 
-    def estimate_scales(self, point: FitPoint) -> Array:
-        return self.parameters.estimate_scales(point, self.span)
+    def estimate_parameter_scales(self, point: FitPoint) -> Array:
+        return self.parameters.estimate_parameter_scales(point, self.span)
 
     def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
         return self.parameters.move_within_bounds(point, step)
@@ -139,19 +139,19 @@ class ResidualModel:
     def compute_distances_to_bounds(self, point: FitPoint) -> Array:
         return self.parameters.compute_distances_to_bounds(point)
 
-    def evaluate(self, point: FitPoint, has_jacobian: bool = True) -> Evaluation:
+    def evaluate(self, point: FitPoint, has_jacobian: bool = True) -> ResidualEvaluation:
         """Return the residuals at a point; they are infinite if no path can be computed there."""
         try:
-            return self._evaluate(point, has_jacobian)
+            return self._evaluate_residuals(point, has_jacobian)
         except (Error, ValueError, np.linalg.LinAlgError):
-            return Evaluation(
+            return ResidualEvaluation(
                 np.full(self.size, np.inf), np.zeros((self.size, self.parameters.size))
             )
 
-    def _evaluate(self, point: FitPoint, has_jacobian: bool) -> Evaluation:
+    def _evaluate_residuals(self, point: FitPoint, has_jacobian: bool) -> ResidualEvaluation:
         times, where = self._correct_clock_delays(point)
         scene = self.parameters.build_differentiable_scene(point, self.origin)
-        states, tangents = self._solve_both_directions(
+        states, tangents = self._solve_both_time_directions(
             scene, times, self._tangents if has_jacobian else ()
         )
         transform = self._compute_scene_jacobian(point) if has_jacobian else np.empty((0, 0))
@@ -172,10 +172,10 @@ class ResidualModel:
                     builder = _ResidualBuilder(rows, motion, record.point)
                     residuals[rows.residual_slice] = builder.residuals.ravel()
                     if has_jacobian:
-                        jacobian[rows.residual_slice] = builder.differentiate().reshape(
+                        jacobian[rows.residual_slice] = builder.differentiate_residuals().reshape(
                             -1, jacobian.shape[1]
                         )
-        return Evaluation(residuals, jacobian)
+        return ResidualEvaluation(residuals, jacobian)
 
     def _merge_measurement_times(self, times: Array) -> tuple[Array, list[Indices]]:
         """Return the distinct times of all records, and the indices of each record's times."""
@@ -193,12 +193,12 @@ class ResidualModel:
         ]
         return self._merge_measurement_times(np.concatenate([*parts, self._end_time]))
 
-    def _choose_tangents(self) -> tuple[str, ...]:
+    def _list_required_tangent_names(self) -> tuple[str, ...]:
         needs = {"start", *self.parameters.free}
         needs |= {"com"} if "lever" in needs else set()
         return tuple(name for name in TANGENTS if name in needs)
 
-    def _solve_both_directions(
+    def _solve_both_time_directions(
         self, scene: Scene, t: Array, tangents: tuple[str, ...]
     ) -> tuple[Array, Array]:
         """Return the states and tangents at increasing times, which may be negative."""
@@ -207,7 +207,7 @@ class ResidualModel:
         parts: list[Path] = []
         for times in (t[:back][::-1], t[back:]):
             if len(times) or not len(t):
-                parts.append(self._solve_one_direction(scene, times, tangents))
+                parts.append(self._solve_one_time_direction(scene, times, tangents))
         if not self._max_steps or not tangents:
             steps = max(path.stats.steps for path in parts)
             self._max_steps = max(self._max_steps, _FEWEST_STEPS + _STEPS * steps)
@@ -219,7 +219,7 @@ class ResidualModel:
         states, *by = [part[0] if len(part) == 1 else np.concatenate(part) for part in columns]
         return states, by[0] if by else np.empty((len(states), 6, 0))
 
-    def _solve_one_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
+    def _solve_one_time_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
         """Compute the path forwards or backwards in time from the initial state."""
         if not tangents:
             return solve(scene, t, "taylor", max_steps=STEPS_MOST)
@@ -235,18 +235,18 @@ class ResidualModel:
         made = np.zeros((begin, p.size))
         rotation = rotation_matrix(point.attitude)
         for name in p.free:
-            at = p.find_columns(name)
+            at = p.find_parameter_columns(name)
             if name == "attitude":
                 made[:3, at] = np.eye(3)
                 made[3:6, at] = -rotation @ cross_matrix(point.momentum)
-                if point.is_turning:
+                if point.has_turning_support:
                     support = cross_matrix(point.turning @ rotation)
                     made[3:6, at] += (rotation * point.moments) @ support
             elif name == "velocity":
                 made[3:6, at] = rotation * point.moments
             elif name == "moments":
-                made[3:6, at] = (rotation * point.inertial_velocity) @ p.moments_jacobian()
-                made[places[name], at] = p.moments_jacobian()
+                made[3:6, at] = (rotation * point.inertial_velocity) @ p.compute_moments_jacobian()
+                made[places[name], at] = p.compute_moments_jacobian()
             elif name == "lever":
                 made[places["com"], at] = p.lever[:, None]
             elif name == "damping":
@@ -256,10 +256,12 @@ class ResidualModel:
                 made[places[name], at] = np.eye(3)
             elif name != "axes":
                 made[places[name], at] = np.eye(at.stop - at.start)
-        if p.is_fitted("turning"):
-            made[3:6, p.find_columns("turning")] = (rotation * point.moments) @ rotation.T
-        if p.is_fitted("shaking"):  # the phase at the origin depends on the rate
-            made[places["shaking"].stop - 1, p.find_columns("shaking").start + 1] = self.origin
+        if p.has_free("turning"):
+            made[3:6, p.find_parameter_columns("turning")] = (rotation * point.moments) @ rotation.T
+        if p.has_free("shaking"):  # the phase at the origin depends on the rate
+            made[places["shaking"].stop - 1, p.find_parameter_columns("shaking").start + 1] = (
+                self.origin
+            )
         return made
 
 
@@ -269,7 +271,7 @@ class _ResidualBuilder:
     def __init__(self, rows: ResidualRows, motion: MotionPredictor, place: Array | None) -> None:
         self.rows, self.motion = rows, motion
         self.parameters, self.point = motion.parameters, motion.point
-        mounting = self._find_instrument_value("mounting")
+        mounting = self._get_instrument_parameter("mounting")
         # the rotation from the frame of description to the instrument
         self.view = None if mounting is None else rotation_matrix(mounting).T
         self.weight = np.where(rows.is_measured, 1.0 / rows.sigma, 0.0)
@@ -279,18 +281,18 @@ class _ResidualBuilder:
             else self._compute_value_residuals(place)
         )
 
-    def _find_instrument_value(self, name: str) -> Array | None:
+    def _get_instrument_parameter(self, name: str) -> Array | None:
         """Return a property of the measuring instrument, or None if it lacks this property."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 
-    def _find_instrument_columns(self, name: str) -> slice | None:
+    def _get_instrument_parameter_columns(self, name: str) -> slice | None:
         """Return the Jacobian columns of an instrument property, or None if it is not fitted."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 
     def _compute_attitude_residuals(self) -> Array:
-        mounting = self._find_instrument_value("mounting")
+        mounting = self._get_instrument_parameter("mounting")
         turn = self.point.axes
         if mounting is not None:
             turn = multiply_quaternions(conjugate_quaternions(mounting), turn)
@@ -301,44 +303,46 @@ class _ResidualBuilder:
 
     def _compute_value_residuals(self, place: Array | None) -> Array:
         series = self.rows.series
-        found = self.motion.predict(series.quantity, place)
+        found = self.motion.predict_quantity(series.quantity, place)
         if self.view is not None and series.quantity in SEEN_FROM_BODY:
-            found = self._transform_to_instrument(found)
+            found = self._transform_prediction_to_instrument(found)
         self.whole = found.values
-        self.found = found if series.part is None else _select_component(found, series.part)
+        self.found = (
+            found if series.part is None else _select_predicted_component(found, series.part)
+        )
         values, scale, bias = (
             self.found.values,
-            self._find_instrument_value("scale"),
-            self._find_instrument_value("bias"),
+            self._get_instrument_parameter("scale"),
+            self._get_instrument_parameter("bias"),
         )
         values = values if scale is None else values * scale
         change = values - series.values if bias is None else values + bias - series.values
         return wrap_angle(change) if series.is_angle else change
 
-    def _transform_to_instrument(self, found: Prediction) -> Prediction:
+    def _transform_prediction_to_instrument(self, found: Prediction) -> Prediction:
         assert self.view is not None
         by = self.view @ found.by if found.by.size else found.by
         rate = found.rate @ self.view.T if found.rate.size else found.rate
         return Prediction(found.values @ self.view.T, by, rate)
 
-    def differentiate(self) -> Array:
+    def differentiate_residuals(self) -> Array:
         """Return the derivatives of the residuals with respect to the parameters."""
         if self.rows.series.is_attitude:
-            made = self._differentiate_attitudes()
+            made = self._differentiate_attitude_residuals()
         else:
-            made = self._differentiate_values()
+            made = self._differentiate_value_residuals()
         made *= self.weight[:, :, None]
         return made
 
-    def _differentiate_attitudes(self) -> Array:
+    def _differentiate_attitude_residuals(self) -> Array:
         p = self.parameters
         left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
         made: Array = left @ self.motion.attitude_derivatives
-        if p.is_fitted("axes"):
-            made[:, :, p.find_columns("axes")] -= right
+        if p.has_free("axes"):
+            made[:, :, p.find_parameter_columns("axes")] -= right
         mounting, delay = (
-            self._find_instrument_columns("mounting"),
-            self._find_instrument_columns("delay"),
+            self._get_instrument_parameter_columns("mounting"),
+            self._get_instrument_parameter_columns("delay"),
         )
         if mounting is not None and self.view is not None:
             made[:, :, mounting] += right @ (self.view @ self.motion.rotation_to_described_frame).T
@@ -346,11 +350,11 @@ class _ResidualBuilder:
             made[:, :, delay] -= left @ self.motion.time_derivatives[:, :3, None]
         return made
 
-    def _differentiate_values(self) -> Array:
+    def _differentiate_value_residuals(self) -> Array:
         found, part, made = self.found, self.rows.series.part, self.found.by
         mounting, delay = (
-            self._find_instrument_columns("mounting"),
-            self._find_instrument_columns("delay"),
+            self._get_instrument_parameter_columns("mounting"),
+            self._get_instrument_parameter_columns("delay"),
         )
         if mounting is not None and self.rows.series.quantity in SEEN_FROM_BODY:
             turned = cross_matrix(self.whole)
@@ -358,9 +362,9 @@ class _ResidualBuilder:
         if delay is not None:
             made[:, :, delay] -= found.rate[:, :, None]
         scale, scales, bias = (
-            self._find_instrument_value("scale"),
-            self._find_instrument_columns("scale"),
-            self._find_instrument_columns("bias"),
+            self._get_instrument_parameter("scale"),
+            self._get_instrument_parameter_columns("scale"),
+            self._get_instrument_parameter_columns("bias"),
         )
         width = range(found.values.shape[1])
         if scale is not None and scales is not None:
@@ -371,6 +375,6 @@ class _ResidualBuilder:
         return made
 
 
-def _select_component(found: Prediction, part: int) -> Prediction:
+def _select_predicted_component(found: Prediction, part: int) -> Prediction:
     at = slice(part, part + 1)
     return Prediction(found.values[:, at], found.by[:, at], found.rate[:, at])

@@ -12,21 +12,21 @@ from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
 from .aliasing import list_alternative_spins
-from .initial_guess import Guess, guess_from_records
-from .levenberg_marquardt import LossName, Minimum, SearchSettings, compute_cost, minimize
+from .initial_guess import Guess, guess_parameters_from_records
+from .levenberg_marquardt import LossName, Minimum, SearchSettings, compute_cost, minimize_cost
 from .multiple_shooting import (
-    SegmentStarts,
+    SegmentStartStates,
     ShootingModel,
     choose_segment_count,
     fits_with_gaps,
-    minimize_by_shooting,
+    minimize_by_multiple_shooting,
 )
-from .noise import MEDIAN, estimate_initial_sigmas, update_sigmas
+from .noise import MEDIAN, estimate_initial_sigmas, estimate_sigmas_from_residuals
 from .parameters import FitPoint, Parameters
 from .records import Record, slice_record
-from .residuals import STEPS_MOST, Evaluation, ResidualModel, ResidualRows
+from .residuals import STEPS_MOST, ResidualEvaluation, ResidualModel, ResidualRows
 from .rotations import exponential, multiply_quaternions, rotation_matrix
-from .uncertainty import analyse_spectrum
+from .uncertainty import analyse_parameter_space
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
 _ROUGH_FTOL = 1e-3  # the same for a part of the records
@@ -61,7 +61,7 @@ _AS_WELL = 9.0  # rise of chi2 up to which another motion fits as well, three st
 _INSENSITIVE = 1e-9  # a series that changes less, relative to its spread, tells nothing
 
 
-class Solution(NamedTuple):
+class BestFit(NamedTuple):
     """The result of a search.
 
     point      the parameters
@@ -86,18 +86,18 @@ class SubspaceModel:
     def __init__(self, model: ResidualModel, allowed: Array) -> None:
         self._model, self._allowed, self.evaluations = model, allowed, 0
         self.size = model.size
-        self.estimate_scales, self.move_within_bounds = (
-            model.estimate_scales,
+        self.estimate_parameter_scales, self.move_within_bounds = (
+            model.estimate_parameter_scales,
             model.move_within_bounds,
         )
         self.compute_distances_to_bounds = model.compute_distances_to_bounds
 
-    def evaluate(self, point: FitPoint) -> Evaluation:
+    def evaluate(self, point: FitPoint) -> ResidualEvaluation:
         before = self._model.evaluations
         residuals, jacobian = self._model.evaluate(point)
         self.evaluations += self._model.evaluations - before
         self._model.evaluations = before  # the session counts the paths of parts separately
-        return Evaluation(residuals, jacobian @ self._allowed)
+        return ResidualEvaluation(residuals, jacobian @ self._allowed)
 
 
 class SearchSession:
@@ -119,7 +119,7 @@ class SearchSession:
         self.limit, self.progress = limit, progress
         self.is_sigma_known = all(s.sigma is not None for r in records for s in r.series)
         self.model = ResidualModel(parameters, records, estimate_initial_sigmas(records))
-        self.best: Solution | None = None
+        self.best: BestFit | None = None
         self.alias: FitPoint | None = None  # another start that fits as well
         self.evaluations = 0  # of parts and of pieces
         self._piece_count = 0  # the number of pieces of the last search in pieces
@@ -139,7 +139,7 @@ class SearchSession:
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
-    def check_start_friction(self) -> None:
+    def refuse_start_held_by_friction(self) -> None:
         """Raise ValueError if no motion fits and friction holds the top in its initial state.
 
         Many different motions end in a state in which friction holds the top.
@@ -155,7 +155,7 @@ class SearchSession:
                     "and many motions lead there: subtract the first time from t"
                 ) from None
 
-    def check_records(self) -> None:
+    def check_enough_measurements(self) -> None:
         """Raise ValueError if there are too few measurements or if they start too late."""
         times = np.concatenate([record.t for record in self.records])
         first, span = float(np.abs(times).min()), float(np.ptp(times))
@@ -188,7 +188,7 @@ class SearchSession:
         if is_done:
             self._search_from_point(own.point, agreement)
         if not self._is_excellent() and (has_data_guess or not is_single):
-            found = guess_from_records(self.parameters, self.records)
+            found = guess_parameters_from_records(self.parameters, self.records)
             found = found if has_data_guess else [one._replace(point=own.point) for one in found]
             if pieces is None:
                 self._try_multiple_shooting(found, None, _CHAOTIC)
@@ -205,18 +205,18 @@ class SearchSession:
             and self.best is not None
             and not self.best.pieces
         ):
-            self._divide_chaotic_motion(self.best.point)
+            self._fit_chaotic_motion_in_segments(self.best.point)
         self._align_com_with_scene()
         self._align_heading_with_scene()
         self._refine_with_estimated_sigmas()
         self._try_alternative_spins()
 
-    def _divide_chaotic_motion(self, point: FitPoint) -> None:
+    def _fit_chaotic_motion_in_segments(self, point: FitPoint) -> None:
         """Divide the best motion into segments if errors grow too much for linearization."""
         count = choose_segment_count(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            self._minimize_by_shooting(model, model.start_on_motion(point), np.inf)
+            self._fit_by_multiple_shooting(model, model.start_on_motion(point), np.inf)
 
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
         """Search from the guesses, starting with the one that agrees best with the records."""
@@ -252,7 +252,7 @@ class SearchSession:
         """Refine an initial guess along its allowed directions, and return the resulting point."""
         if guess.allowed is None:
             return guess.point
-        return self._fit_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
+        return self._fit_point_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
 
     def _measure_misfit(self) -> float:
         """Return chi2 per degree of freedom or, for the soft loss, a median-based estimate."""
@@ -293,18 +293,18 @@ class SearchSession:
         """Return the settings of a search that reports each minimum it finds."""
 
         def report(found: Minimum) -> None:
-            self._store_if_best(found, model)
+            self._store_minimum_if_best(found, model)
 
         return SearchSettings(self.loss, limit, ftol, report)
 
-    def _store_if_best(self, found: Minimum, model: ResidualModel) -> None:
+    def _store_minimum_if_best(self, found: Minimum, model: ResidualModel) -> None:
         """Store a minimum for the complete records if it is the best so far; report progress."""
         self._report_cost(found.cost)
         if self.best is None or found.cost <= self.best.cost:
             point = found.point
             assert isinstance(point, FitPoint)
-            natural = model.estimate_scales(point)
-            self.best = Solution(point, *found.evaluation, natural, found.cost, found.has_converged)
+            natural = model.estimate_parameter_scales(point)
+            self.best = BestFit(point, *found.evaluation, natural, found.cost, found.has_converged)
 
     def _report_cost(self, cost: float) -> None:
         if self.progress is not None:
@@ -315,9 +315,9 @@ class SearchSession:
         before = self.best
         point = self._fit_growing_time_spans(point, agreement)
         settings = self._make_settings(_FTOL, self.model, self.limit)
-        found = minimize(self.model, point, settings)
+        found = minimize_cost(self.model, point, settings)
         if np.isfinite(found.cost):
-            self._store_if_best(found, self.model)
+            self._store_minimum_if_best(found, self.model)
         has_ended = before is not None and before.has_converged
         if before is not None and has_ended and found.cost > (1.0 - _SAME) * before.cost:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
@@ -329,7 +329,7 @@ class SearchSession:
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
-        if best is None or best.pieces or not (p.is_fitted("com") and p.is_fitted("attitude")):
+        if best is None or best.pieces or not (p.has_free("com") and p.has_free("attitude")):
             return
         if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
             half_turn = np.array([0.0, 1.0, 0.0, 0.0])
@@ -342,7 +342,7 @@ class SearchSession:
         Body-mounted instruments cannot detect a rotation of the whole scene about the vertical.
         """
         p, best = self.parameters, self.best
-        if best is None or best.pieces or not (p.is_fitted("attitude") and p.is_fitted("turning")):
+        if best is None or best.pieces or not (p.has_free("attitude") and p.has_free("turning")):
             return
         wanted, found = p.start.turning, best.point.turning
         if not (wanted[:2].any() and found[:2].any()):
@@ -353,13 +353,13 @@ class SearchSession:
         turning = rotation_matrix(turn) @ found
         self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
 
-    def _try_equivalent(self, best: Solution, twin: FitPoint) -> None:
+    def _try_equivalent(self, best: BestFit, twin: FitPoint) -> None:
         """Replace the best solution by the equivalent point `twin` if it fits equally well."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= (1.0 + _SAME) * best.cost:
-            natural = self.model.estimate_scales(twin)
-            self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
+            natural = self.model.estimate_parameter_scales(twin)
+            self.best = BestFit(twin, *evaluation, natural, cost, best.has_converged)
 
     def _try_alternative_spins(self) -> None:
         """Search from spin aliases that may fit equally well; keep a clearly better result."""
@@ -375,7 +375,7 @@ class SearchSession:
         for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
             settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_minimum)
-            found = minimize(self.model, alias, settings)
+            found = minimize_cost(self.model, alias, settings)
             turned = found.point
             assert isinstance(turned, FitPoint)
             change = float(np.linalg.norm(turned.rate - best.point.rate))
@@ -383,16 +383,16 @@ class SearchSession:
             if not is_other or found.cost > best.cost + rise:
                 continue
             if found.cost < best.cost - rise:
-                self._store_if_best(found, self.model)
+                self._store_minimum_if_best(found, self.model)
                 self._search_from_point(turned, self._measure_agreement(turned)[0])
                 return self._try_alternative_spins()
             self.alias = turned if self._has_small_misfit() else None
             return
 
-    def _can_determine_velocity(self, best: Solution) -> bool:
-        spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
+    def _can_determine_velocity(self, best: BestFit) -> bool:
+        spectrum = analyse_parameter_space(best.jacobian, best.natural, 1.0, self.parameters.size)
         by_rate = np.zeros((3, self.parameters.size))
-        by_rate[:, self.parameters.find_columns("velocity")] = np.eye(3)
+        by_rate[:, self.parameters.find_parameter_columns("velocity")] = np.eye(3)
         return bool(np.isfinite(spectrum.propagate_errors(by_rate)[1]).all())
 
     def _report_minimum(self, found: Minimum) -> None:
@@ -407,22 +407,22 @@ class SearchSession:
             horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
             if horizon >= self._end or self.model.evaluations >= self.limit:
                 break
-            part = self._build_model_until(horizon)
+            part = self._build_residual_model_until(horizon)
             if part is not None:
-                point = self._fit_roughly(part, point)
+                point = self._fit_point_roughly(part, point)
             agreement, cost = self._measure_agreement(point)
             if not np.isfinite(cost):
                 break  # the motion takes too many steps, or leaves the range of doubles
         return point
 
-    def _fit_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
+    def _fit_point_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
         settings = SearchSettings(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_minimum)
-        found = minimize(part, point, settings)
+        found = minimize_cost(part, point, settings)
         self.evaluations += part.evaluations
         assert isinstance(found.point, FitPoint)
         return found.point
 
-    def _build_model_until(self, horizon: float) -> ResidualModel | None:
+    def _build_residual_model_until(self, horizon: float) -> ResidualModel | None:
         """Return the residual model for |t| <= horizon, or None if measurements are too few."""
         records, sigmas = self._select_records_until(horizon)
         if sum(record.size for record in records) < self.parameters.size:
@@ -468,11 +468,11 @@ class SearchSession:
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start_on_data(guess.point, guess.motion)
-            self._minimize_by_shooting(model, begin, 0.5)
+            self._fit_by_multiple_shooting(model, begin, 0.5)
             return
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
-            self._minimize_by_shooting(model, model.start_on_motion(self.parameters.start), 0.5)
+            self._fit_by_multiple_shooting(model, model.start_on_motion(self.parameters.start), 0.5)
 
     def _sort_guesses(self, guesses: list[Guess]) -> list[Guess]:
         """Return the guesses sorted by their agreement with the records."""
@@ -497,13 +497,13 @@ class SearchSession:
         self.evaluations += model.evaluations
         return is_near
 
-    def _minimize_by_shooting(
-        self, model: ShootingModel, begin: SegmentStarts, factor: float
+    def _fit_by_multiple_shooting(
+        self, model: ShootingModel, begin: SegmentStartStates, factor: float
     ) -> None:
         """Fit the motion in segments, and keep the result if it reduces the cost sufficiently."""
         before = self.best
         self.best = None
-        found = minimize_by_shooting(
+        found = minimize_by_multiple_shooting(
             model, begin, self.loss, lambda m: self._store_piecewise_solution(m, model), self.limit
         )
         self.evaluations += model.evaluations
@@ -515,13 +515,13 @@ class SearchSession:
     def _store_piecewise_solution(self, found: Minimum, model: ShootingModel) -> None:
         self._report_cost(found.cost)
         pieces = found.point
-        assert isinstance(pieces, SegmentStarts)
+        assert isinstance(pieces, SegmentStartStates)
         residuals, jacobian = found.evaluation
-        self.best = Solution(
+        self.best = BestFit(
             pieces.points[model.first],
             residuals[: model.data_size],
             jacobian,
-            model.estimate_scales(pieces),
+            model.estimate_parameter_scales(pieces),
             found.cost,
             found.has_converged,
             tuple(zip(map(float, model.edges[:-1]), pieces.points, strict=True)),
@@ -532,7 +532,7 @@ class SearchSession:
         for k in range(0 if self.is_sigma_known else _ROUNDS):
             if self.best is None or not self.best.has_converged:
                 return
-            sigmas = update_sigmas(self.model, self.best.residuals, self.loss)
+            sigmas = estimate_sigmas_from_residuals(self.model, self.best.residuals, self.loss)
             pairs = zip(self.sigmas, sigmas, strict=True)
             change = max(abs(float((new / old).flat[0]) - 1.0) for old, new in pairs)
             if k and change < _SIGMA_RTOL:
@@ -547,8 +547,8 @@ class SearchSession:
         self.best = None
         if best.pieces:
             model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
-            self._minimize_by_shooting(
-                model, SegmentStarts(tuple(point for _, point in best.pieces)), np.inf
+            self._fit_by_multiple_shooting(
+                model, SegmentStartStates(tuple(point for _, point in best.pieces)), np.inf
             )
         else:
             self._search_from_point(best.point, self._end)
@@ -567,7 +567,7 @@ class SearchSession:
             return float(MEDIAN * np.median(np.abs(own)))
         return float(np.sqrt((own @ own) / own.size))
 
-    def check_sensitivity(self) -> None:
+    def refuse_insensitive_quantities(self) -> None:
         """Raise ValueError if a measured quantity does not depend on any free parameter."""
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
@@ -581,7 +581,7 @@ class SearchSession:
                 )
 
 
-def _find_disagreement_time(rows: ResidualRows, found: Evaluation, t: Array) -> float:
+def _find_disagreement_time(rows: ResidualRows, found: ResidualEvaluation, t: Array) -> float:
     """Return the first time at which the residuals of a series exceed a fraction of its spread."""
     measured = rows.is_measured.any(axis=1)
     if not measured.any():

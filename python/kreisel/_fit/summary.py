@@ -7,31 +7,31 @@ from collections.abc import Sequence
 from html import escape
 from typing import Protocol
 
-from .._utils.html import format_table
+from .._utils.html import format_html_table
 
 
-class SeriesSummary(Protocol):
+class SeriesLike(Protocol):
     """Interface of a measured quantity, as needed for the summary."""
 
     @property
     def sigma(self) -> object: ...
 
 
-class RecordSummary(Protocol):
+class RecordLike(Protocol):
     """Interface of a record, as needed for the summary."""
 
     @property
-    def series(self) -> Sequence[SeriesSummary]: ...
+    def series(self) -> Sequence[SeriesLike]: ...
 
     @property
     def missing(self) -> int: ...
 
 
-class FitValues(Protocol):
+class FitLike(Protocol):
     """Interface of a fit, as needed for the summary."""
 
     @property
-    def records(self) -> Sequence[RecordSummary]: ...
+    def records(self) -> Sequence[RecordLike]: ...
     @property
     def names(self) -> Sequence[str]: ...
     @property
@@ -77,41 +77,46 @@ _ENLARGED = 1.05  # inflation that is mentioned
 _NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentioned
 
 
-def format_summary(fit: FitValues) -> str:
+def format_fit_summary(fit: FitLike) -> str:
     """Return the summary: a row for each parameter, then sentences about the quality of the fit."""
-    rows = _list_table_rows(fit)
+    rows = _list_parameter_rows(fit)
     width = max(len(name) for name, *_ in rows)
     lines = [f"  {name:<{width}}  {value} {unit}".rstrip() for name, value, unit in rows]
-    return "\n".join([_format_head(fit), *lines, *_list_quality_sentences(fit)])
+    return "\n".join([_format_summary_head(fit), *lines, *_list_fit_quality_sentences(fit)])
 
 
-def format_html(fit: FitValues) -> str:
+def format_fit_summary_as_html(fit: FitLike) -> str:
     """Return the summary as HTML, with the parameters in a table."""
     head, *sentences = [
-        f"<p>{escape(text)}</p>" for text in (_format_head(fit), *_list_quality_sentences(fit))
+        f"<p>{escape(text)}</p>"
+        for text in (_format_summary_head(fit), *_list_fit_quality_sentences(fit))
     ]
-    table = format_table(_list_table_rows(fit), ("parameter", "value", "unit"))
+    table = format_html_table(_list_parameter_rows(fit), ("parameter", "value", "unit"))
     return "\n".join([head, table, *sentences])
 
 
-def _format_head(fit: FitValues) -> str:
+def _format_summary_head(fit: FitLike) -> str:
     return (
         f"Fit of {len(fit.names)} parameters to {fit.dof + len(fit.names)} numbers: "
         f"chi2 {fit.chi2 / fit.dof:.3g} per degree of freedom, {fit.evaluations} paths"
     )
 
 
-def _list_table_rows(fit: FitValues) -> list[tuple[str, str, str]]:
+def _list_parameter_rows(fit: FitLike) -> list[tuple[str, str, str]]:
     """Return a row (name, value and error, unit) for each parameter and each moment ratio."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
     rows = [
-        (name, format_value(fit.values[name], fit.error[name]), f"[{unit}]" if unit else "")
+        (
+            name,
+            format_value_with_error(fit.values[name], fit.error[name]),
+            f"[{unit}]" if unit else "",
+        )
         for name, unit in zip(fit.names, fit.units, strict=True)
     ]
-    return rows + [(name, format_value(*pair), "") for name, pair in ratios.items()]
+    return rows + [(name, format_value_with_error(*pair), "") for name, pair in ratios.items()]
 
 
-def format_value(value: float, error: float) -> str:
+def format_value_with_error(value: float, error: float) -> str:
     """Return a value and its error as text, with as many digits as are significant."""
     if not math.isfinite(error):
         return "not identified"
@@ -122,27 +127,27 @@ def format_value(value: float, error: float) -> str:
     return f"{value:#.{digits}g} +- {error:.2g}"
 
 
-def is_misfit(fit: FitValues) -> bool:
+def is_misfit(fit: FitLike) -> bool:
     """Return True if the residuals are as large as the measured values and larger than expected."""
     is_estimated = any(series.sigma is None for record in fit.records for series in record.series)
     return fit.misfit > _AS_LARGE and (is_estimated or fit.chi2 > _MISFIT * fit.dof)
 
 
-def describe_misfit(fit: FitValues) -> str:
+def describe_misfit(fit: FitLike) -> str:
     return (
         "No motion of this scene fits the records: the residuals are "
         f"{100.0 * fit.misfit:.0f} % of the values, or of 1 rad for angles."
     )
 
 
-def describe_excess(fit: FitValues) -> str:
+def describe_residual_excess(fit: FitLike) -> str:
     return (
         f"The residuals are {fit.excess:.3g} times as large as sigma explains, even without "
         "outliers: sigma is too small, or the fit may be a false minimum."
     )
 
 
-def _list_quality_sentences(fit: FitValues) -> list[str]:
+def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
     made = [] if fit.has_converged else ["The search did not converge; this is the best so far."]
     ratio = fit.chi2 / fit.dof
     if is_misfit(fit):
@@ -153,7 +158,7 @@ def _list_quality_sentences(fit: FitValues) -> list[str]:
             "may be of another top, or the search did not find the motion."
         )
     elif fit.excess:
-        made.append(describe_excess(fit))
+        made.append(describe_residual_excess(fit))
     made += [f"Not identified: {sentence}." for sentence in fit.unidentified]
     made += [f"Ambiguous: {sentence}." for sentence in fit.ambiguous]
     made += [f"At a bound: {sentence}." for sentence in fit.at_bound]

@@ -21,7 +21,7 @@ _DELIMITERS = ",;\t"
 def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
     """Read the columns of a CSV file; empty fields are NaN."""
     name = os.fspath(file)
-    rows = _read_rows(name)
+    rows = _read_csv_rows(name)
     if len(rows) < 2:
         raise ValueError(f"{name}: it needs a line of names and at least one line of numbers")
     names = [word.strip() for word in rows[0]]
@@ -31,11 +31,11 @@ def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
     for i, row in enumerate(rows[1:]):
         if len(row) != len(names):
             raise ValueError(f"{name}: row {i + 1} has {len(row)} fields instead of {len(names)}")
-        numbers[i] = [_parse_field(name, i + 1, word) for word in row]
+        numbers[i] = [_parse_number_field(name, i + 1, word) for word in row]
     return {word: numbers[:, k] for k, word in enumerate(names)}
 
 
-def _read_rows(name: str) -> list[list[str]]:
+def _read_csv_rows(name: str) -> list[list[str]]:
     """Return the fields of all rows that are not empty."""
     with open(name, encoding="utf-8-sig", newline="") as text:
         try:
@@ -49,7 +49,7 @@ def _read_rows(name: str) -> list[list[str]]:
             raise ValueError(f"{name} is not a CSV file in UTF-8: {error}") from None
 
 
-def _parse_field(file: str, row: int, word: str) -> float:
+def _parse_number_field(file: str, row: int, word: str) -> float:
     try:
         return float(word) if word.strip() else np.nan
     except ValueError:
@@ -59,7 +59,7 @@ def _parse_field(file: str, row: int, word: str) -> float:
         ) from None
 
 
-def read_frame_columns(frame: DataFrame, t: str) -> dict[str, Array]:
+def read_data_frame_columns(frame: DataFrame, t: str) -> dict[str, Array]:
     """Return the columns of a data frame, and its index if the index is named `t`."""
     if not hasattr(frame, "columns") or not hasattr(frame, "index"):
         raise TypeError(f"frame must be a pandas.DataFrame, not {short_repr(frame)}")
@@ -69,7 +69,7 @@ def read_frame_columns(frame: DataFrame, t: str) -> dict[str, Array]:
     return table
 
 
-def select_columns(
+def select_measured_columns(
     table: Mapping[str, Array],
     columns: Mapping[str, str | Sequence[str]] | None,
     t: str,
@@ -79,9 +79,9 @@ def select_columns(
 
     `parts` maps component names, such as "apex_x", to pairs of a quantity and an index.
     """
-    _check_column("column of times", t, table)
+    _check_column_exists("column of times", t, table)
     if columns is None:
-        return table[t], _join_components({n: c for n, c in table.items() if n != t}, parts)
+        return table[t], _join_vector_components({n: c for n, c in table.items() if n != t}, parts)
     if not isinstance(columns, Mapping):
         raise TypeError(
             "columns must map quantities to names of columns, as in "
@@ -90,7 +90,7 @@ def select_columns(
     values = {}
     for quantity, names in columns.items():
         for name in [names] if isinstance(names, str) else names:
-            _check_column("column", name, table)
+            _check_column_exists("column", name, table)
         values[quantity] = (
             table[names]
             if isinstance(names, str)
@@ -99,14 +99,14 @@ def select_columns(
     return table[t], values
 
 
-def _check_column(what: str, name: object, table: Mapping[str, Array]) -> None:
+def _check_column_exists(what: str, name: object, table: Mapping[str, Array]) -> None:
     if not isinstance(name, str):
         raise TypeError(f"a {what} must have a name, not {short_repr(name)}")
     if name not in table:
         raise ValueError(unknown_name_message(what, name, table))
 
 
-def _join_components(
+def _join_vector_components(
     table: dict[str, Array], parts: Mapping[str, tuple[str, int]]
 ) -> dict[str, Array]:
     """Combine the columns of vector components into arrays."""

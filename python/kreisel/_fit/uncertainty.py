@@ -45,7 +45,7 @@ class ResidualStatistics(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
+class ParameterDirections:
     """Directions in parameter space, classified by whether the measurements determine them.
 
     natural  (size,) the natural sizes of the parameters, which are the units of the other fields
@@ -81,7 +81,9 @@ class Spectrum:
         return normal @ self.factor.T * self.natural
 
 
-def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: int) -> Spectrum:
+def analyse_parameter_space(
+    jacobian: Array, natural: Array, inflation: float, size: int
+) -> ParameterDirections:
     """Classify the directions in the space of the first `size` parameters.
 
     A direction counts as undetermined if one standard deviation along it exceeds the typical
@@ -94,7 +96,7 @@ def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: in
     factor = vectors[is_seen].T * (inflation / values[is_seen])
     # Changes of further columns, the starts of later pieces, belong to blind changes of the first.
     directions, lengths, _ = np.linalg.svd(vectors[~is_seen].T[:size], full_matrices=False)
-    return Spectrum(natural[:size], factor[:size], directions[:, lengths > _PRESENT])
+    return ParameterDirections(natural[:size], factor[:size], directions[:, lengths > _PRESENT])
 
 
 def compute_statistics(
@@ -112,7 +114,7 @@ def compute_statistics(
         influence = own / np.hypot(1.0, own)
         slope = float(((1.0 + own**2) ** -1.5).mean())
         variance = float(influence @ influence) / dof / slope**2
-    correlation = _correlate_neighbours(model.rows, residuals)
+    correlation = _correlate_neighbouring_residuals(model.rows, residuals)
     factor = variance
     if correlation > _CHANCE / math.sqrt(own.size):
         factor *= (1.0 + correlation) / max(1.0 - correlation, 1.0 / own.size)
@@ -122,7 +124,7 @@ def compute_statistics(
     return ResidualStatistics(chi2, dof, variance, correlation, math.sqrt(factor))
 
 
-def _correlate_neighbours(rows: tuple[ResidualRows, ...], residuals: Array) -> float:
+def _correlate_neighbouring_residuals(rows: tuple[ResidualRows, ...], residuals: Array) -> float:
     """Return the mean correlation of neighbouring residuals for each component of each series."""
     found = []
     for one in rows:
@@ -136,8 +138,12 @@ def _correlate_neighbours(rows: tuple[ResidualRows, ...], residuals: Array) -> f
     return float(np.mean(found)) if found else 0.0
 
 
-def measure_nonlinearity(
-    model: ResidualModel, point: FitPoint, residuals: Array, spectrum: Spectrum, inflation: float
+def measure_cost_nonlinearity(
+    model: ResidualModel,
+    point: FitPoint,
+    residuals: Array,
+    spectrum: ParameterDirections,
+    inflation: float,
 ) -> float:
     """Return the relative deviation of chi2 from a quadratic function at one standard deviation.
 

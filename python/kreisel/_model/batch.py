@@ -129,8 +129,8 @@ class Batch(Generic[_M]):
         if type(key) is int and len(self.shape) == 1 and -len(self) <= key < len(self):
             return self._select_member((key % len(self),))
         if not _is_basic_index(key):
-            return self._select_with_arrays(key)
-        left: Any = _index_array(np.broadcast_to(_PLACEHOLDER, self.shape), key)
+            return self._select_members_by_arrays(key)
+        left: Any = _index_column(np.broadcast_to(_PLACEHOLDER, self.shape), key)
         places = _expand_index_key(key, len(self.shape))
         if not isinstance(left, np.ndarray):
             return self._select_member(
@@ -145,9 +145,9 @@ class Batch(Generic[_M]):
             lambda column: np.asarray(column[places]), left.shape, tuple(kept)
         )
 
-    def _select_with_arrays(self, key: object) -> _M | Self:
+    def _select_members_by_arrays(self, key: object) -> _M | Self:
         """Return the member or the batch selected by index arrays or masks."""
-        order: Any = _index_array(np.arange(self.size).reshape(self.shape), key)
+        order: Any = _index_column(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._select_member(tuple(map(int, np.unravel_index(int(order), self.shape))))
         dims = len(self.shape)
@@ -210,7 +210,7 @@ class Batch(Generic[_M]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        varying = [_format_range(word) for word in self._varying_parameters()]
+        varying = [_format_parameter_range(word) for word in self._varying_parameters()]
         dims = len(self.shape)
         varying = varying or [
             name for name, held in self._columns.items() if any(held.strides[:dims])
@@ -247,14 +247,14 @@ class Batch(Generic[_M]):
         )
 
 
-def _format_range(word: Parameter) -> str:
+def _format_parameter_range(word: Parameter) -> str:
     """Describe a varying parameter by its name and, for a scalar, its least and largest values."""
     if word.value or not word.values.size:
         return word.name
     return f"{word.name} {word.values.min():.6g} .. {word.values.max():.6g}"
 
 
-def _index_array(array: Column, key: Any) -> Any:
+def _index_column(array: Column, key: Any) -> Any:
     try:
         return array[key]
     except OverflowError:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
-from .._utils.errors import refuse_assignment, warn_user
+from .._utils.errors import refuse_attribute_assignment, warn_user
 from .._utils.validation import Array, as_array, read_only, short_repr
 from .batch import Batch
 from .bodies_constructors import BodiesConstructors
@@ -20,21 +20,21 @@ from .broadcasting import (
     Index,
     Parameter,
     Shape,
-    axis_names,
-    common_shape,
+    broadcast_named_shapes,
+    compute_common_parameter_shape,
+    convert_to_python_numbers,
     make_column,
+    name_varying_dimensions,
     parse_parameter,
-    shape_of,
     split_components,
     stack_components,
-    to_python,
 )
-from .inertia import check_tolerance, parse_tensor, unphysical_message
+from .inertia import describe_unphysical_inertia, parse_inertia_tensor, parse_inertia_tolerance
 
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@refuse_assignment("construct new bodies with another {}")
+@refuse_attribute_assignment("construct new bodies with another {}")
 class Bodies(BodiesConstructors, Batch[Body]):
     """An array of bodies whose parameters broadcast to a common shape.
 
@@ -77,12 +77,12 @@ class Bodies(BodiesConstructors, Batch[Body]):
         words = [parse_parameter("mass", mass), parse_parameter("com", com, (3,))]
         heavy, lever = words[0].values, words[1].values
         if inertia_about_com is None:
-            words.append(parse_tensors("inertia", inertia))
-            shape_of(*words)
+            words.append(parse_inertia_tensors("inertia", inertia))
+            compute_common_parameter_shape(*words)
             tensor = words[-1]
         else:
-            words.append(parse_tensors("inertia_about_com", inertia_about_com))
-            shape_of(*words)
+            words.append(parse_inertia_tensors("inertia_about_com", inertia_about_com))
+            compute_common_parameter_shape(*words)
             tensor = add_point_masses(words[-1], heavy, lever)
         self._store_parameters(Body, words, heavy, tensor, lever, inertia_rtol, unphysical, rotor)
 
@@ -102,15 +102,16 @@ class Bodies(BodiesConstructors, Batch[Body]):
         Raises the exception of the single-body constructor `make` for the first invalid member.
         """
         slacks = parse_parameter("inertia_rtol", inertia_rtol)
-        made = _parse_booleans("unphysical", unphysical)
-        slacks.raise_first_error(
-            ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
+        made = _parse_boolean_column("unphysical", unphysical)
+        slacks.raise_error_of_first_bad_value(
+            ~((slacks.values >= 0.0) & (slacks.values < 1.0)),
+            lambda _, x: parse_inertia_tolerance(x),
         )
         rotors = _parse_rotors(rotor)
         given = [*words, *(each for each in (slacks, rotors) if np.any(each.values))]
         names, shapes = [each.name for each in given], [each.shape for each in given]
         shapes += [made.shape, rotors.shape]
-        shape = common_shape([*names, "unphysical", "rotor"], shapes)
+        shape = broadcast_named_shapes([*names, "unphysical", "rotor"], shapes)
         columns: dict[str, Column] = {
             "mass": make_column(mass, shape, 0),
             "inertia": make_column(tensor.values, shape, len(tensor.value)),
@@ -118,19 +119,19 @@ class Bodies(BodiesConstructors, Batch[Body]):
             "inertia_rtol": make_column(slacks.values, shape, 0),
             "rotor": make_column(rotors.values, shape, 1),
         }
-        self._set_shape_and_columns(shape, axis_names(shape, given), columns, {})
+        self._set_shape_and_columns(shape, name_varying_dimensions(shape, given), columns, {})
         self.__dict__["_varied"] = {
             each.name: make_column(each.values, shape, len(each.value))
             for each in given
             if each.shape
         }
-        can_be = self._check_inertia(make, given, tensor.value == (3, 3))
+        can_be = self._find_members_with_possible_inertia(make, given, tensor.value == (3, 3))
         if not (can_be | made).all():
-            self._warn_unphysical(~(can_be | made))
+            self._warn_about_unphysical_bodies(~(can_be | made))
         columns["unphysical"] = make_column(made | ~can_be, shape, 0)
         return self
 
-    def _check_inertia(
+    def _find_members_with_possible_inertia(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
         """Return a boolean array that marks the members with a physically possible inertia.
@@ -144,7 +145,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             columns["inertia"] = flat.reshape(*self.shape, 9)
         status, index, can_be, blocks = bodies_of(self.shape, list(columns.values()), matrices)
         if status != "OK":
-            raise self._make_body_error(
+            raise self._make_invalid_body_error(
                 make, given, tuple(map(int, np.unravel_index(index, self.shape)))
             )
         kept: dict[str, Column] = self._columns  # type: ignore[assignment]
@@ -154,28 +155,35 @@ class Bodies(BodiesConstructors, Batch[Body]):
             kept["axes"], kept["principal_rotor"] = blocks[..., 7:11], blocks[..., 12:]
         return can_be.reshape(self.shape)
 
-    def _make_body_error(
+    def _make_invalid_body_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
         """Return the exception that the single-body constructor raises for an invalid member."""
-        own = {each.name: to_python(each.broadcast_to(self.shape)[at]) for each in given}
+        own = {
+            each.name: convert_to_python_numbers(each.broadcast_to(self.shape)[at])
+            for each in given
+        }
         try:
             make(**own)._block  # noqa: B018  raises the error of an invalid body
         except (TypeError, ValueError) as error:
             return type(error)(f"body{list(at)}: {error}" if at else str(error))
         return ValueError(f"body{list(at)}: not a body")
 
-    def _warn_unphysical(self, odd: Column) -> None:
+    def _warn_about_unphysical_bodies(self, odd: Column) -> None:
         at = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
-        mass, tensor, com, _ = (to_python(held[at]) for held in list(self._columns.values())[:4])
-        said = unphysical_message(mass, parse_tensor("inertia", tensor), com)
+        mass, tensor, com, _ = (
+            convert_to_python_numbers(held[at]) for held in list(self._columns.values())[:4]
+        )
+        said = describe_unphysical_inertia(mass, parse_inertia_tensor("inertia", tensor), com)
         count = int(odd.sum())
         more = f" (and {count - 1} more)" if count > 1 else ""
         warn_user(f"body{list(at)}{more}: {said}" if at else said)
 
     def _select_member(self, index: Index) -> Body:
         names = "mass", "inertia", "com", "inertia_rtol", "unphysical", "rotor"
-        mass, tensor, com, *rest = (to_python(self._columns[name][index]) for name in names)
+        mass, tensor, com, *rest = (
+            convert_to_python_numbers(self._columns[name][index]) for name in names
+        )
         words = dict(zip(names[3:], rest, strict=True))
         return Body(mass, tensor, com, **words)
 
@@ -205,7 +213,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             parse_parameter("i3", i3),
             parse_parameter("height", height),
         ]
-        shape_of(*words)
+        compute_common_parameter_shape(*words)
         heavy, one, three, up = (each.values for each in words)
         com = stack_components(np.zeros_like(up), np.zeros_like(up), up)
         tensor = Parameter("inertia", stack_components(one, one, three), (3,))
@@ -232,10 +240,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
         """
         heavy, tensor = (
             parse_parameter("mass", mass),
-            parse_tensors("inertia_about_com", inertia_about_com),
+            parse_inertia_tensors("inertia_about_com", inertia_about_com),
         )
         centre, at = parse_parameter("com", com, (3,)), parse_parameter("pivot", pivot, (3,))
-        shape_of(heavy, tensor, centre, at)
+        compute_common_parameter_shape(heavy, tensor, centre, at)
         with np.errstate(all="ignore"):
             lever = centre.values - at.values
         moved = add_point_masses(tensor, heavy.values, lever)
@@ -320,7 +328,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
             return first
-        tensors = [parse_tensor("inertia", body.inertia) for body in bodies]
+        tensors = [parse_inertia_tensor("inertia", body.inertia) for body in bodies]
         made = cls(
             np.reshape([body.mass for body in bodies], shape),
             np.reshape(tensors, (*shape, 3, 3)),
@@ -343,7 +351,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         )
 
 
-def parse_tensors(name: str, given: object) -> Parameter:
+def parse_inertia_tensors(name: str, given: object) -> Parameter:
     """Parse inertia given as moments or, if the last two dimensions have length 3, as matrices.
 
     Raises ValueError for the first matrix that is not symmetric.
@@ -359,15 +367,15 @@ def parse_tensors(name: str, given: object) -> Parameter:
         return made
     with np.errstate(over="ignore"):
         skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
-    made.raise_first_error(
-        skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_matrix
+    made.raise_error_of_first_bad_value(
+        skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_inertia_matrix
     )
     return made
 
 
-def _check_matrix(name: str, matrix: object) -> None:
+def _check_inertia_matrix(name: str, matrix: object) -> None:
     try:
-        parse_tensor(name, matrix)
+        parse_inertia_tensor(name, matrix)
     except ValueError as error:
         hint = "; to give three bodies by their moments, pass three matrices made by np.diag"
         raise ValueError(f"{error}{hint}") from None
@@ -401,7 +409,7 @@ def _parse_rotors(given: object) -> Parameter:
     return made._replace(values=made.values + 0.0)  # no negative zeros
 
 
-def _parse_booleans(name: str, given: object) -> Column:
+def _parse_boolean_column(name: str, given: object) -> Column:
     flags = np.asarray(given)
     if flags.dtype != np.bool_:
         raise TypeError(

@@ -14,10 +14,10 @@ from . import shapes
 from .body import Body
 from .broadcasting import (
     Parameter,
+    compute_common_parameter_shape,
     parse_non_negative,
     parse_parameter,
     parse_positive,
-    shape_of,
     split_components,
     stack_components,
 )
@@ -44,10 +44,10 @@ class BodiesConstructors:
         raise NotImplementedError
 
     @classmethod
-    def _from_shape(
+    def _build_from_shape(
         cls,
         make: Callable[..., Body],
-        shape: shapes.Shape[Array],
+        shape: shapes.ShapeMoments[Array],
         words: Sequence[Parameter],
         pivot: ArrayLike,
         mass: ArrayLike | None,
@@ -58,7 +58,7 @@ class BodiesConstructors:
         at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
         weight = parse_positive(name, given)
-        shape_of(*words, at, weight)
+        compute_common_parameter_shape(*words, at, weight)
         heavy = weight.values
         if density is not None:
             if not shape.volume.any():
@@ -67,7 +67,7 @@ class BodiesConstructors:
                 heavy = weight.values * shape.volume
             parse_positive(f"mass of the {shape.name}", heavy)
         with np.errstate(all="ignore"):
-            moments = shapes.central_moments(shape, heavy)
+            moments = shapes.compute_central_moments(shape, heavy)
         return cls._from_moments_about_com(
             make, [*words, at, weight], heavy, moments, shape.height, at
         )
@@ -91,7 +91,7 @@ class BodiesConstructors:
         array([16., 48.])
         """
         edges, at = parse_parameter("half", half, (3,)), parse_parameter("pivot", pivot, (3,))
-        edges.raise_first_error(
+        edges.raise_error_of_first_bad_value(
             ~(edges.values > 0.0).all(axis=-1), lambda _, x: Body.cuboid(x, (0, 0, 0))
         )
         if mass is not None and density is not None:
@@ -101,7 +101,7 @@ class BodiesConstructors:
             weight = parse_positive("density", 1.0 if density is None else density)
         else:
             weight = parse_positive("mass", mass)
-        shape_of(edges, at, weight)
+        compute_common_parameter_shape(edges, at, weight)
         heavy = weight.values
         with np.errstate(all="ignore"):
             if mass is None:
@@ -130,10 +130,10 @@ class BodiesConstructors:
         either `mass` [M] or `density` [M L^-3].
         """
         r, h = parse_positive("radius", radius), parse_positive("height", height)
-        shape_of(r, h)
+        compute_common_parameter_shape(r, h)
         with np.errstate(all="ignore"):
             shape = shapes.cylinder(r.values, h.values)
-        return cls._from_shape(Body.cylinder, shape, [r, h], pivot, mass, density)
+        return cls._build_from_shape(Body.cylinder, shape, [r, h], pivot, mass, density)
 
     @classmethod
     def tube(
@@ -153,15 +153,15 @@ class BodiesConstructors:
         """
         hole, r = parse_parameter("inner", inner), parse_positive("outer", outer)
         h = parse_non_negative("height", height)
-        shape_of(hole, r, h)
+        compute_common_parameter_shape(hole, r, h)
         both = Parameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
-        both.raise_first_error(
+        both.raise_error_of_first_bad_value(
             bad, lambda _, pair: Body.tube(pair[0], pair[1], 1.0, (0, 0, 0), mass=1.0)
         )
         with np.errstate(all="ignore"):
             shape = shapes.tube(hole.values, r.values, h.values)
-        return cls._from_shape(Body.tube, shape, [hole, r, h], pivot, mass, density)
+        return cls._build_from_shape(Body.tube, shape, [hole, r, h], pivot, mass, density)
 
     @classmethod
     def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
@@ -172,7 +172,7 @@ class BodiesConstructors:
         r = parse_positive("radius", radius)
         with np.errstate(all="ignore"):
             shape = shapes.disk(r.values)
-        return cls._from_shape(Body.disk, shape, [r], pivot, mass, None)
+        return cls._build_from_shape(Body.disk, shape, [r], pivot, mass, None)
 
     @classmethod
     def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
@@ -185,7 +185,7 @@ class BodiesConstructors:
         whole = parse_positive("length", length)
         with np.errstate(all="ignore"):
             shape = shapes.rod(whole.values)
-        return cls._from_shape(Body.rod, shape, [whole], pivot, mass, None)
+        return cls._build_from_shape(Body.rod, shape, [whole], pivot, mass, None)
 
     @classmethod
     def sphere(
@@ -206,7 +206,7 @@ class BodiesConstructors:
         with np.errstate(all="ignore"):
             shape = shapes.sphere(r.values, thin)
         make = partial(Body.sphere, shell=thin)
-        return cls._from_shape(make, shape, [r], pivot, mass, density)
+        return cls._build_from_shape(make, shape, [r], pivot, mass, density)
 
     @classmethod
     def ellipsoid(
@@ -224,11 +224,13 @@ class BodiesConstructors:
         """
         axes = parse_parameter("half", half, (3,))
         bad = ~(axes.values > 0.0).all(axis=-1)
-        axes.raise_first_error(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
+        axes.raise_error_of_first_bad_value(
+            bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0)
+        )
         a, b, c = split_components(axes.values)
         with np.errstate(all="ignore"):
             shape = shapes.ellipsoid(a, b, c)
-        return cls._from_shape(Body.ellipsoid, shape, [axes], pivot, mass, density)
+        return cls._build_from_shape(Body.ellipsoid, shape, [axes], pivot, mass, density)
 
     @classmethod
     def cone(
@@ -246,7 +248,7 @@ class BodiesConstructors:
         either `mass` [M] or `density` [M L^-3].
         """
         r, h = parse_positive("radius", radius), parse_positive("height", height)
-        shape_of(r, h)
+        compute_common_parameter_shape(r, h)
         with np.errstate(all="ignore"):
             shape = shapes.cone(r.values, h.values)
-        return cls._from_shape(Body.cone, shape, [r, h], pivot, mass, density)
+        return cls._build_from_shape(Body.cone, shape, [r, h], pivot, mass, density)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
-from .._utils.errors import refuse_assignment, status_to_exception, warn_user
+from .._utils.errors import make_exception_from_status, refuse_attribute_assignment, warn_user
 from .._utils.validation import (
     Array,
     Quaternion,
@@ -26,23 +26,23 @@ from ..quaternion import turn, unit
 from .body_constructors import BodyConstructors
 from .inertia import (
     add_point_mass,
-    check_tolerance,
-    compact_tensor,
-    ill_conditioned_error,
+    compact_inertia_tensor,
+    describe_triangle_violation,
+    describe_unphysical_inertia,
     inertia_at_fixed_point,
+    make_ill_conditioned_error,
     parallel_axis_term,
-    parse_tensor,
+    parse_inertia_tensor,
+    parse_inertia_tolerance,
     principal_moments,
-    triangle_violation,
-    unphysical_message,
 )
-from .shapes import central_inertia, parse_mass, rod
+from .shapes import compute_central_inertia, parse_mass_or_density, rod
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-@refuse_assignment("dataclasses.replace(body, {}=...) returns a new body")
+@refuse_attribute_assignment("dataclasses.replace(body, {}=...) returns a new body")
 @dataclass(frozen=True, init=False)
 class Body(BodyConstructors):
     """A rigid body that rotates about the origin of the frame in which it is described.
@@ -106,12 +106,12 @@ class Body(BodyConstructors):
         if inertia is None or inertia_about_com is not None:
             tensor = inertia_at_fixed_point(mass, inertia, inertia_about_com, com)
         else:
-            tensor = parse_tensor("inertia", inertia)
+            tensor = parse_inertia_tensor("inertia", inertia)
         kept = self.__dict__
-        kept["mass"], kept["inertia"] = as_positive("mass", mass), compact_tensor(tensor)
+        kept["mass"], kept["inertia"] = as_positive("mass", mass), compact_inertia_tensor(tensor)
         kept["com"], kept["inertia_rtol"] = (
             as_vector("com", com),
-            check_tolerance(inertia_rtol) if inertia_rtol else 0.0,
+            parse_inertia_tolerance(inertia_rtol) if inertia_rtol else 0.0,
         )
         h1, h2, h3 = as_vector("rotor", rotor)
         kept["rotor"] = h1 + 0.0, h2 + 0.0, h3 + 0.0  # no negative zeros
@@ -119,13 +119,13 @@ class Body(BodyConstructors):
             kept["mass"], tensor, kept["com"], kept["inertia_rtol"], kept["rotor"]
         )
         if status != "OK":
-            raise ill_conditioned_error(tensor) or status_to_exception(
-                status, triangle_violation(tensor, kept["inertia_rtol"])
+            raise make_ill_conditioned_error(tensor) or make_exception_from_status(
+                status, describe_triangle_violation(tensor, kept["inertia_rtol"])
             )
         if unphysical is not False:
             as_bool("unphysical", unphysical)
         elif not can_be:
-            warn_user(unphysical_message(self.mass, tensor, self.com))
+            warn_user(describe_unphysical_inertia(self.mass, tensor, self.com))
         kept["unphysical"] = unphysical or not can_be
 
     @classmethod
@@ -168,8 +168,11 @@ class Body(BodyConstructors):
         (3.0, 4.0, 1.0)
         """
         shape = rod(as_positive("length", length))
-        heavy, at = parse_mass(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
-        tensor = add_point_mass(central_inertia(shape, heavy), heavy, at)
+        heavy, at = (
+            parse_mass_or_density(shape, mass, None),
+            np.subtract(0.0, as_vector("pivot", pivot)),
+        )
+        tensor = add_point_mass(compute_central_inertia(shape, heavy), heavy, at)
         return _build_body_from_parts(heavy, tensor, at, np.zeros(3))
 
     @classmethod
@@ -208,7 +211,7 @@ class Body(BodyConstructors):
         relative to a common origin. The other arguments are described in Body. Steiner's theorem
         (Bodack 2008, 2.14) says J = J_com + mass * (|a|^2 1 - a a^t) with a = com - pivot.
         """
-        tensor = parse_tensor("inertia_about_com", inertia_about_com)
+        tensor = parse_inertia_tensor("inertia_about_com", inertia_about_com)
         a = np.subtract(as_vector("com", com), as_vector("pivot", pivot))
         moved = add_point_mass(tensor, as_positive("mass", mass), a)
         return cls(mass, moved, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
@@ -219,7 +222,9 @@ class Body(BodyConstructors):
             return NotImplemented
         mass = self.mass + other.mass
         com = self.mass * np.array(self.com) + other.mass * np.array(other.com)
-        tensor = parse_tensor("inertia", self.inertia) + parse_tensor("inertia", other.inertia)
+        tensor = parse_inertia_tensor("inertia", self.inertia) + parse_inertia_tensor(
+            "inertia", other.inertia
+        )
         rotor = np.add(self.rotor, other.rotor)
         return _build_body_from_parts(mass, tensor, com / mass, rotor, self, other)
 
@@ -231,7 +236,9 @@ class Body(BodyConstructors):
         (19.0, 19.0, 10.0)
         """
         way, com = np.array(as_vector("by", by)), np.array(self.com)
-        tensor = parse_tensor("inertia", self.inertia) + parallel_axis_term(self.mass, com, way)
+        tensor = parse_inertia_tensor("inertia", self.inertia) + parallel_axis_term(
+            self.mass, com, way
+        )
         return _build_body_from_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
 
     def turn(self, by: ArrayLike | Rotation) -> Body:
@@ -246,7 +253,7 @@ class Body(BodyConstructors):
         """
         q = unit("turn", by)
         axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
-        tensor = axes.T @ parse_tensor("inertia", self.inertia) @ axes
+        tensor = axes.T @ parse_inertia_tensor("inertia", self.inertia) @ axes
         com, rotor = np.array(self.com) @ axes, np.array(self.rotor) @ axes
         return _build_body_from_parts(self.mass, 0.5 * (tensor + tensor.T), com, rotor, self)
 
@@ -321,7 +328,7 @@ class Body(BodyConstructors):
         return body_kind(self._block, KIND_RTOL)
 
     @cached_property
-    def _nearby_kind_message(self) -> str:
+    def _nearby_integrable_case_message(self) -> str:
         """Message naming a kind that the body matches only approximately (to 1e-8), or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
@@ -353,7 +360,10 @@ class ThinRods(Body):
         unphysical: bool = False,
     ) -> None:
         kept = self.__dict__
-        kept["mass"], kept["inertia"] = mass, compact_tensor(parse_tensor("inertia", inertia))
+        kept["mass"], kept["inertia"] = (
+            mass,
+            compact_inertia_tensor(parse_inertia_tensor("inertia", inertia)),
+        )
         kept["com"], kept["inertia_rtol"], kept["unphysical"] = (
             as_vector("com", com),
             inertia_rtol,

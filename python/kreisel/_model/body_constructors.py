@@ -40,7 +40,7 @@ class BodyConstructors:
         >>> kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, 0), mass=1).moments
         (4.0, 4.0, 2.0)
         """
-        return cls._from_shape(
+        return cls._build_from_shape(
             shapes.cylinder(as_positive("radius", radius), as_positive("height", height)),
             pivot,
             mass,
@@ -70,7 +70,7 @@ class BodyConstructors:
         hole, r = as_float("inner", inner), as_positive("outer", outer)
         if not 0.0 <= hole <= r:
             raise ValueError(shapes.tube_error_message(hole, r))
-        return cls._from_shape(
+        return cls._build_from_shape(
             shapes.tube(hole, r, as_non_negative("height", height)), pivot, mass, density
         )
 
@@ -88,7 +88,7 @@ class BodyConstructors:
         >>> top.kind, round(top.mass, 12)
         ('lagrange', 0.52)
         """
-        return cls._from_shape(shapes.disk(as_positive("radius", radius)), pivot, mass, None)
+        return cls._build_from_shape(shapes.disk(as_positive("radius", radius)), pivot, mass, None)
 
     @classmethod
     def sphere(
@@ -106,7 +106,9 @@ class BodyConstructors:
         shell  True: build a thin spherical shell, which needs a mass
         """
         r = as_positive("radius", radius)
-        return cls._from_shape(shapes.sphere(r, as_bool("shell", shell)), pivot, mass, density)
+        return cls._build_from_shape(
+            shapes.sphere(r, as_bool("shell", shell)), pivot, mass, density
+        )
 
     @classmethod
     def ellipsoid(
@@ -122,7 +124,7 @@ class BodyConstructors:
         pivot  the fixed point, relative to the centre [L]
         """
         a, b, c = (as_positive("half", x) for x in as_vector("half", half))
-        return cls._from_shape(shapes.ellipsoid(a, b, c), pivot, mass, density)
+        return cls._build_from_shape(shapes.ellipsoid(a, b, c), pivot, mass, density)
 
     @classmethod
     def cone(
@@ -145,7 +147,7 @@ class BodyConstructors:
         >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com
         (0.0, 0.0, 1.5)
         """
-        return cls._from_shape(
+        return cls._build_from_shape(
             shapes.cone(as_positive("radius", radius), as_positive("height", height)),
             pivot,
             mass,
@@ -153,13 +155,13 @@ class BodyConstructors:
         )
 
     @classmethod
-    def _from_shape(
+    def _build_from_shape(
         cls,
-        shape: shapes.Shape[float],
+        shape: shapes.ShapeMoments[float],
         pivot: ArrayLike,
         mass: float | None,
         density: float | None,
     ) -> Self:
-        heavy = shapes.parse_mass(shape, mass, density)
+        heavy = shapes.parse_mass_or_density(shape, mass, density)
         com = (0.0, 0.0, shape.height)
-        return cls.from_com(heavy, shapes.central_inertia(shape, heavy), com, pivot)
+        return cls.from_com(heavy, shapes.compute_central_inertia(shape, heavy), com, pivot)

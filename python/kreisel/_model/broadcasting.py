@@ -18,12 +18,12 @@ from .._utils.validation import (
     Array,
     as_array,
     as_float,
-    as_floats,
+    as_float_list,
     as_non_negative,
     as_positive,
     short_repr,
 )
-from .inertia import parse_tensor
+from .inertia import parse_inertia_tensor
 
 Shape = tuple[int, ...]
 Index = tuple[int, ...]
@@ -49,7 +49,7 @@ class Parameter(NamedTuple):
         """Broadcast the values to a batch of the given shape."""
         return np.broadcast_to(self.values, shape + self.value)
 
-    def raise_first_error(self, bad: Any, validate: Validator) -> None:
+    def raise_error_of_first_bad_value(self, bad: Any, validate: Validator) -> None:
         """Raise the exception for the first value where `bad` is True, quoting its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
@@ -57,7 +57,7 @@ class Parameter(NamedTuple):
 
     def make_error_at(self, index: Index, validate: Validator) -> Exception:
         """Return the exception raised by `validate` for the value at `index`."""
-        value = to_python(self.values[index])
+        value = convert_to_python_numbers(self.values[index])
         try:
             validate(self.name, value)
         except (TypeError, ValueError) as error:
@@ -66,9 +66,9 @@ class Parameter(NamedTuple):
         return ValueError(f"{self.name}{list(index)} = {short_repr(value)} is invalid")
 
 
-def to_python(value: Any) -> Any:
+def convert_to_python_numbers(value: Any) -> Any:
     """Convert a NumPy scalar to a Python number, and an array to nested tuples of numbers."""
-    return tuple(map(to_python, value)) if np.ndim(value) else value.item()
+    return tuple(map(convert_to_python_numbers, value)) if np.ndim(value) else value.item()
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
@@ -96,31 +96,31 @@ def parse_parameter(name: str, given: object, value: Shape = (), what: str = "")
     if not np.isfinite(collapse_broadcast_axes(values)).all():
         finite = np.isfinite(values)
         behind = tuple(range(-len(value), 0))
-        made.raise_first_error(
-            ~(finite.all(axis=behind) if value else finite), select_validator(value)
+        made.raise_error_of_first_bad_value(
+            ~(finite.all(axis=behind) if value else finite), select_validator_by_shape(value)
         )
     return made
 
 
-def select_validator(value: Shape) -> Validator:
+def select_validator_by_shape(value: Shape) -> Validator:
     if not value:
         return as_float
     if len(value) == 2:
-        return parse_tensor
-    return lambda name, given: as_floats(name, given, value[0], f"{value[0]} numbers")
+        return parse_inertia_tensor
+    return lambda name, given: as_float_list(name, given, value[0], f"{value[0]} numbers")
 
 
 def parse_positive(name: str, given: object) -> Parameter:
     """Parse a parameter whose values must be positive."""
     made = parse_parameter(name, given)
-    made.raise_first_error(~(made.values > 0.0), as_positive)
+    made.raise_error_of_first_bad_value(~(made.values > 0.0), as_positive)
     return made
 
 
 def parse_non_negative(name: str, given: object) -> Parameter:
     """Parse a parameter whose values must not be negative."""
     made = parse_parameter(name, given)
-    made.raise_first_error(~(made.values >= 0.0), as_non_negative)
+    made.raise_error_of_first_bad_value(~(made.values >= 0.0), as_non_negative)
     return made
 
 
@@ -165,7 +165,7 @@ def make_columns(named: Iterable[tuple[str, Column, int]], shape: Shape) -> dict
     return {name: make_column(values, shape, trailing) for name, values, trailing in named}
 
 
-def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
+def broadcast_named_shapes(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
     """Return the shape to which `shapes` broadcast; raise ValueError if they do not broadcast."""
     try:
         return np.broadcast_shapes(*shapes)
@@ -177,12 +177,12 @@ def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
         ) from None
 
 
-def shape_of(*words: Parameter) -> Shape:
+def compute_common_parameter_shape(*words: Parameter) -> Shape:
     """Return the shape to which the given parameters broadcast."""
-    return common_shape([each.name for each in words], [each.shape for each in words])
+    return broadcast_named_shapes([each.name for each in words], [each.shape for each in words])
 
 
-def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
+def name_varying_dimensions(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
     """Name each dimension after the only parameter that varies along it.
 
     A dimension can be named only after a scalar parameter that varies along no other dimension. All
@@ -218,7 +218,7 @@ def split_components(values: Array) -> tuple[Array, ...]:
     return tuple(np.moveaxis(values, -1, 0))
 
 
-def compute_in_blocks(
+def compute_vectors_in_blocks(
     compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
 ) -> Array:
     """Compute vectors of length `width` block by block, so that the data fit into the cache.

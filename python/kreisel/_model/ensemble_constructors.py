@@ -20,7 +20,7 @@ from .bodies import Bodies
 from .body import Body
 from .broadcasting import (
     Parameter,
-    compute_in_blocks,
+    compute_vectors_in_blocks,
     parse_parameter,
     split_components,
     stack_components,
@@ -28,19 +28,19 @@ from .broadcasting import (
 from .ensemble_data import (
     EnsembleStorage,
     S,
-    broadcast_shape,
-    check_body,
+    check_body_type,
+    compute_common_top_shape,
     compute_momenta,
-    make_member_error,
+    make_invalid_member_error,
 )
 from .environment import Environment, parse_environments
 from .euler_angles import (
-    check_steady,
-    check_tilt,
     cos,
     find_symmetry_moments,
+    is_steady_precession_requested,
+    parse_tilt_angle,
     quaternion_from_euler,
-    refuse_steady_rotor,
+    refuse_rotor_in_steady_precession,
     sin,
     velocity_from_euler,
 )
@@ -78,17 +78,18 @@ class EnsembleConstructors(EnsembleStorage[S]):
         >>> kr.Ensemble.from_euler(body, [(0, 1, 0), (0, 2, 0)], rates=(0, 0, 5)).shape
         (2,)
         """
-        bodies, in_degrees = check_body(body), as_bool("degrees", degrees)
+        bodies, in_degrees = check_body_type(body), as_bool("degrees", degrees)
         at, by = parse_parameter("angles", angles, (3,)), parse_parameter("rates", rates, (3,))
         make = partial(cls._one.from_euler, degrees=in_degrees)
         turned, moved = (
-            split_vectors(array_to_radians(each.values, in_degrees)) for each in (at, by)
+            split_vector_components(convert_array_to_radians(each.values, in_degrees))
+            for each in (at, by)
         )
         around = Environment(gravity, damping, turning, shaking, friction)
-        return cls._build_from_euler(bodies, [at, by], turned, moved, around, make)
+        return cls._build_from_euler_angles(bodies, [at, by], turned, moved, around, make)
 
     @classmethod
-    def _build_from_euler(
+    def _build_from_euler_angles(
         cls,
         body: Body | Bodies,
         parameters: list[Parameter],
@@ -102,23 +103,23 @@ class EnsembleConstructors(EnsembleStorage[S]):
         Raises the exception of the single-top constructor `one` for the first invalid member.
         """
         around, columns = parse_environments(environment)
-        broadcast_shape(body, [*parameters, *around])
+        compute_common_top_shape(body, [*parameters, *around])
         turned, own = (
             stack_components(*quaternion_from_euler(angles)),
-            cls._compute_frame_quaternions(body),
+            cls._compute_euler_frame_attitudes(body),
         )
         both = np.broadcast_shapes(turned.shape[:-1], own.shape[:-1])
-        q = compute_in_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
+        q = compute_vectors_in_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
         with np.errstate(all="ignore"):
             start = Parameter(
                 "velocity", stack_components(*velocity_from_euler(angles, rates)), (3,)
             )
         columns["momentum"] = compute_momenta(body, start, q, columns["turning"])
         columns["attitude"] = q
-        return cls.__new__(cls)._store_columns(body, [*parameters, *around], columns, one)
+        return cls.__new__(cls)._store_ensemble_columns(body, [*parameters, *around], columns, one)
 
     @classmethod
-    def _compute_frame_quaternions(cls, body: Body | Bodies) -> Array:
+    def _compute_euler_frame_attitudes(cls, body: Body | Bodies) -> Array:
         """Return the quaternions that correspond to the Euler angles of unrotated bodies."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
@@ -157,49 +158,49 @@ class EnsembleConstructors(EnsembleStorage[S]):
         >>> tops.shape, tops.axes
         ((2, 3), ('spin', 'tilt'))
         """
-        bodies, in_degrees = check_body(body), as_bool("degrees", degrees)
+        bodies, in_degrees = check_body_type(body), as_bool("degrees", degrees)
         one: Any = partial(cls._one.spinning, degrees=in_degrees)
-        parameters = [parse_parameter("spin", spin), parse_tilt(tilt, in_degrees)]
-        rate, angle = (array_to_radians(each.values, in_degrees) for each in parameters)
+        parameters = [parse_parameter("spin", spin), parse_tilts(tilt, in_degrees)]
+        rate, angle = (convert_array_to_radians(each.values, in_degrees) for each in parameters)
         find_symmetry_moments_of_bodies(bodies)
         around = Environment(gravity, damping, turning, shaking, friction)
-        if check_steady(steady, fast, precession, around):
+        if is_steady_precession_requested(steady, fast, precession, around):
             one = partial(one, steady=True, fast=fast)
-            about = compute_steady_rates(
+            about = compute_steady_precession_rates(
                 bodies, [*parameters, parse_parameter("gravity", gravity)], in_degrees, fast, one
             )
         else:
             parameters.append(
                 parse_parameter("precession", 0.0 if precession is None else precession)
             )
-            about = array_to_radians(parameters[-1].values, in_degrees)
-        broadcast_shape(bodies, parameters)
+            about = convert_array_to_radians(parameters[-1].values, in_degrees)
+        compute_common_top_shape(bodies, parameters)
         nothing = np.zeros(())
         with np.errstate(all="ignore"):
             rates = about, nothing, rate - about * cos(angle)
-        return cls._build_from_euler(
+        return cls._build_from_euler_angles(
             bodies, parameters, (nothing, angle, nothing), rates, around, one
         )
 
 
-def array_to_radians(values: Array, degrees: bool) -> Array:
+def convert_array_to_radians(values: Array, degrees: bool) -> Array:
     """Convert angles or rates to radians if `degrees` is True, rounded as in math.radians."""
     return values * _DEGREE if degrees else values
 
 
-def split_vectors(vector: Array) -> Components:
+def split_vector_components(vector: Array) -> Components:
     """Split vectors into three components."""
     x, y, z = split_components(vector)
     return x, y, z
 
 
-def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
+def parse_tilts(given: ArrayLike, degrees: bool) -> Parameter:
     """Parse the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
     made = parse_parameter("tilt", given)
-    angle = array_to_radians(made.values, degrees)
+    angle = convert_array_to_radians(made.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))
     if bad.any():
-        made.raise_first_error(bad, lambda _, one: check_tilt(one, degrees))
+        made.raise_error_of_first_bad_value(bad, lambda _, one: parse_tilt_angle(one, degrees))
     return made
 
 
@@ -228,7 +229,7 @@ def find_symmetry_moments_of_bodies(body: Body | Bodies) -> tuple[Array, Array]:
     return np.where(is_round, m[..., 2], 0.5 * (i + j)), np.where(is_round, m[..., 2], lone)
 
 
-def compute_steady_rates(
+def compute_steady_precession_rates(
     body: Body | Bodies,
     parameters: Sequence[Parameter],
     degrees: bool,
@@ -239,10 +240,10 @@ def compute_steady_rates(
 
     Raises ValueError with the index of the first member for which no steady precession exists.
     """
-    refuse_steady_rotor(body)
-    shape = broadcast_shape(body, parameters)
+    refuse_rotor_in_steady_precession(body)
+    shape = compute_common_top_shape(body, parameters)
     spin, tilt, gravity = (each.values for each in parameters)
-    rate, angle = array_to_radians(spin, degrees), array_to_radians(tilt, degrees)
+    rate, angle = convert_array_to_radians(spin, degrees), convert_array_to_radians(tilt, degrees)
     across, along = find_symmetry_moments_of_bodies(body)
     x, y, z = split_components(np.asarray(body.com))
     with np.errstate(all="ignore"):
@@ -262,5 +263,5 @@ def compute_steady_rates(
     bad = np.broadcast_to(bad & ~at_pole, shape)
     if bad.any():
         at = tuple(map(int, np.unravel_index(int(bad.argmax()), shape)))
-        raise make_member_error(body, parameters, one, shape, at)
+        raise make_invalid_member_error(body, parameters, one, shape, at)
     return np.where(at_pole, 0.0, rates)

@@ -21,15 +21,15 @@ from .broadcasting import (
     Index,
     Parameter,
     Shape,
-    axis_names,
-    common_shape,
-    compute_in_blocks,
+    broadcast_named_shapes,
+    compute_vectors_in_blocks,
+    convert_to_python_numbers,
     make_columns,
+    name_varying_dimensions,
     parse_parameter,
-    to_python,
 )
 from .environment import Environment, parse_environments
-from .momentum import angular_momentum
+from .momentum import compute_angular_momentum
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -62,18 +62,18 @@ class EnsembleStorage(Batch[S]):
         friction: ArrayLike | None = None,
     ) -> None:
         given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
-        bodies, start = check_body(body), parse_momentum_parameter(given)
+        bodies, start = check_body_type(body), parse_momentum_parameter(given)
         turned, q = parse_attitudes(attitude, attitude_xyzw)
         given_around = Environment(gravity, damping, turning, shaking, friction)
         around, columns = parse_environments(given_around)
         parameters = [start, turned, *around]
-        broadcast_shape(bodies, parameters)
+        compute_common_top_shape(bodies, parameters)
         momenta = compute_momenta(bodies, start, q, columns["turning"])
-        self._store_columns(
+        self._store_ensemble_columns(
             bodies, parameters, {"momentum": momenta, "attitude": q, **columns}, self._one
         )
 
-    def _store_columns(
+    def _store_ensemble_columns(
         self,
         body: Body | Bodies,
         parameters: Sequence[Parameter],
@@ -84,7 +84,7 @@ class EnsembleStorage(Batch[S]):
 
         Raises the exception of the single-top constructor `one` for the first invalid member.
         """
-        shape = broadcast_shape(body, parameters)
+        shape = compute_common_top_shape(body, parameters)
         for name, held in columns.items():
             shape = np.broadcast_shapes(
                 shape, held.shape[: held.ndim - _count_value_dimensions(name)]
@@ -96,14 +96,14 @@ class EnsembleStorage(Batch[S]):
         self.__dict__["_bodies"] = bodies
         states = [(name, held, _count_value_dimensions(name)) for name, held in columns.items()]
         varied = [(each.name, each.values, len(each.value)) for each in words]
-        names = axis_names(shape, words)
+        names = name_varying_dimensions(shape, words)
         self._set_shape_and_columns(
             shape, names, make_columns(states, shape), make_columns(varied, shape)
         )
         status, index = self._core_scenes.check()
         if status != "OK":
             at = tuple(map(int, np.unravel_index(index, shape)))
-            raise make_member_error(body, parameters, one, shape, at, statuses[status][1])
+            raise make_invalid_member_error(body, parameters, one, shape, at, statuses[status][1])
         return self
 
     @classmethod
@@ -141,7 +141,7 @@ class EnsembleStorage(Batch[S]):
             "friction": rows[..., 33],
         }
         body = Bodies._build_from_list([scene.body for scene in found], shape)
-        return cls.__new__(cls)._store_columns(body, (), columns, cls._one)
+        return cls.__new__(cls)._store_ensemble_columns(body, (), columns, cls._one)
 
     def _apply_to_columns(
         self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]
@@ -157,7 +157,9 @@ class EnsembleStorage(Batch[S]):
         return body._select_member(index) if isinstance(body, Bodies) else body
 
     def _select_member(self, index: Index) -> S:
-        words = {name: to_python(held[index]) for name, held in self._columns.items()}
+        words = {
+            name: convert_to_python_numbers(held[index]) for name, held in self._columns.items()
+        }
         made: S = self._one(self._select_body(index), **words)
         return made
 
@@ -248,14 +250,14 @@ def _count_value_dimensions(name: str) -> int:
     return int(name not in ("gravity", "friction"))
 
 
-def check_body(body: object) -> Body | Bodies:
+def check_body_type(body: object) -> Body | Bodies:
     """Return `body` if it is a Body or Bodies; raise TypeError otherwise."""
     if isinstance(body, Body | Bodies):
         return body
     raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {short_repr(body)}")
 
 
-def broadcast_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Shape:
+def compute_common_top_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Shape:
     """Return the shape to which the bodies and parameters broadcast.
 
     Raises ValueError if the shapes do not broadcast.
@@ -265,10 +267,10 @@ def broadcast_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Sha
     try:
         return np.broadcast_shapes(own, *shapes)
     except ValueError:
-        return common_shape(["body", *[each.name for each in parameters]], [own, *shapes])
+        return broadcast_named_shapes(["body", *[each.name for each in parameters]], [own, *shapes])
 
 
-def make_member_error(
+def make_invalid_member_error(
     body: Body | Bodies,
     parameters: Sequence[Parameter],
     one: Callable[..., object],
@@ -280,7 +282,9 @@ def make_member_error(
 
     If no exception is raised, a ValueError with the message `text` is returned.
     """
-    words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in parameters}
+    words = {
+        each.name: convert_to_python_numbers(each.broadcast_to(shape)[at]) for each in parameters
+    }
     own = body._broadcast_to(shape)._select_member(at) if isinstance(body, Bodies) else body
     place = f"top{list(at)}: " if at else ""
     try:
@@ -328,7 +332,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
         single = bad & (np.abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps)
         made = made._replace(values=np.where(single[..., None], q / norm[..., None], q))
         bad &= ~single
-    made.raise_first_error(bad, lambda _, one: unit(name, one, last=xyzw is not None))
+    made.raise_error_of_first_bad_value(bad, lambda _, one: unit(name, one, last=xyzw is not None))
     return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
 
 
@@ -348,6 +352,6 @@ def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Ar
     shape = np.broadcast_shapes(*[values.shape[:-1] for values in given])
 
     def compute(*components: Any) -> tuple[Array, ...]:
-        return angular_momentum(start.name, *components)
+        return compute_angular_momentum(start.name, *components)
 
-    return compute_in_blocks(compute, shape, 3, *given)
+    return compute_vectors_in_blocks(compute, shape, 3, *given)

@@ -35,22 +35,22 @@ class Environment(NamedTuple):
     def validate(self) -> tuple[float, Vector, Vector, Vector, float]:
         """Validate the values for a single top; raise TypeError or ValueError if any is invalid."""
         return (
-            check_gravity(self.gravity),
-            check_damping(self.damping),
-            check_turning(self.turning),
-            check_shaking(self.shaking),
-            check_friction(self.friction),
+            parse_gravity(self.gravity),
+            parse_damping(self.damping),
+            parse_turning(self.turning),
+            parse_shaking(self.shaking),
+            parse_friction(self.friction),
         )
 
 
-def check_gravity(value: object) -> float:
+def parse_gravity(value: object) -> float:
     try:
         return as_float("gravity", value)
     except TypeError as error:
         raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
 
 
-def check_damping(given: ArrayLike | None) -> Vector:
+def parse_damping(given: ArrayLike | None) -> Vector:
     if given is None:
         return _STILL
     along = (
@@ -63,11 +63,11 @@ def check_damping(given: ArrayLike | None) -> Vector:
     return along
 
 
-def check_turning(given: ArrayLike | None) -> Vector:
+def parse_turning(given: ArrayLike | None) -> Vector:
     return _STILL if given is None else as_vector("turning", given)
 
 
-def check_shaking(given: ArrayLike | None) -> Vector:
+def parse_shaking(given: ArrayLike | None) -> Vector:
     if given is None:
         return _STILL
     if np.ndim(given) == 0:
@@ -81,7 +81,7 @@ def check_shaking(given: ArrayLike | None) -> Vector:
     return amplitude, rate, phase
 
 
-def check_friction(given: object) -> float:
+def parse_friction(given: object) -> float:
     friction = 0.0 if given is None else as_float("friction", given)
     if friction < 0.0:
         raise ValueError(
@@ -90,7 +90,7 @@ def check_friction(given: object) -> float:
     return friction
 
 
-def advance_shaking(shaking: Vector, t: float) -> Vector:
+def advance_shaking_phase(shaking: Vector, t: float) -> Vector:
     """Return the `shaking` parameters of a scene that starts at the time `t` of another scene.
 
     The phase at `t` is computed in rational arithmetic and rounded once.
@@ -107,15 +107,15 @@ def list_disturbances(tops: Any) -> list[str]:
     shaking = tops.shaking
     amplitudes = shaking[0] if type(shaking) is tuple else np.asarray(shaking)[..., 0]
     present = {
-        "damping": _has_nonzero(tops.damping),
-        "friction": _has_nonzero(tops.friction),
-        "a shaken support": _has_nonzero(amplitudes),
-        "a turning support": _has_nonzero(tops.turning),
+        "damping": _has_nonzero_element(tops.damping),
+        "friction": _has_nonzero_element(tops.friction),
+        "a shaken support": _has_nonzero_element(amplitudes),
+        "a turning support": _has_nonzero_element(tops.turning),
     }
     return [name for name, is_there in present.items() if is_there]
 
 
-def _has_nonzero(values: Any) -> bool:
+def _has_nonzero_element(values: Any) -> bool:
     """Return True if a number, tuple or array has a nonzero element."""
     if type(values) is tuple:
         return any(values)
@@ -148,9 +148,9 @@ def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, A
     down, (drag, along) = parse_parameter("gravity", given.gravity), _parse_dampings(given.damping)
     told, columns = [down, drag], {"gravity": down.values, "damping": along}
     words: tuple[tuple[str, ArrayLike | None, Callable[[Any], object]], ...] = (
-        ("turning", given.turning, check_turning),
-        ("shaking", given.shaking, check_shaking),
-        ("friction", given.friction, check_friction),
+        ("turning", given.turning, parse_turning),
+        ("shaking", given.shaking, parse_shaking),
+        ("friction", given.friction, parse_friction),
     )
     for name, value, check in words:
         own = () if name == "friction" else (3,)
@@ -158,13 +158,13 @@ def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, A
             columns[name] = np.zeros(own)
             continue
         made = parse_parameter(name, value, own)
-        _raise_if_invalid(made, check)
+        _raise_if_parameter_invalid(made, check)
         told.append(made)
         columns[name] = made.values
     return told, columns
 
 
-def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
+def _raise_if_parameter_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
     """Raise the exception that `check` raises for the first invalid value."""
     values = made.values
     bad = np.zeros(made.shape, dtype=np.bool_)
@@ -174,7 +174,7 @@ def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
         amplitude, rate = values[..., 0], values[..., 1]
         bad = (rate < 0.0) | (amplitude != 0.0) & (rate == 0.0)
     if np.any(bad):
-        made.raise_first_error(bad, lambda _, one: check(one))
+        made.raise_error_of_first_bad_value(bad, lambda _, one: check(one))
 
 
 def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
@@ -197,5 +197,5 @@ def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Arr
         along = np.broadcast_to(made.values, (*made.shape, 3))
     negative = (made.values < 0.0).any(axis=-1)
     if negative.any():
-        made.raise_first_error(negative, lambda _, one: check_damping(one))
+        made.raise_error_of_first_bad_value(negative, lambda _, one: parse_damping(one))
     return made, along

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .body import Body
 
 
-def to_radians(name: str, value: object, degrees: bool) -> Vector:
+def convert_vector_to_radians(name: str, value: object, degrees: bool) -> Vector:
     """Convert three angles or rates from degrees to radians if `degrees` is True."""
     x, y, z = as_vector(name, value)
     return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
@@ -73,7 +73,7 @@ def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[
     return nodding * c + across * s, nodding * s - across * c, turning + up
 
 
-def check_tilt(tilt: object, degrees: bool) -> float:
+def parse_tilt_angle(tilt: object, degrees: bool) -> float:
     """Validate the angle `tilt` to the vertical, and return it in radians.
 
     Raises ValueError if the angle is outside [0, pi].
@@ -86,7 +86,7 @@ def check_tilt(tilt: object, degrees: bool) -> float:
     return angle
 
 
-def check_steady(
+def is_steady_precession_requested(
     steady: object, fast: object, precession: object, environment: Environment
 ) -> bool:
     """Return True if a steady precession is requested.
@@ -108,7 +108,7 @@ def check_steady(
     return True
 
 
-def refuse_steady_rotor(body: Body | Bodies) -> None:
+def refuse_rotor_in_steady_precession(body: Body | Bodies) -> None:
     """Raise ValueError for a body with a rotor, because steady=True does not support rotors."""
     if np.any(body.rotor):
         raise ValueError("steady=True does not support bodies with rotors")
@@ -136,7 +136,7 @@ def find_symmetry_moments(body: Body) -> tuple[float, float]:
     )
 
 
-def compute_steady_rate(
+def compute_steady_precession_rate(
     across: float,
     along: float,
     torque: float,

@@ -35,7 +35,7 @@ def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
     return high, rest - (high - total)
 
 
-def convert_momentum_to_body(
+def compute_momentum_after_body_change(
     old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
 ) -> tuple[Vector, Vector]:
     """Change the body at constant angular velocity, and return the new momentum.
@@ -46,34 +46,46 @@ def convert_momentum_to_body(
     `low` are the low-order words of the attitude and of the momentum. Returns the momentum and its
     low-order words. Raises ValueError if the momentum overflows.
     """
-    q = _to_fractions(attitude, attitude_low)
-    m = _rotate_rational(_conjugate_rational(q), _to_fractions(momentum, low))
-    along = _rotate_rational(_conjugate_rational(_to_fractions(old.axes)), m)
+    q = _convert_doubles_to_fractions(attitude, attitude_low)
+    m = _rotate_rational_vector(
+        _conjugate_rational_quaternion(q), _convert_doubles_to_fractions(momentum, low)
+    )
+    along = _rotate_rational_vector(
+        _conjugate_rational_quaternion(_convert_doubles_to_fractions(old.axes)), m
+    )
     rate = [
         (x - Fraction(rotor)) / Fraction(moment)
         for x, moment, rotor in zip(along, old.moments, old.principal_rotor, strict=True)
     ]
-    velocity = _rotate_rational(_to_fractions(old.axes), rate)
-    seen = _rotate_rational(_conjugate_rational(_to_fractions(new.axes)), velocity)
+    velocity = _rotate_rational_vector(_convert_doubles_to_fractions(old.axes), rate)
+    seen = _rotate_rational_vector(
+        _conjugate_rational_quaternion(_convert_doubles_to_fractions(new.axes)), velocity
+    )
     own = [
         x * Fraction(moment) + Fraction(rotor)
         for x, moment, rotor in zip(seen, new.moments, new.principal_rotor, strict=True)
     ]
-    return _round_to_doubles(_rotate_rational(q, _rotate_rational(_to_fractions(new.axes), own)))
+    return _round_to_doubles(
+        _rotate_rational_vector(
+            q, _rotate_rational_vector(_convert_doubles_to_fractions(new.axes), own)
+        )
+    )
 
 
-def _to_fractions(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
+def _convert_doubles_to_fractions(
+    high: Sequence[float] | Array, low: Array | None = None
+) -> _Rational:
     """Convert doubles with low-order words to rational numbers."""
     rest = np.zeros(len(high)) if low is None else low
     return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
 
 
-def _conjugate_rational(q: _Rational) -> _Rational:
+def _conjugate_rational_quaternion(q: _Rational) -> _Rational:
     w, x, y, z = q
     return w, -x, -y, -z
 
 
-def _rotate_rational(q: _Rational, v: Sequence[Fraction]) -> _Rational:
+def _rotate_rational_vector(q: _Rational, v: Sequence[Fraction]) -> _Rational:
     """Return q v q* / |q|^2."""
     w, *u = q
     square = w * w + sum(x * x for x in u)

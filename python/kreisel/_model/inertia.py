@@ -21,7 +21,7 @@ from .._utils.validation import (
 _TENSOR_FORM = "3 moments or a symmetric 3x3 matrix"
 
 
-def parse_tensor(name: str, value: object) -> Array:
+def parse_inertia_tensor(name: str, value: object) -> Array:
     """Return the 3x3 tensor of inertia described by three moments or a symmetric matrix."""
     given = as_finite_array(name, value, _TENSOR_FORM)
     if given.shape not in ((3,), (3, 3)):
@@ -35,7 +35,7 @@ def parse_tensor(name: str, value: object) -> Array:
     return given
 
 
-def compact_tensor(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
+def compact_inertia_tensor(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
     """Return three moments if the tensor is diagonal, otherwise its three rows."""
     diagonal = tensor.diagonal()
     if (tensor == np.diag(diagonal)).all():
@@ -52,7 +52,7 @@ def principal_moments(tensor: Array) -> list[float]:
     return moments
 
 
-def ill_conditioned_error(tensor: Array) -> ValueError | None:
+def make_ill_conditioned_error(tensor: Array) -> ValueError | None:
     """Return an exception if the least principal moment is smaller than the rounding errors."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
@@ -65,7 +65,7 @@ def ill_conditioned_error(tensor: Array) -> ValueError | None:
     )
 
 
-def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
+def describe_triangle_violation(tensor: Array, inertia_rtol: float) -> str:
     """Return a description of the triangle inequality that the principal moments violate."""
     moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
@@ -77,7 +77,7 @@ def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
     return f"{largest!r} > {least!r} + {middle!r} in {moments}{said}{hint}"
 
 
-def unphysical_message(mass: float, tensor: Array, com: Vector) -> str:
+def describe_unphysical_inertia(mass: float, tensor: Array, com: Vector) -> str:
     """Return an error message that explains why no mass distribution has the given inertia."""
     rest = add_point_mass(tensor, -mass, np.array(com))
     left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
@@ -119,12 +119,12 @@ def inertia_at_fixed_point(
         both = "not none" if about_com is None else "not both"
         raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
     if about_com is None:
-        return parse_tensor("inertia", inertia)
-    tensor = parse_tensor("inertia_about_com", about_com)
+        return parse_inertia_tensor("inertia", inertia)
+    tensor = parse_inertia_tensor("inertia_about_com", about_com)
     return add_point_mass(tensor, as_positive("mass", mass), np.array(as_vector("com", com)))
 
 
-def check_tolerance(inertia_rtol: object) -> float:
+def parse_inertia_tolerance(inertia_rtol: object) -> float:
     """Validate the relative tolerance of the triangle inequality for the principal moments.
 
     Raises ValueError unless the tolerance is at least 0 and less than 1.

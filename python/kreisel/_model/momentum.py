@@ -9,7 +9,7 @@ from .._utils.validation import R
 from ..quaternion import multiply, turn, turn_back
 
 
-def angular_momentum(
+def compute_angular_momentum(
     name: str,
     moments: tuple[R, R, R],
     axes: tuple[R, R, R, R],

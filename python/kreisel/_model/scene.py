@@ -14,25 +14,31 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._utils.atomic_io import atomic_write
-from .._utils.errors import refuse_assignment
+from .._utils.errors import refuse_attribute_assignment
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
 from .environment import Environment
 from .euler_angles import (
     attitude_from_euler,
-    check_steady,
-    check_tilt,
-    compute_steady_rate,
+    compute_steady_precession_rate,
+    convert_vector_to_radians,
     find_symmetry_moments,
-    refuse_steady_rotor,
-    to_radians,
+    is_steady_precession_requested,
+    parse_tilt_angle,
+    refuse_rotor_in_steady_precession,
     velocity_from_euler,
 )
 from .kwargs_types import SceneKwargs, VaryKwargs
-from .scene_arguments import check_and_parse, try_fast_parsing
-from .toml import call_constructor, check_table, dump, parse_tables, read
-from .toml_body import MAKERS, body_from_table
+from .scene_arguments import parse_scene_arguments, parse_scene_arguments_in_core
+from .toml import (
+    call_constructor_with_table,
+    format_toml_entries,
+    parse_toml_tables,
+    read,
+    require_toml_table,
+)
+from .toml_body import MAKERS, build_body_from_table
 from .variation import scatter, vary
 
 if TYPE_CHECKING:
@@ -41,7 +47,7 @@ if TYPE_CHECKING:
 _COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole radians
 
 
-@refuse_assignment("scene.replace({}=...) returns a new scene")
+@refuse_attribute_assignment("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
 class Scene:
     """A rigid body in its environment, and its state at t = 0.
@@ -108,10 +114,12 @@ class Scene:
             given["body_velocity"] = body_velocity
         around = gravity, damping, turning, shaking, friction
         made = (
-            None if attitude_xyzw is not None else try_fast_parsing(body, given, attitude, around)
+            None
+            if attitude_xyzw is not None
+            else parse_scene_arguments_in_core(body, given, attitude, around)
         )
         if made is None:
-            made = check_and_parse(body, given, attitude, attitude_xyzw, Environment(*around))
+            made = parse_scene_arguments(body, given, attitude, attitude_xyzw, Environment(*around))
         kept = self.__dict__
         kept["body"] = body
         m, q, g, d, u, s, f, block = made
@@ -176,11 +184,11 @@ class Scene:
 
     @cached_property
     def _resolvable_horizon(self) -> float:
-        """A time [T] up to which `check_horizon` never raises an error."""
+        """A time [T] up to which `check_resolvable_horizon` never raises an error."""
         return 0.5 * _COUNTABLE / self._rotation_rate if self._rotation_rate > 0.0 else math.inf
 
     @cached_property
-    def _start(self) -> Array:
+    def _start_state(self) -> Array:
         """The state (t, q, m) at t = 0, as an array of shape (1, 8)."""
         return np.array([(0.0, *self.attitude, *self.momentum)])
 
@@ -293,9 +301,12 @@ class Scene:
         """
         check_type("body", body, Body)
         in_degrees = as_bool("degrees", degrees)
-        at, by = to_radians("angles", angles, in_degrees), to_radians("rates", rates, in_degrees)
+        at, by = (
+            convert_vector_to_radians("angles", angles, in_degrees),
+            convert_vector_to_radians("rates", rates, in_degrees),
+        )
         unturned = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
-        attitude = attitude_from_euler(unturned._block, unturned._start, at)
+        attitude = attitude_from_euler(unturned._block, unturned._start_state, at)
         velocity = velocity_from_euler(at, by)
         around = Environment(gravity, damping, turning, shaking, friction)
         return cls(body, attitude=attitude, velocity=velocity, **around._asdict())
@@ -344,12 +355,14 @@ class Scene:
         across, along = find_symmetry_moments(check_type("body", body, Body))
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
-        angle = check_tilt(tilt, in_degrees)
+        angle = parse_tilt_angle(tilt, in_degrees)
         around = Environment(gravity, damping, turning, shaking, friction)
-        if check_steady(steady, fast, precession, around):
-            refuse_steady_rotor(body)
+        if is_steady_precession_requested(steady, fast, precession, around):
+            refuse_rotor_in_steady_precession(body)
             torque = body.mass * around.validate()[0] * math.hypot(*body.com)
-            about = compute_steady_rate(across, along, torque, rate, angle, fast, degrees)
+            about = compute_steady_precession_rate(
+                across, along, torque, rate, angle, fast, degrees
+            )
         else:
             about = 0.0 if precession is None else as_float("precession", precession)
             about = math.radians(about) if in_degrees else about
@@ -371,7 +384,7 @@ class Scene:
         >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1").body.com
         (0.0, 0.0, 1.5)
         """
-        return read(source, parse_toml)
+        return read(source, parse_scene_toml)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML text; if `path` is given, also write the text to this file.
@@ -389,17 +402,17 @@ class Scene:
         start |= {"turning": self.turning} if any(self.turning) else {}
         start |= {"shaking": self.shaking} if any(self.shaking) else {}
         start |= {"friction": self.friction} if self.friction else {}
-        text = dump(start) + "\n[body]\n"
+        text = format_toml_entries(start) + "\n[body]\n"
         words: dict[str, object] = {"mass": body.mass, "inertia": body.inertia, "com": body.com}
         words |= {"inertia_rtol": body.inertia_rtol} if body.inertia_rtol else {}
         words |= {"rotor": body.rotor} if any(body.rotor) else {}
-        text += dump(words | ({"unphysical": True} if body.unphysical else {}))
+        text += format_toml_entries(words | ({"unphysical": True} if body.unphysical else {}))
         if path is not None:
             atomic_write(path, text.encode())
         return text
 
 
-@refuse_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
+@refuse_attribute_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
     """An array of scenes, whose parameters broadcast to a common shape.
 
@@ -446,23 +459,27 @@ _ABOVE = {word: "above [body]" for word in [*_WORDS, *_SCENE_MAKERS]}
 _BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS]}
 
 
-def parse_toml(text: str) -> Scene:
+def parse_scene_toml(text: str) -> Scene:
     """Return the scene described by a TOML text."""
-    return build_from_table(parse_tables(text))
+    return build_scene_from_table(parse_toml_tables(text))
 
 
-def build_from_table(table: dict[str, object]) -> Scene:
+def build_scene_from_table(table: dict[str, object]) -> Scene:
     """Build the scene described by a TOML table. The key "body" is removed from the table."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
-    body = body_from_table(table.pop("body"), _ABOVE)
+    body = build_body_from_table(table.pop("body"), _ABOVE)
     chosen = [name for name in _SCENE_MAKERS if name in table]
     if not chosen:
-        return call_constructor(partial(Scene, body), "a scene", table, _BELOW, _SCENE_MAKERS)
+        return call_constructor_with_table(
+            partial(Scene, body), "a scene", table, _BELOW, _SCENE_MAKERS
+        )
     name, *others = [*chosen, *(word for word in table if word not in chosen)]
     make = partial(_SCENE_MAKERS[name], body)
     if others and others[0] in signature(make).parameters:
         raise ValueError(f"{others[0]} belongs in [{name}]")
     if others:
         raise ValueError(f"a scene must be described in one way, not by {', '.join(table)}")
-    return call_constructor(make, f"[{name}]", check_table(name, table[name]), _BELOW)
+    return call_constructor_with_table(
+        make, f"[{name}]", require_toml_table(name, table[name]), _BELOW
+    )

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from .._core import scene
-from .._utils.errors import status_to_exception
+from .._utils.errors import make_exception_from_status
 from .._utils.validation import Quaternion, Vector, as_vector
 from ..quaternion import unit
 from .body import Body
 from .environment import Environment
-from .momentum import angular_momentum
+from .momentum import compute_angular_momentum
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SceneData = tuple[Vector, Quaternion, float, Vector, Vector, Vector, float, bytes]
 
 
-def try_fast_parsing(
+def parse_scene_arguments_in_core(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
@@ -45,7 +45,7 @@ def try_fast_parsing(
     return made if isinstance(made, tuple) else None
 
 
-def check_and_parse(
+def parse_scene_arguments(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
@@ -69,7 +69,7 @@ def check_and_parse(
     m = _convert_velocity_to_momentum(body, name, q, as_vector(name, value), around[2])
     made = scene(body._block, m, q, *around)
     if not isinstance(made, tuple):
-        raise status_to_exception(
+        raise make_exception_from_status(
             made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {around[0]!r}"
         )
     return made
@@ -79,12 +79,12 @@ def _convert_velocity_to_momentum(
     body: Body, name: str, q: Quaternion, value: Vector, turning: Vector
 ) -> Vector:
     """Return the angular momentum of a top, given its angular velocity `value`."""
-    rotor = _replace_positive_zeros(body.principal_rotor) if any(body.rotor) else None
-    moving = _replace_positive_zeros(turning) if any(turning) else None
-    return angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
+    rotor = _replace_zeros_by_negative_zeros(body.principal_rotor) if any(body.rotor) else None
+    moving = _replace_zeros_by_negative_zeros(turning) if any(turning) else None
+    return compute_angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
 
 
-def _replace_positive_zeros(vector: Vector) -> Vector:
+def _replace_zeros_by_negative_zeros(vector: Vector) -> Vector:
     """Return the vector with zero components replaced by -0.0."""
     x, y, z = vector
     return x or -0.0, y or -0.0, z or -0.0

@@ -15,7 +15,7 @@ import numpy as np
 from .._utils.validation import Array, R, as_positive
 
 
-class Shape(NamedTuple, Generic[R]):
+class ShapeMoments(NamedTuple, Generic[R]):
     """Volume, second moments and centre of mass of a shape."""
 
     name: str
@@ -24,14 +24,16 @@ class Shape(NamedTuple, Generic[R]):
     height: R  # height of the centre of mass above the origin of the pivot's coordinates [L]
 
 
-def central_moments(shape: Shape[R], mass: R) -> tuple[R, R, R]:
+def compute_central_moments(shape: ShapeMoments[R], mass: R) -> tuple[R, R, R]:
     """Return the three moments of inertia about the centre of mass."""
     x, y, z = shape.squares
     xx, yy, zz = mass * x, mass * y, mass * z
     return yy + zz, zz + xx, xx + yy
 
 
-def parse_mass(shape: Shape[float], mass: float | None, density: float | None) -> float:
+def parse_mass_or_density(
+    shape: ShapeMoments[float], mass: float | None, density: float | None
+) -> float:
     """Return the mass of a shape from exactly one of `mass` and `density`."""
     check_exactly_one(shape.name, mass, density)
     if density is None:
@@ -53,24 +55,24 @@ def density_without_volume_message(name: str) -> str:
     return f"the {name} is thin and has no volume: give its mass"
 
 
-def central_inertia(shape: Shape[float], mass: float) -> Array:
+def compute_central_inertia(shape: ShapeMoments[float], mass: float) -> Array:
     """Return the tensor of inertia about the centre of mass."""
-    return np.diag(central_moments(shape, mass))
+    return np.diag(compute_central_moments(shape, mass))
 
 
-def cylinder(radius: R, height: R) -> Shape[R]:
+def cylinder(radius: R, height: R) -> ShapeMoments[R]:
     """Return the shape of a solid cylinder whose axis is the third axis."""
     r, h = radius, height
     side = r * r / 4.0
-    return Shape("cylinder", math.pi * r * r * h, (side, side, h * h / 12.0), 0.0 * h)
+    return ShapeMoments("cylinder", math.pi * r * r * h, (side, side, h * h / 12.0), 0.0 * h)
 
 
-def tube(inner: R, outer: R, height: R) -> Shape[R]:
+def tube(inner: R, outer: R, height: R) -> ShapeMoments[R]:
     """Return the shape of a cylinder with a round hole along its axis, 0 <= inner <= outer."""
     hole, r, h = inner, outer, height
     side = (r * r + hole * hole) / 4.0
     volume = math.pi * (r - hole) * (r + hole) * h
-    return Shape("tube", volume, (side, side, h * h / 12.0), 0.0 * h)
+    return ShapeMoments("tube", volume, (side, side, h * h / 12.0), 0.0 * h)
 
 
 def tube_error_message(inner: float, outer: float) -> str:
@@ -78,34 +80,34 @@ def tube_error_message(inner: float, outer: float) -> str:
     return f"inner must lie between 0 and outer = {outer!r}, not {inner!r}"
 
 
-def disk(radius: R) -> Shape[R]:
+def disk(radius: R) -> ShapeMoments[R]:
     """Return the shape of a thin round disk perpendicular to the third axis."""
     side = radius * radius / 4.0
-    return Shape("disk", 0.0 * radius, (side, side, 0.0 * radius), 0.0 * radius)
+    return ShapeMoments("disk", 0.0 * radius, (side, side, 0.0 * radius), 0.0 * radius)
 
 
-def rod(length: R) -> Shape[R]:
+def rod(length: R) -> ShapeMoments[R]:
     """Return the shape of a thin straight rod along the third axis."""
     nothing = 0.0 * length
-    return Shape("rod", nothing, (nothing, nothing, length * length / 12.0), nothing)
+    return ShapeMoments("rod", nothing, (nothing, nothing, length * length / 12.0), nothing)
 
 
-def sphere(radius: R, shell: bool) -> Shape[R]:
+def sphere(radius: R, shell: bool) -> ShapeMoments[R]:
     """Return the shape of a solid sphere, or of a thin spherical shell."""
     r = radius
     side = r * r / (3.0 if shell else 5.0)
     volume = 0.0 * r if shell else 4.0 / 3.0 * math.pi * r * r * r
-    return Shape("shell" if shell else "sphere", volume, (side, side, side), 0.0 * r)
+    return ShapeMoments("shell" if shell else "sphere", volume, (side, side, side), 0.0 * r)
 
 
-def ellipsoid(a: R, b: R, c: R) -> Shape[R]:
+def ellipsoid(a: R, b: R, c: R) -> ShapeMoments[R]:
     """Return the shape of a solid ellipsoid with the semi-axes a, b, c."""
     volume = 4.0 / 3.0 * math.pi * a * b * c
-    return Shape("ellipsoid", volume, (a * a / 5.0, b * b / 5.0, c * c / 5.0), 0.0 * c)
+    return ShapeMoments("ellipsoid", volume, (a * a / 5.0, b * b / 5.0, c * c / 5.0), 0.0 * c)
 
 
-def cone(radius: R, height: R) -> Shape[R]:
+def cone(radius: R, height: R) -> ShapeMoments[R]:
     """Return the shape of a solid circular cone that stands on its tip at the origin."""
     r, h = radius, height
     side, along = 0.15 * r * r, 0.0375 * h * h
-    return Shape("cone", math.pi / 3.0 * r * r * h, (side, side, along), 0.75 * h)
+    return ShapeMoments("cone", math.pi / 3.0 * r * r * h, (side, side, along), 0.75 * h)

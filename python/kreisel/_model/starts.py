@@ -93,11 +93,11 @@ class _EnergySurface(NamedTuple):
 
     def find_min_potential(self) -> float:
         """Return the minimum of U, found by refining the best grid points with Newton's method."""
-        P = _convert_to_sphere_points(*_list_cell_centres((_GRID, 2 * _GRID)))
+        P = _convert_to_sphere_points(*_list_sphere_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
-        return min(self._newton_minimum(at) for at in best)
+        return min(self._find_potential_min_by_newton(at) for at in best)
 
-    def _newton_minimum(self, P: Array) -> float:
+    def _find_potential_min_by_newton(self, P: Array) -> float:
         """Return a local minimum of the potential U near P by Newton's method on the sphere.
 
         Each step uses the absolute values of the curvatures, so U decreases along the step. Among
@@ -214,7 +214,7 @@ def _list_grid_starts(
     frame = np.stack([*np.concatenate(_build_tangent_basis(apex[None])), apex])
     if len(counts) == 3:
         frame = to_principal
-    P = _convert_to_sphere_points(*_list_cell_centres((counts[0], counts[1]))) @ frame
+    P = _convert_to_sphere_points(*_list_sphere_cell_centres((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
@@ -239,7 +239,7 @@ def _draw_random_starts(
         left = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
             drawn = _draw_uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
-            at, chance = cover.draw_verticals(drawn), drawn[:, 3] ** 2
+            at, chance = cover.draw_points_in_cells(drawn), drawn[:, 3] ** 2
             even = chance * (at * at @ surface.moments) <= surface.moments.min()
             taken = even & (surface.potential(at) <= surface.energy)
             P[left[taken]], alpha[left[taken]] = at[taken], math.tau * drawn[taken, 4]
@@ -273,7 +273,7 @@ class _SphereCells(NamedTuple):
     tall: Array
     wide: Array
 
-    def draw_verticals(self, drawn: Array) -> Array:
+    def draw_points_in_cells(self, drawn: Array) -> Array:
         """Draw uniformly distributed points in the cells, each from three random numbers."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
@@ -327,7 +327,7 @@ def _compute_shortest_rotations(P: Array) -> Array:
     return q
 
 
-def _list_cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
+def _list_sphere_cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
     """Return the heights and angles of the centres of equally large cells on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")

@@ -23,7 +23,7 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
     with open(
         os.fspath(source), "rb"
     ) as file:  # fspath rejects an integer, which open would use as a file descriptor
-        return prefix_errors(os.fspath(source), lambda: parse(read_limited_text(file)))
+        return prefix_errors_with_name(os.fspath(source), lambda: parse(read_limited_text(file)))
 
 
 def read_limited_text(file: BinaryIO) -> str:
@@ -37,7 +37,7 @@ def read_limited_text(file: BinaryIO) -> str:
     return data.decode("utf-8").replace("\r\n", "\n")
 
 
-def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
+def prefix_errors_with_name(name: str, make: Callable[[], _T]) -> _T:
     """Call `make`, and put `name` in front of the message of a TypeError or ValueError."""
     try:
         return make()
@@ -46,7 +46,7 @@ def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
         raise kind(f"{name}: {error}") from None
 
 
-def parse_tables(text: str) -> dict[str, object]:
+def parse_toml_tables(text: str) -> dict[str, object]:
     """Parse a TOML text, and return its tables and values."""
     import tomllib  # imported here to keep `import kreisel` fast
 
@@ -56,14 +56,14 @@ def parse_tables(text: str) -> dict[str, object]:
         raise ValueError("the tables are nested too deeply") from None
 
 
-def check_table(name: str, value: object) -> dict[str, object]:
+def require_toml_table(name: str, value: object) -> dict[str, object]:
     """Return `value` if it is a table; raise TypeError otherwise."""
     if not isinstance(value, dict):
         raise TypeError(f"{name} must be a table, not {short_repr(value)}")
     return value
 
 
-def call_constructor(
+def call_constructor_with_table(
     make: Callable[..., _T],
     where: str,
     words: Mapping[str, object],
@@ -88,15 +88,15 @@ def call_constructor(
     return make(**words)
 
 
-def dump(words: Mapping[str, object]) -> str:
+def format_toml_entries(words: Mapping[str, object]) -> str:
     """Return key-value pairs as TOML text, with numbers in full precision."""
-    return "".join([f"{name} = {_format_value(value)}\n" for name, value in words.items()])
+    return "".join([f"{name} = {_format_toml_value(value)}\n" for name, value in words.items()])
 
 
-def _format_value(value: object) -> str:
+def _format_toml_value(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if not isinstance(value, tuple):
         return repr(value)
-    texts = map(repr if set(map(type, value)) == {float} else _format_value, value)
+    texts = map(repr if set(map(type, value)) == {float} else _format_toml_value, value)
     return f"[{', '.join(texts)}]"

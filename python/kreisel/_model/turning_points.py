@@ -35,7 +35,7 @@ class TurningPoints:
     rows: Array
 
 
-def turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
+def build_turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
     """Build the turning points from the array computed by the core."""
     least, greatest, t_least, t_greatest, spin = (read_only(x.copy()) for x in rows.T[:5])
     motion_type.flags.writeable = False
@@ -47,7 +47,7 @@ def compute_turning_points(scene: Scene) -> TurningPoints:
     status, row, motion_type = exact_turning(scene._block)
     if status != "OK":
         raise ValueError(explain_no_turning_points(status, scene))
-    return turning_points_from_rows(row[None], np.array([motion_type]))
+    return build_turning_points_from_rows(row[None], np.array([motion_type]))
 
 
 def explain_no_turning_points(status: str, scene: Scene) -> str:

@@ -22,18 +22,18 @@ from .._utils.validation import Array, as_bool, as_int, short_repr
 from ..quaternion import multiply
 from .bodies import Bodies
 from .body import Body
-from .broadcasting import Parameter, compute_in_blocks, parse_parameter
+from .broadcasting import Parameter, compute_vectors_in_blocks, parse_parameter
 from .ensemble_constructors import (
     Components,
     EnsembleConstructors,
-    array_to_radians,
-    compute_steady_rates,
-    parse_tilt,
-    split_vectors,
+    compute_steady_precession_rates,
+    convert_array_to_radians,
+    parse_tilts,
+    split_vector_components,
 )
-from .ensemble_data import ONE_OF, broadcast_shape
+from .ensemble_data import ONE_OF, compute_common_top_shape
 from .environment import Environment
-from .euler_angles import check_steady, cos
+from .euler_angles import cos, is_steady_precession_requested
 
 E = TypeVar("E", bound=EnsembleConstructors[Any])
 Four = tuple[Array, Array, Array, Array]
@@ -75,13 +75,15 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     steady, fast = given.get("steady", False), given.get("fast", False)
     is_steady = False
     if steady is not False or fast is not False:
-        is_steady = check_steady(steady, fast, given.get("precession"), around)
+        is_steady = is_steady_precession_requested(steady, fast, given.get("precession"), around)
     if kinds[1] or (is_steady and not described):
-        start = _parse_spin_start(body, scene, given, around.gravity, in_degrees, (is_steady, fast))
+        start = _compute_varied_spin_start(
+            body, scene, given, around.gravity, in_degrees, (is_steady, fast)
+        )
     elif is_steady:
         raise ValueError(f"steady=True requires spin and tilt instead of {described[0]}")
     elif kinds[2]:
-        start = _parse_euler_start(scene, given, in_degrees)
+        start = _compute_varied_euler_start(scene, given, in_degrees)
     else:
         plain = {name: given[name] for name in kinds[0]}
         if not plain.keys() & set(ONE_OF):
@@ -89,7 +91,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
         if not plain.keys() & {"attitude", "attitude_xyzw"}:
             plain["attitude"] = scene.attitude
         return many(body, **around._asdict(), **plain)
-    return many._build_from_euler(body, *start, around, _accept_any_arguments)
+    return many._build_from_euler_angles(body, *start, around, _accept_any_arguments)
 
 
 def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
@@ -123,8 +125,8 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
 def _compute_euler_state(scene: Any) -> _EulerState:
     """Return the Euler angles and rates at t = 0; rates at rounding level are set to zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
-    phi, theta, psi, spin = [float(values(n, scene._block, scene._start)[0]) for n in names]
-    x, y, z = values("velocity", scene._block, scene._start)[0].tolist()
+    phi, theta, psi, spin = [float(values(n, scene._block, scene._start_state)[0]) for n in names]
+    x, y, z = values("velocity", scene._block, scene._start_state)[0].tolist()
     nodding = x * math.cos(phi) + y * math.sin(phi)
     across = x * math.sin(phi) - y * math.cos(phi)
     turning = z * math.sin(theta) - across * math.cos(theta)
@@ -137,7 +139,7 @@ def _compute_euler_state(scene: Any) -> _EulerState:
 _Start = tuple[list[Parameter], Components, Components]
 
 
-def _parse_spin_start(
+def _compute_varied_spin_start(
     body: Body | Bodies,
     scene: Any,
     given: Mapping[str, Any],
@@ -153,19 +155,19 @@ def _parse_spin_start(
     now = _compute_euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
     parameters = {
-        name: parse_tilt(given[name], degrees)
+        name: parse_tilts(given[name], degrees)
         if name == "tilt"
         else parse_parameter(name, given[name])
         for name in _SPINNING
         if name in given
     }
     rate, angle, turning = [
-        array_to_radians(parameters[name].values, degrees)
+        convert_array_to_radians(parameters[name].values, degrees)
         if name in parameters
         else np.asarray(own[name])
         for name in _SPINNING
     ]
-    broadcast_shape(body, list(parameters.values()))
+    compute_common_top_shape(body, list(parameters.values()))
     if steady[0]:
         as_given = [
             parameters.get(n, _make_parameter_in_degrees(n, own[n], degrees))
@@ -173,7 +175,7 @@ def _parse_spin_start(
         ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
         down = parse_parameter("gravity", gravity)
-        turning = compute_steady_rates(body, [*as_given, down], degrees, steady[1], one)
+        turning = compute_steady_precession_rates(body, [*as_given, down], degrees, steady[1], one)
     with np.errstate(all="ignore"):
         rates = turning, np.asarray(now.nutation), rate - turning * cos(angle)
     precession, _, spin = now.angles
@@ -184,7 +186,7 @@ def _make_parameter_in_degrees(name: str, radian: float, degrees: bool) -> Param
     return Parameter(name, np.asarray(math.degrees(radian) if degrees else radian), ())
 
 
-def _parse_euler_start(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
+def _compute_varied_euler_start(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
     """Return the varied parameters, and the Euler angles and rates computed from them.
 
     Parameters that do not vary are taken from the scene.
@@ -196,8 +198,8 @@ def _parse_euler_start(scene: Any, given: Mapping[str, Any], degrees: bool) -> _
         name: parse_parameter(name, given[name], (3,)) for name in _EULER if name in given
     }
     angles, rates = (
-        split_vectors(
-            array_to_radians(parameters[name].values, degrees)
+        split_vector_components(
+            convert_array_to_radians(parameters[name].values, degrees)
             if name in parameters
             else np.asarray(own[name])
         )
@@ -235,7 +237,7 @@ def scatter(
                 _parse_standard_deviation("attitude", attitude, 3) * normal[:, 3:6],
                 np.array(scene.attitude),
             )
-            words["attitude"] = compute_in_blocks(
+            words["attitude"] = compute_vectors_in_blocks(
                 _compose_with_rotation_vectors, (count,), 4, own, turns
             )
         if gravity is not None:

@@ -108,7 +108,7 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
             "the method 'exact' takes the closed form"
         )
         return reason, 0.0
-    steps = _estimate_steps(scene, float(np.abs(times).max(initial=0.0)))
+    steps = _estimate_taylor_steps(scene, float(np.abs(times).max(initial=0.0)))
     cost = form.set_up + form.state * times.size
     if not steps >= cost:  # NaN if the rates of the top exceed the range of doubles
         reason = (
@@ -129,13 +129,13 @@ def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
     return not (is_exact and is_level)
 
 
-def _estimate_steps(scene: Scene, end: float) -> float:
+def _estimate_taylor_steps(scene: Scene, end: float) -> float:
     """Estimate the number of steps that the Taylor series needs to reach the time `end`.
 
     The estimated number is proportional to the angular velocity or, for slow tops, to the pendulum
     frequency. For random tops, the actual number of steps is between 0.8 and 4 times the estimate.
     """
     body = scene.body
-    velocity = math.hypot(*values("velocity", scene._block, scene._start).ravel())
+    velocity = math.hypot(*values("velocity", scene._block, scene._start_state).ravel())
     torque = body.mass * abs(scene.gravity) * math.hypot(*body.com)
     return end * (0.5 * velocity + math.sqrt(torque / max(body.moments)))

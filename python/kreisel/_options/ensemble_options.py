@@ -18,8 +18,14 @@ from .._utils.errors import unknown_name_message
 from .._utils.validation import Array, as_finite_array, as_int, short_repr
 from .methods import FALLBACK, Method, get_method, resolve_method
 from .quantities import QUANTITIES
-from .solve_options import SolveOptions, make_options
-from .times import COUNTABLE, check_times, time_grid, too_many_steps_message, total_memory
+from .solve_options import SolveOptions, make_solve_options
+from .times import (
+    COUNTABLE,
+    check_times_are_monotonic,
+    get_total_memory,
+    time_grid,
+    too_many_steps_message,
+)
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
 ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # maps quantities to kinds of reduction
@@ -68,7 +74,7 @@ class EnsembleOptions:
         return self.solve.error is not None
 
     @property
-    def is_one_by_one(self) -> bool:
+    def uses_one_run_per_top(self) -> bool:
         """True if the tops must be computed one at a time."""
         one_by_one = self.core_events is not None or bool(self.solve.tangents)
         return one_by_one or self.solve.has_extended_precision
@@ -85,26 +91,26 @@ class EnsembleOptions:
         return [one[:3] for one in self.reductions]
 
     @cached_property
-    def state_bytes(self) -> int:
+    def bytes_per_state(self) -> int:
         """The number of bytes stored for each state."""
         if self.reductions:
             return 0
-        numbers = self.solve.state_bytes + 8 * 6 * self.solve.tangent_column_count
+        numbers = self.solve.bytes_per_state + 8 * 6 * self.solve.tangent_column_count
         return numbers * (2 if self.solve.has_extended_precision else 1)
 
     def make_options_for_top(self, scene: Scene) -> SolveOptions:
         """Return the options for computing the motion of a single top."""
         one, requested = self.solve, self.solve.requested_method
         if any(scene.turning):
-            one = one.with_heading()
+            one = one.copy_with_heading()
         if not self.is_auto:
             return one
         method = resolve_method(requested, scene)
-        return make_options(
+        return make_solve_options(
             method, one.step, one.tol, one.digits, one.max_steps, requested, one.want
         )
 
-    def limit_steps(self, max_steps: int) -> EnsembleOptions:
+    def copy_with_step_limit(self, max_steps: int) -> EnsembleOptions:
         """Return a copy of the options with at most `max_steps` steps per top."""
         steps = min(self.solve.max_steps or max_steps, max_steps)
         return replace(self, solve=replace(self.solve, max_steps=steps))
@@ -166,7 +172,7 @@ def parse_ensemble_options(
     if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
-    solve = make_options(chosen, step, tol, digits, max_steps, method, names, every)
+    solve = make_solve_options(chosen, step, tol, digits, max_steps, method, names, every)
     if reductions and solve.has_extended_precision:
         raise ValueError("reduce accepts at most 16 digits: its results are doubles")
     if has_events:
@@ -182,7 +188,7 @@ _COMPONENTS = {
 
 
 @lru_cache
-def list_components(name: str) -> list[tuple[str, int]]:
+def list_components_by_name(name: str) -> list[tuple[str, int]]:
     """Return all components with the given name, as pairs (quantity, index).
 
     The name of a quantity denotes all of its components.
@@ -212,7 +218,7 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
                 )
             )
         for kind in _parse_reduction_kinds(name, given):
-            for quantity, component in list_components(name):
+            for quantity, component in list_components_by_name(name):
                 parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
     return tuple(parsed)
 
@@ -237,7 +243,7 @@ def _parse_reduction_kinds(name: str, given: object) -> list[str]:
     return listed
 
 
-def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
+def parse_ensemble_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
     """Return the requested times, with one row per top if the tops have different times.
 
     Raises ValueError if the times are not monotonic, or if reaching them takes 2**53 steps or more.
@@ -249,9 +255,9 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
         if every is not None:
             raise ValueError("every needs t as a number; an array lists its own times")
     elif times.ndim == 1:
-        check_times(times, every)
+        check_times_are_monotonic(times, every)
     else:
-        times = time_grid(float(times), step, every, options.state_bytes)
+        times = time_grid(float(times), step, every, options.bytes_per_state)
     end = float(np.abs(times).max(initial=0.0))
     if step is not None and not end / step < COUNTABLE:
         raise ValueError(too_many_steps_message(end, step))
@@ -260,8 +266,8 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
 
 def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
     """Raise MemoryError if the states of all tops would not fit into memory."""
-    needed = tops.size * times.shape[-1] * options.state_bytes
-    if needed > total_memory():
+    needed = tops.size * times.shape[-1] * options.bytes_per_state
+    if needed > get_total_memory():
         raise MemoryError(
             f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
             "more than this machine has: use fewer times, want, kreisel.reduce or kreisel.stream"
@@ -284,11 +290,11 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
     rows = np.ascontiguousarray(given).reshape(tops.size, times.shape[-1])
     most = max(1, _MAX_ROWS // max(1, times.shape[-1]))
     for first in range(0, tops.size, most):
-        _check_rows_monotonic(rows[first : first + most], first, tops.shape)
+        _check_times_per_top_monotonic(rows[first : first + most], first, tops.shape)
     return rows
 
 
-def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
+def _check_times_per_top_monotonic(rows: Array, first: int, shape: Shape) -> None:
     """Raise ValueError if the times of a top are not monotonic.
 
     `first` is the ensemble index of the top in the first row.
@@ -306,7 +312,9 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     )
 
 
-def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOptions) -> Array | None:
+def parse_output_array(
+    tops: Ensemble, out: object, times: Array, options: EnsembleOptions
+) -> Array | None:
     """Validate the output array `out`, and reshape it to one row per top.
 
     Raises TypeError or ValueError if `out` is not a suitable array.
@@ -327,7 +335,7 @@ def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOption
     return out.reshape(tops.size, times.shape[-1], 8)
 
 
-def parse_threads(threads: object, executor: object) -> int:
+def parse_thread_count(threads: object, executor: object) -> int:
     """Return the number of threads, which defaults to the number of available processors.
 
     Raises TypeError or ValueError if an argument is invalid, or if both `threads` and `executor`

@@ -190,7 +190,10 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 def describe_kind(scene: Scene) -> str:
     """Return a short description of a scene: its body, damping, friction and support."""
-    damped, near = "damped " if scene._has_damping else "", scene.body._nearby_kind_message
+    damped, near = (
+        "damped " if scene._has_damping else "",
+        scene.body._nearby_integrable_case_message,
+    )
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
     more = list_disturbances(scene) if scene._has_disturbances else []
@@ -199,7 +202,7 @@ def describe_kind(scene: Scene) -> str:
     return f"this {damped}body of kind {scene.body.kind!r}{rotor}{around}{which}"
 
 
-def has_torus(scene: Scene) -> bool:
+def has_torus_closed_form(scene: Scene) -> bool:
     """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity.
 
     Setting up a closed-form solution on a torus takes as long as many steps of the Taylor series.
@@ -221,7 +224,7 @@ def explain_no_closed_form(scene: Scene) -> str:
         )
     if not methods[EXACT].applies_to(scene.body):
         return f"no closed form is known for {describe_kind(scene)} under gravity"
-    if has_torus(scene):
+    if has_torus_closed_form(scene):
         top = TORUS_KINDS[body_kind(scene.body._block, KIND_RTOL)]
         refusal = torus_plan(scene._block, 0.0)[1]
         return (
@@ -269,7 +272,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
     Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """
     if isinstance(name, str) and name == "auto":
-        closed = not has_torus(scene) and methods[EXACT].suits(scene)
+        closed = not has_torus_closed_form(scene) and methods[EXACT].suits(scene)
         return methods[EXACT if closed else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):

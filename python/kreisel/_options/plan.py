@@ -10,11 +10,11 @@ import numpy as np
 from .._core import start, values
 from .._model.body import Body
 from .._model.scene import Scene
-from .._utils.html import format_table
+from .._utils.html import format_html_table
 from .._utils.validation import Array
 from .closed_form_choice import explain_taylor_choice
-from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form, has_torus
-from .quantities import HEADING_DEPENDENT, count_components
+from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form, has_torus_closed_form
+from .quantities import HEADING_DEPENDENT, count_quantity_components
 from .solve_options import CoreArguments, SolveOptions
 from .times import CHUNK_SIZE
 
@@ -89,7 +89,7 @@ class Plan:
     choice: StepChoice | None = None
     turn: float | None = None
 
-    def _description_rows(self) -> list[tuple[str, str]]:
+    def _list_description_rows(self) -> list[tuple[str, str]]:
         """Return pairs (heading, text) that describe the computation."""
         order = (
             f"order {self.order}"
@@ -115,14 +115,14 @@ class Plan:
         ]
 
     def __str__(self) -> str:
-        return "\n".join(f"{name:<11}{text}" for name, text in self._description_rows())
+        return "\n".join(f"{name:<11}{text}" for name, text in self._list_description_rows())
 
     def _repr_html_(self) -> str:
         """Return the plan as an HTML table for display in notebooks."""
-        return format_table(self._description_rows())
+        return format_html_table(self._list_description_rows())
 
 
-def make_plan(
+def make_solve_plan(
     scene: Scene,
     options: SolveOptions,
     states: int | None = None,
@@ -134,19 +134,21 @@ def make_plan(
     `times` are the requested times, which can affect the method chosen by 'auto'.
     """
     is_series = options.method.name == FALLBACK
-    kernel, order = _find_taylor_kernel(options.core) if is_series else ("", options.method.order)
+    kernel, order = (
+        _find_taylor_kernel_and_order(options.core) if is_series else ("", options.method.order)
+    )
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
     if options.want is None and options.has_extended_precision:
         columns += "q_low", "m_low"
     return Plan(
         method=options.method.name,
-        why=_explain_method(scene, options, times, choice),
+        why=_explain_method_choice(scene, options, times, choice),
         step=options.step,
         order=order,
-        form=_describe_equations(options),
+        form=_describe_integrated_equations(options),
         kernel=kernel,
         columns=columns,
-        bytes=8 * sum(map(count_components, columns)),
+        bytes=8 * sum(map(count_quantity_components, columns)),
         left_out=_list_omitted_computations(scene, options, states),
         kept=_list_unneeded_computations(scene, options),
         choice=choice,
@@ -155,7 +157,7 @@ def make_plan(
 
 
 @lru_cache
-def _find_taylor_kernel(core: CoreArguments) -> tuple[str, int]:
+def _find_taylor_kernel_and_order(core: CoreArguments) -> tuple[str, int]:
     """Return the instruction set and the order of the Taylor series.
 
     The instruction set and the order depend only on the options, not on the scene.
@@ -172,11 +174,11 @@ def _estimate_turn_per_step(scene: Scene, options: SolveOptions) -> float | None
     """
     if options.step is None or options.method.adaptive:
         return None
-    velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
+    velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start_state)))
     return options.step * max(velocity, scene._rotation_rate)
 
 
-def _explain_method(
+def _explain_method_choice(
     scene: Scene, options: SolveOptions, times: Array | None, choice: StepChoice | None
 ) -> str:
     if choice:
@@ -185,7 +187,7 @@ def _explain_method(
         return "requested by name"
     if options.digits is not None:
         return f"{options.digits} digits requested"
-    if not options.method.exact and has_torus(scene):
+    if not options.method.exact and has_torus_closed_form(scene):
         if options.step is not None or options.tol is not None:
             return "the closed form has neither step nor tol"
         # A path can have times for which kreisel.solve would use the closed form.
@@ -193,12 +195,12 @@ def _explain_method(
     if not options.method.exact:
         return explain_no_closed_form(scene)
     reason = f"{describe_kind(scene)} has a closed form"
-    if has_torus(scene):
+    if has_torus_closed_form(scene):
         return f"{reason}, which takes no more time than the series up to the last time"
     return reason if scene.gravity else f"{reason} without gravity"
 
 
-def _describe_equations(options: SolveOptions) -> str:
+def _describe_integrated_equations(options: SolveOptions) -> str:
     if options.can_skip_heading:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
     if options.method.name == FALLBACK:

@@ -60,18 +60,18 @@ HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if q
 ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
 
 
-def derivative_shape(name: str) -> tuple[int, ...]:
+def quantity_derivative_shape(name: str) -> tuple[int, ...]:
     """Return the shape of the derivative of a quantity."""
     return (3,) if name == "q" else QUANTITIES[name].shape
 
 
-def check_quantity(name: object) -> str:
+def check_quantity_name(name: object) -> str:
     """Return `name`. Raise ValueError if no quantity of the state has this name."""
     if not isinstance(name, str) or name not in QUANTITIES:
         raise ValueError(unknown_name_message("quantity", str(name), QUANTITIES))
     return name
 
 
-def count_components(name: str) -> int:
+def count_quantity_components(name: str) -> int:
     """Return the number of components of a quantity."""
     return (TIME if name == "t" else RECORDABLE[name]).doubles

@@ -15,8 +15,8 @@ from .._utils.errors import unknown_name_message
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import as_int, as_positive, check_type, short_repr
 from .closed_form_choice import prefers_closed_form
-from .methods import EXACT, FALLBACK, Method, has_torus, methods, resolve_method
-from .quantities import HEADING_DEPENDENT, RECORDABLE, count_components
+from .methods import EXACT, FALLBACK, Method, has_torus_closed_form, methods, resolve_method
+from .quantities import HEADING_DEPENDENT, RECORDABLE, count_quantity_components
 from .times import CHUNK_SIZE, COUNTABLE
 
 Progress = Callable[[float], object]
@@ -74,7 +74,7 @@ class SolveOptions:
         return self.method.name, *own, self.max_steps, leave_heading
 
     @cached_property
-    def path_options(self) -> SolveOptions:
+    def options_without_run_arguments(self) -> SolveOptions:
         """A copy of the options without the settings that are specific to a single run."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
@@ -85,12 +85,12 @@ class SolveOptions:
         """True if the rotation about the vertical is omitted because no quantity needs it."""
         return self.core[-1]
 
-    def with_heading(self) -> SolveOptions:
+    def copy_with_heading(self) -> SolveOptions:
         """Return a copy of the options in which the rotation about the vertical is computed."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property
-    def step_count_horizon(self) -> float:
+    def exact_step_count_horizon(self) -> float:
         """A time [T] before which the number of steps is exactly representable as a double."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
@@ -100,9 +100,9 @@ class SolveOptions:
         return sys.maxsize if self.want is None else CHUNK_SIZE
 
     @property
-    def state_bytes(self) -> int:
+    def bytes_per_state(self) -> int:
         """The number of bytes stored for each state, excluding the time."""
-        return 64 if self.want is None else 8 * sum(map(count_components, self.want))
+        return 64 if self.want is None else 8 * sum(map(count_quantity_components, self.want))
 
     @property
     def has_extended_precision(self) -> bool:
@@ -114,7 +114,7 @@ class SolveOptions:
         return -self.step if is_back and self.step is not None else self.step
 
 
-def parse_options(
+def parse_solve_options(
     scene: object,
     method: object,
     step: object = None,
@@ -134,14 +134,14 @@ def parse_options(
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
     chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
     is_open = chosen.name == FALLBACK and method == "auto" and step is tol is digits is None
-    if is_open and t is not None and has_torus(top) and prefers_closed_form(top, t):
+    if is_open and t is not None and has_torus_closed_form(top) and prefers_closed_form(top, t):
         chosen = methods[EXACT]
     name = method if requested is None else requested
-    options = make_options(chosen, step, tol, digits, max_steps, name, want, every)
-    return options.with_heading() if any(top.turning) else options
+    options = make_solve_options(chosen, step, tol, digits, max_steps, name, want, every)
+    return options.copy_with_heading() if any(top.turning) else options
 
 
-def options_for_method(
+def parse_options_for_method(
     method: Method,
     step: object,
     tol: object,
@@ -167,10 +167,10 @@ def options_for_method(
     )
 
 
-_find_options = lru_cache(maxsize=256, typed=True)(options_for_method)
+_find_options = lru_cache(maxsize=256, typed=True)(parse_options_for_method)
 
 
-def make_options(
+def make_solve_options(
     method: Method,
     step: object,
     tol: object,
@@ -186,7 +186,7 @@ def make_options(
             return _find_options(method, step, tol, digits, max_steps, requested, want, every)
         except TypeError:  # an argument is not hashable, or invalid
             pass
-    return options_for_method(method, step, tol, digits, max_steps, requested, want, every)
+    return parse_options_for_method(method, step, tol, digits, max_steps, requested, want, every)
 
 
 def parse_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
@@ -276,7 +276,7 @@ def parse_recording_interval(method: Method, every: object) -> int | None:
     return as_int("every", every, 1)
 
 
-def parse_progress(progress: Progress | None) -> Progress | None:
+def check_progress_callback(progress: Progress | None) -> Progress | None:
     """Return `progress`; raise TypeError if it is neither callable nor None."""
     if progress is not None and not callable(progress):
         raise TypeError(

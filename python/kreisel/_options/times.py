@@ -29,7 +29,7 @@ def time_array(
     times = parse_time_list(t)
     if times.ndim == 0:
         return time_grid(float(times), step, every, size, begin)
-    check_times(times, every)
+    check_times_are_monotonic(times, every)
     return times
 
 
@@ -49,17 +49,17 @@ def time_grid(
     """Return times at intervals of `every` steps, or only `begin` and `end` if `every` is None."""
     if step is None or every is None:
         return np.array([begin, end])
-    return _make_grid(end, step, every, size + 8, begin)
+    return _compute_times_of_every_nth_step(end, step, every, size + 8, begin)
 
 
-def check_times(times: Array, every: int | None) -> None:
+def check_times_are_monotonic(times: Array, every: int | None) -> None:
     """Raise ValueError if a list of times is not monotonic, or if `every` is given as well."""
     if every is not None:
         raise ValueError("every needs t as a number; a list has its own times")
-    check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
+    check_times_continue_monotonically(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
 
 
-def check_monotonic(times: Array, last: float, back: bool) -> None:
+def check_times_continue_monotonically(times: Array, last: float, back: bool) -> None:
     """Raise ValueError unless the times start at or after `last` and do not decrease.
 
     If `back` is True, the times must not increase.
@@ -92,34 +92,34 @@ def iterate_time_chunks(
     if isinstance(t, Iterator):
         if every is not None:
             raise ValueError("every needs t as a number; an iterator has its own times")
-        return _split_iterator_into_chunks(t, size)
+        return _split_time_iterator_into_chunks(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
         times = time_array(t, step, every)
-        return _slice_times(times, size)
+        return _slice_times_into_chunks(times, size)
     if every is None or step is None:
         raise ValueError(
             "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
-    return _split_grid_into_chunks(end, step, every, size, after, begin)
+    return _split_time_grid_into_chunks(end, step, every, size, after, begin)
 
 
-def parse_direction_and_chunks(
+def parse_time_direction_and_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
     """Return whether time runs backwards, and the requested times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
-        is_back, t = parse_direction(t)
+        is_back, t = parse_time_direction(t)
         return is_back, iterate_time_chunks(t, step, every, size, None)
-    return times.size > 0 and bool(times[-1] < 0.0), _slice_times(times, size)
+    return times.size > 0 and bool(times[-1] < 0.0), _slice_times_into_chunks(times, size)
 
 
-def _slice_times(times: Array, size: int) -> Iterator[Array]:
+def _slice_times_into_chunks(times: Array, size: int) -> Iterator[Array]:
     return (times[i : i + size] for i in range(0, times.size, size))
 
 
-def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
+def parse_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
     """Return whether time runs backwards, and the requested times.
 
     An iterator is read up to its first nonzero time. The returned iterator also includes the times
@@ -140,7 +140,7 @@ def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Itera
     return isinstance(last, (int, float, np.number)) and bool(last < 0.0), t
 
 
-def _split_iterator_into_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
+def _split_time_iterator_into_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
     while piece := list(itertools.islice(t, size)):
         times = as_finite_array("t", piece, "an iterator of times")
         if times.ndim != 1:
@@ -148,7 +148,7 @@ def _split_iterator_into_chunks(t: Iterable[float], size: int) -> Iterator[Array
         yield times
 
 
-def _count_steps(end: float, step: float, begin: float = 0.0) -> int:
+def _count_whole_steps(end: float, step: float, begin: float = 0.0) -> int:
     """Return the number of whole steps from `begin` to `end`, allowing for rounding errors."""
     length = abs(end - begin)
     if not length / step < COUNTABLE:
@@ -164,22 +164,24 @@ def _compute_grid_times(steps: R, step: float, begin: float) -> R:
     return times + begin if begin else times
 
 
-def _make_grid(end: float, step: float, every: int, size: int, begin: float) -> Array:
+def _compute_times_of_every_nth_step(
+    end: float, step: float, every: int, size: int, begin: float
+) -> Array:
     """Return the times from `begin` to `end` at intervals of `every` steps."""
-    steps = _count_steps(end, step, begin)
+    steps = _count_whole_steps(end, step, begin)
     states = steps // every + 1
-    check_memory(states, size)
+    check_states_fit_in_memory(states, size)
     grid = np.arange(0, steps + 1, every, dtype=np.float64)
     return _compute_grid_times(grid, math.copysign(step, end - begin), begin)
 
 
-def _split_grid_into_chunks(
+def _split_time_grid_into_chunks(
     end: float, step: float, every: int, size: int, after: float | None, begin: float
 ) -> Iterator[Array]:
-    last = 2**53 - 1 if math.isinf(end) else _count_steps(end, step, begin)
+    last = 2**53 - 1 if math.isinf(end) else _count_whole_steps(end, step, begin)
     first, signed = 0, math.copysign(step, end - begin)
     if after is not None:
-        first = _count_steps(after, step, begin) // every * every
+        first = _count_whole_steps(after, step, begin) // every * every
         first += every if abs(_compute_grid_times(float(first), signed, begin)) <= abs(after) else 0
     return (
         _compute_grid_times(
@@ -189,9 +191,9 @@ def _split_grid_into_chunks(
     )
 
 
-def check_memory(states: int, size: int) -> None:
+def check_states_fit_in_memory(states: int, size: int) -> None:
     """Raise MemoryError if the states, with `size` bytes each, would not fit in memory."""
-    if size * states > total_memory():
+    if size * states > get_total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
             f"{states} states need {needed}, more than this machine has: record fewer with a "
@@ -199,7 +201,7 @@ def check_memory(states: int, size: int) -> None:
         )
 
 
-def total_memory() -> int:
+def get_total_memory() -> int:
     """Return the memory of this machine in bytes, or 2**63 if it is unknown."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
@@ -214,7 +216,7 @@ def too_many_steps_message(end: float, step: float) -> str:
     )
 
 
-def check_horizon(scene: Scene, end: float, step: float | None) -> None:
+def check_resolvable_horizon(scene: Scene, end: float, step: float | None) -> None:
     """Raise ValueError if double precision does not suffice to compute the state at time `end`.
 
     The run up to `end` must have fewer than 2**53 steps, and the top must turn by less than 2**53

@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from .._model.scene import Scene
 from .._model.turning_points import TurningPoints, compute_turning_points
-from .._utils.html import render_png
+from .._utils.html import render_figure_as_png
 from .._utils.optional import optional_dependency
-from .._utils.validation import Array, as_bool, as_unit, short_repr
-from .panels import apply_style, time_label
-from .solids import BLUE, FAINT, ORANGE, check_axes, hide_axes, project_to_view
+from .._utils.validation import Array, as_bool, as_unit_name, short_repr
+from .panels import apply_chart_style, format_time_axis_label
+from .solids import BLUE, FAINT, ORANGE, check_axes_type, hide_axes_frame, project_to_view
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -23,7 +23,7 @@ with optional_dependency("'kreisel[plot]'"):
     from matplotlib.lines import Line2D
 
 
-class Plottable(Protocol):
+class PlottablePath(Protocol):
     """A path that can be plotted."""
 
     @property
@@ -77,38 +77,38 @@ class Picture(tuple[Axes, ...]):
             raise AttributeError(f"a picture has no {short_repr(name)}{hint}")
 
     def _repr_png_(self) -> bytes:
-        return render_png(self.figure)
+        return render_figure_as_png(self.figure)
 
 
 def plot_paths(
-    paths: Sequence[tuple[Plottable, Plottable | None]],
+    paths: Sequence[tuple[PlottablePath, PlottablePath | None]],
     axes: Iterable[Axes] | None,
     degrees: bool,
     time_unit: str,
-    compute_difference: Callable[[], AngleBetweenPaths] | None = None,
+    compute_angle_between_paths: Callable[[], AngleBetweenPaths] | None = None,
 ) -> Picture:
     """Plot each path and its events in three axes, in a new figure by default.
 
     For two paths, additional axes may show the angle between them.
     """
     unit, name = (180.0 / np.pi, "°") if as_bool("degrees", degrees) else (1.0, "rad")
-    label = time_label(as_unit("time_unit", time_unit))
+    label = format_time_axis_label(as_unit_name("time_unit", time_unit))
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: call solve with times")
-    n, has_difference = len(paths), compute_difference is not None
-    picture = _create_axes(n, has_difference) if axes is None else _check_axes(axes, n)
+    n, has_difference = len(paths), compute_angle_between_paths is not None
+    picture = _create_path_axes(n, has_difference) if axes is None else _check_path_axes(axes, n)
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
         _draw_path(one, path, events, (unit, name), label)
         if i and axes is None:
             for chart in one[1:]:
                 chart.set_ylabel("")
-    if compute_difference is not None and len(picture) > 3 * n:
-        _draw_difference(picture[-1], compute_difference(), (unit, name), label)
+    if compute_angle_between_paths is not None and len(picture) > 3 * n:
+        _draw_angle_between_paths(picture[-1], compute_angle_between_paths(), (unit, name), label)
     return picture
 
 
-def _create_axes(n: int, has_difference: bool) -> Picture:
+def _create_path_axes(n: int, has_difference: bool) -> Picture:
     if n == 1:
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(3, 4))
@@ -127,7 +127,7 @@ def _create_axes(n: int, has_difference: bool) -> Picture:
     return Picture(axes)
 
 
-def _check_axes(axes: Iterable[Axes], paths: int) -> Picture:
+def _check_path_axes(axes: Iterable[Axes], paths: int) -> Picture:
     n = 3 * paths
     try:
         picture = Picture(axes)
@@ -140,14 +140,14 @@ def _check_axes(axes: Iterable[Axes], paths: int) -> Picture:
             f"{len(picture)}"
         )
     for one in picture:
-        check_axes(one)
+        check_axes_type(one)
     return picture
 
 
 def _draw_path(
     axes: Sequence[Axes],
-    path: Plottable,
-    events: Plottable | None,
+    path: PlottablePath,
+    events: PlottablePath | None,
     angle: tuple[float, str],
     time: str,
 ) -> None:
@@ -156,7 +156,7 @@ def _draw_path(
     unit, sign = angle
     limits = _turning_points_or_none(path.scene)
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
-    draw_trace(sphere, path.apex, limits=heights)
+    draw_apex_trace(sphere, path.apex, limits=heights)
     motion = path.scene.body.kind if limits is None else str(limits.motion_type[0])
     method = "closed form" if path.method == "exact" else path.method
     sphere.set_title(f"{motion} ({method})", fontsize=10)
@@ -178,7 +178,7 @@ def _draw_path(
     _widen_narrow_axis(above, unit)
     above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
     for chart in above, below:
-        apply_style(chart)
+        apply_chart_style(chart)
 
 
 def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
@@ -197,7 +197,7 @@ def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
     )  # fmt: skip
 
 
-def _draw_difference(
+def _draw_angle_between_paths(
     chart: Axes, difference: AngleBetweenPaths, angle: tuple[float, str], time: str
 ) -> None:
     """Plot the angle between two paths on a logarithmic scale, omitting angles equal to 0."""
@@ -214,7 +214,7 @@ def _draw_difference(
     else:
         note = "the paths have no times in common"
     chart.set_title(note, fontsize=9)
-    apply_style(chart)
+    apply_chart_style(chart)
 
 
 def _find_precession_jumps(around: Array) -> npt.NDArray[np.intp]:
@@ -236,7 +236,7 @@ def _insert_gaps_at_jumps(
 
 
 def _mark_events(
-    axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit: float
+    axes: Sequence[Axes], t: Array, around: Array, events: PlottablePath, unit: float
 ) -> None:
     """Mark the events of a path by dots in all three charts."""
     sphere, above, below = axes
@@ -266,17 +266,19 @@ def _widen_narrow_axis(chart: Axes, unit: float) -> None:
         chart.set_ylim(middle - half, middle + half)
 
 
-def draw_sphere(axes: Axes, elevation: float = 20.0) -> None:
+def draw_unit_sphere(axes: Axes, elevation: float = 20.0) -> None:
     """Draw the outline of the unit sphere, its equator, and an upward arrow."""
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
-    _draw_parallel(axes, 0.0, elevation, FAINT, "-")
+    _draw_circle_of_latitude(axes, 0.0, elevation, FAINT, "-")
     x, y, _ = project_to_view(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
     axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.3))
 
 
-def _draw_parallel(axes: Axes, height: float, elevation: float, colour: str, style: str) -> None:
+def _draw_circle_of_latitude(
+    axes: Axes, height: float, elevation: float, colour: str, style: str
+) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     flat = (1.0 - height * height) ** 0.5
     circle = np.stack([flat * np.cos(angle), flat * np.sin(angle), height + 0.0 * angle], axis=-1)
@@ -284,7 +286,7 @@ def _draw_parallel(axes: Axes, height: float, elevation: float, colour: str, sty
     axes.plot(x, np.where(depth > 0.0, y, np.nan), style, color=colour, linewidth=0.7)
 
 
-def draw_trace(
+def draw_apex_trace(
     axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[float] = ()
 ) -> None:
     """Draw a trace on the unit sphere, with fainter lines on the far side of the sphere.
@@ -292,13 +294,13 @@ def draw_trace(
     The initial state is marked by a dot, and the vertical by an arrow. The given heights are marked
     by dashed lines.
     """
-    draw_sphere(axes, elevation)
+    draw_unit_sphere(axes, elevation)
     for height in limits:
-        _draw_parallel(axes, float(height), elevation, ORANGE, "--")
+        _draw_circle_of_latitude(axes, float(height), elevation, ORANGE, "--")
     x, y, depth = project_to_view(trace, elevation)
     axes.plot(x, y, color=BLUE, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), color=BLUE, linewidth=1.0)
     ink = matplotlib.rcParams["text.color"]
     behind = depth[0] < 0.0
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if behind else 1.0)
-    hide_axes(axes)
+    hide_axes_frame(axes)

@@ -18,12 +18,20 @@ import numpy as np
 
 from .._model.body import Body
 from .._model.scene import Scene
-from .._utils.atomic_io import atomic_write, check_writable
-from .._utils.errors import refuse_assignment
+from .._utils.atomic_io import atomic_write, check_file_is_writable
+from .._utils.errors import refuse_attribute_assignment
 from .._utils.optional import optional_dependency
-from .._utils.validation import Array, as_int, as_positive, as_unit
-from .solids import CREAM, FAINT, RED, build_solid, draw_faces, hide_axes, project_to_view
-from .stage import STAND, STEEL, cast_shadow, draw_stage
+from .._utils.validation import Array, as_int, as_positive, as_unit_name
+from .solids import (
+    CREAM,
+    FAINT,
+    RED,
+    build_solid_faces,
+    draw_solid_faces,
+    hide_axes_frame,
+    project_to_view,
+)
+from .stage import STAND, STEEL, draw_body_shadow, draw_floor_sphere_and_stand
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -43,7 +51,7 @@ _LEVEL = 0.02  # depth below the fixed point that is drawn as if the body stood 
 _ASIDE = 30.0  # angle by which the lean is turned towards the eye [degrees]
 
 
-class Animatable(Protocol):
+class AnimatablePath(Protocol):
     """A path that can be animated."""
 
     @property
@@ -54,10 +62,10 @@ class Animatable(Protocol):
     def q(self) -> Array: ...
     @property
     def apex(self) -> Array: ...
-    def __call__(self, t: Array, /) -> Animatable: ...
+    def __call__(self, t: Array, /) -> AnimatablePath: ...
 
 
-@refuse_assignment("path.animate({}=...) returns a new film")
+@refuse_attribute_assignment("path.animate({}=...) returns a new film")
 class Film:
     """An animation of a path, to be saved to a file or displayed in a notebook.
 
@@ -112,10 +120,10 @@ class Film:
         """Yield the figure once for each frame, after redrawing it."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        quads, colours, edge = _body_faces(self._body)
-        floor = _find_floor(quads, self._q, self._apex)
-        hide_axes(axes)
-        draw_stage(axes, floor)
+        quads, colours, edge = _build_body_faces(self._body)
+        floor = _find_floor_height(quads, self._q, self._apex)
+        hide_axes_frame(axes)
+        draw_floor_sphere_and_stand(axes, floor)
         (behind,) = axes.plot([], [], color=RED, linewidth=0.7, alpha=0.45)
         (trace,) = axes.plot([], [], color=RED, linewidth=1.2, alpha=0.85, zorder=3)
         (needle,) = axes.plot([], [], color=STEEL, linewidth=2.0)
@@ -139,9 +147,9 @@ class Film:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
             lever.set_zorder(1.7 if depth[now] > 0.0 else 2.5)  # the body has zorder 2.0
             corners = quads @ _rotation_matrix(q).T
-            solid = draw_faces(axes, corners, colours, edge=edge)
+            solid = draw_solid_faces(axes, corners, colours, edge=edge)
             solid.set_zorder(2.0)
-            shadow = cast_shadow(axes, corners, floor)
+            shadow = draw_body_shadow(axes, corners, floor)
             clock.set_text(f"t = {t:.4g}" + (f" {self._time_unit}" if self._time_unit else ""))
             yield figure
             solid.remove()
@@ -154,7 +162,7 @@ def _measure_extent_along_apex(corners: Array, apex: Array) -> tuple[float, floa
     return max(float(heights.min()), 0.0), float(heights.max())
 
 
-def _find_floor(quads: Array, q: Array, apex: Array) -> float:
+def _find_floor_height(quads: Array, q: Array, apex: Array) -> float:
     """Return the height of a floor that lies below the body and the trace of its apex.
 
     If the body always stays above the fixed point, the floor is at height 0.
@@ -165,7 +173,7 @@ def _find_floor(quads: Array, q: Array, apex: Array) -> float:
 
 
 def make_film(
-    path: Animatable,
+    path: AnimatablePath,
     file: str | os.PathLike[str] | None,
     speed: float | None,
     fps: int,
@@ -178,8 +186,8 @@ def make_film(
     """
     make = None if file is None else select_film_encoder(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
-    unit = None if time_unit is None else as_unit("time_unit", time_unit)
-    begin, end = _time_limits(path.t)
+    unit = None if time_unit is None else as_unit_name("time_unit", time_unit)
+    begin, end = _get_first_and_last_time(path.t)
     pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
     frames = abs(end - begin) / pace * rate + 1.0
     if frames * wide * wide > MOST_POINTS:
@@ -220,7 +228,7 @@ def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     return np.stack(turned, axis=-1), apex @ _rotation_matrix(about).T
 
 
-def _time_limits(t: Array) -> tuple[float, float]:
+def _get_first_and_last_time(t: Array) -> tuple[float, float]:
     """Return the first and the last time of a path, which may run backwards in time."""
     low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
     if not low < high:
@@ -228,13 +236,15 @@ def _time_limits(t: Array) -> tuple[float, float]:
     return (low, high) if t[-1] >= t[0] else (high, low)
 
 
-def _body_faces(body: Body) -> tuple[Array, Array, float]:
+def _build_body_faces(body: Body) -> tuple[Array, Array, float]:
     """Return the faces of a body, their colours, and the line width of their outlines [pt].
 
     The corners are given in the frame of description, after scaling the body to fit into the unit
     sphere. The outlines of a body of revolution have width 0.
     """
-    quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
+    quads, colours = build_solid_faces(
+        body.mass, np.array(body.moments), np.array(body.principal_com)
+    )
     quads = quads @ _rotation_matrix(np.array(body.axes)).T
     edge = 0.8 if len(quads) == 6 else 0.0
     return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours, edge
@@ -262,15 +272,15 @@ def select_film_encoder(file: str | os.PathLike[str]) -> Callable[[Film], bytes]
         raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise OSError("a film as .mp4 needs ffmpeg, which was not found: use .gif or .html")
-    check_writable(file)
+    check_file_is_writable(file)
     return _MAKERS[suffix]
 
 
 def _encode_gif(film: Film) -> bytes:
     """Encode an animation as a GIF with one byte per pixel and the palette of the first frame."""
-    images = _render_images(film)
+    images = _render_film_images(film)
     full = next(images)
-    palette = _choose_palette(full)
+    palette = _choose_gif_palette(full)
     frames = (
         image.quantize(palette=palette, dither=Image.Dither.NONE) for image in chain([full], images)
     )
@@ -280,7 +290,7 @@ def _encode_gif(film: Film) -> bytes:
     return file.getvalue()
 
 
-def _choose_palette(image: Image.Image) -> Image.Image:
+def _choose_gif_palette(image: Image.Image) -> Image.Image:
     """Return an image that contains the palette of an animation.
 
     The palette contains the most frequent colours of the first frame. Colours of thin lines and
@@ -300,7 +310,7 @@ def _choose_palette(image: Image.Image) -> Image.Image:
     return chosen
 
 
-def _render_images(film: Film) -> Iterator[Image.Image]:
+def _render_film_images(film: Film) -> Iterator[Image.Image]:
     for figure in film._draw_frames():
         raw = BytesIO()
         figure.savefig(raw, format="rgba", dpi=_DPI)
@@ -310,7 +320,9 @@ def _render_images(film: Film) -> Iterator[Image.Image]:
 
 def _encode_html(film: Film) -> bytes:
     with matplotlib.rc_context({"animation.embed_limit": 500.0}):
-        return _write_frames(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
+        return _encode_frames_with_writer(
+            film, HTMLWriter(fps=film.fps, embed_frames=True), ".html"
+        )
 
 
 def _encode_html_document(film: Film) -> bytes:
@@ -322,10 +334,10 @@ def _encode_html_document(film: Film) -> bytes:
 
 
 def _encode_mp4(film: Film) -> bytes:
-    return _write_frames(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
+    return _encode_frames_with_writer(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
 
 
-def _write_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
+def _encode_frames_with_writer(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
     """Write the frames to a temporary file, and return its contents."""
     frames = film._draw_frames()
     with tempfile.TemporaryDirectory() as folder:

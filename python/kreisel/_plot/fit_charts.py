@@ -40,7 +40,7 @@ class SeriesPanel(Protocol):
     def sigma(self) -> Array: ...
 
 
-def plot_panels(panels: list[SeriesPanel]) -> Picture:
+def plot_fit_panels(panels: list[SeriesPanel]) -> Picture:
     """Draw two charts per panel: one of measurements and fitted motion, and one of residuals."""
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []

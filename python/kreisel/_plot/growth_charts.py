@@ -10,8 +10,14 @@ import numpy.typing as npt
 from .._model.scene import Ensemble
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .panels import CLASSES, apply_style, create_axes, time_label, unit_label
-from .solids import FAINT, check_axes
+from .panels import (
+    CLASSES,
+    apply_chart_style,
+    create_figure_axes,
+    format_axis_label,
+    format_time_axis_label,
+)
+from .solids import FAINT, check_axes_type
 
 with optional_dependency("'kreisel[plot]'"):
     from matplotlib.axes import Axes
@@ -43,7 +49,7 @@ class IndicatorWithClasses(Protocol):
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool: ...
 
 
-def classify_tops(indicator: IndicatorWithClasses) -> npt.NDArray[np.int8]:
+def classify_tops_by_chaos(indicator: IndicatorWithClasses) -> npt.NDArray[np.int8]:
     """Return an index for each top: 0 if it is regular, 1 if chaotic, and 2 if in doubt."""
     found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
@@ -52,9 +58,9 @@ def classify_tops(indicator: IndicatorWithClasses) -> npt.NDArray[np.int8]:
 
 def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, unit: str) -> Axes:
     """Plot an indicator over time, with one curve per top, coloured by the class of the top."""
-    chart = create_axes() if axes is None else check_axes(axes)
+    chart = create_figure_axes() if axes is None else check_axes_type(axes)
     curves = indicator.curve.reshape(-1, indicator.t.size)
-    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops(indicator)
+    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops_by_chaos(indicator)
     visible = np.where(curves > lowest, curves, np.nan)
     marker = "o" if indicator.t.size == 1 else ""
     for k in np.unique(classes):
@@ -69,10 +75,12 @@ def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, un
         marks.append(Line2D([], [], color=FAINT, linewidth=0.9, linestyle="--", label="threshold"))
     chart.legend(handles=marks, fontsize=8, frameon=False)
     chart.set(xscale="log", yscale="log")
-    chart.set(xlabel=time_label(unit), ylabel=unit_label(*_NAMES[indicator.name], unit))
+    chart.set(
+        xlabel=format_time_axis_label(unit), ylabel=format_axis_label(*_NAMES[indicator.name], unit)
+    )
     if indicator.t[-1] < 0.0:
-        chart.set_xlabel(f"{time_label(unit)}, back from the start")
-    apply_style(chart)
+        chart.set_xlabel(f"{format_time_axis_label(unit)}, back from the start")
+    apply_chart_style(chart)
     return chart
 
 
@@ -91,9 +99,9 @@ def draw_indicator_map(
     indicator: IndicatorWithClasses, tops: Ensemble, axes: Axes | None, unit: str
 ) -> Axes:
     """Plot the final values of an indicator over two parameters, and mark doubtful tops by dots."""
-    chart = create_axes() if axes is None else check_axes(axes)
+    chart = create_figure_axes() if axes is None else check_axes_type(axes)
     values = indicator.curve[..., -1]
-    (up_name, up), (along_name, along) = (_axis_values(tops, d) for d in (0, 1))
+    (up_name, up), (along_name, along) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
     scale: Normalize = Normalize()
     if indicator.name != "lyapunov":
         seen = np.where(values > 1.0, values, np.nan)
@@ -110,16 +118,18 @@ def draw_indicator_map(
         )  # fmt: skip
         chart.set_title("dots: verdict in doubt", fontsize=9)
     chart.set(xlabel=along_name, ylabel=up_name)
-    apply_style(chart)
+    apply_chart_style(chart)
     chart.grid(visible=False)
     figure = chart.get_figure()
     assert isinstance(figure, Figure)
     end = f"t = {indicator.t[-1]:g}"
-    figure.colorbar(field, ax=chart, label=f"{unit_label(*_NAMES[indicator.name], unit)}, {end}")
+    figure.colorbar(
+        field, ax=chart, label=f"{format_axis_label(*_NAMES[indicator.name], unit)}, {end}"
+    )
     return chart
 
 
-def _axis_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
+def _get_varied_axis_name_and_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
     """Return the name of a parameter and its values."""
     name, n = tops.axes[dimension], tops.shape[dimension]
     values: Any = tops.coords.get(name)

@@ -15,12 +15,12 @@ CLASSES = (("regular", "#1f5fb5"), ("chaotic", "#f0810f"), ("in doubt", "#a0a0a0
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def create_axes(width: float = 6.0, height: float = 4.0) -> Axes:
+def create_figure_axes(width: float = 6.0, height: float = 4.0) -> Axes:
     """Create a figure of the given size [in], and return its axes."""
     return Figure(figsize=(width, height), layout="constrained").add_subplot()
 
 
-def apply_style(chart: Axes) -> None:
+def apply_chart_style(chart: Axes) -> None:
     """Set the grid, frame, ticks and text sizes of a chart."""
     chart.grid(True, alpha=0.25, linewidth=0.6)
     chart.spines[["top", "right"]].set_visible(False)
@@ -35,7 +35,7 @@ def apply_style(chart: Axes) -> None:
     chart.margins(x=0.01)
 
 
-def unit_label(name: str, dimension: str, time_unit: str) -> str:
+def format_axis_label(name: str, dimension: str, time_unit: str) -> str:
     """Return the label of an axis: a name and, if there is one, a dimension such as M L^2 T^-1.
 
     The letter T in `dimension` is replaced by the unit of time.
@@ -49,6 +49,6 @@ def unit_label(name: str, dimension: str, time_unit: str) -> str:
     return f"{name} [{' '.join(parts)}]"
 
 
-def time_label(unit: str) -> str:
+def format_time_axis_label(unit: str) -> str:
     """Return the label of a time axis."""
-    return unit_label("time", "T", unit)
+    return format_axis_label("time", "T", unit)

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .panels import CLASSES, apply_style, create_axes
-from .solids import check_axes
+from .panels import CLASSES, apply_chart_style, create_figure_axes
+from .solids import check_axes_type
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -20,7 +20,7 @@ _SMALLEST, _LARGEST = 0.35, 9.0  # area of a point [pt^2]
 _DARKEST, _BRIGHTEST = 0.05, 0.85  # part of the colour map that is visible on white
 
 
-def draw_points(
+def draw_section_points(
     axes: Axes | None,
     points: tuple[Array, Array],
     labels: tuple[str, str],
@@ -33,7 +33,7 @@ def draw_points(
     top      (e,) the index of the top of each point
     classes  for each top, the index of its class in CLASSES; None: a colour for each top
     """
-    chart = create_axes(5.2, 4.4) if axes is None else check_axes(axes)
+    chart = create_figure_axes(5.2, 4.4) if axes is None else check_axes_type(axes)
     x, y = points
     size = float(np.clip(_INK / max(len(x), 1), _SMALLEST, _LARGEST))
     if classes is None:
@@ -54,6 +54,6 @@ def draw_points(
         )  # fmt: skip
     chart.scatter(x, y, c=colours, s=size, linewidths=0, rasterized=True)
     chart.set(xlabel=labels[0], ylabel=labels[1])
-    apply_style(chart)
+    apply_chart_style(chart)
     chart.grid(visible=False)
     return chart

@@ -35,7 +35,7 @@ def project_to_view(
     return across, z * np.cos(e) + away * np.sin(e), z * np.sin(e) - away * np.cos(e)
 
 
-def check_axes(axes: object) -> Axes:
+def check_axes_type(axes: object) -> Axes:
     """Return `axes` if it is a matplotlib Axes; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
         raise TypeError(
@@ -45,7 +45,7 @@ def check_axes(axes: object) -> Axes:
     return axes
 
 
-def draw_faces(
+def draw_solid_faces(
     axes: Axes,
     corners: Array,
     colour: str | Array,
@@ -77,7 +77,7 @@ def draw_faces(
     return solid
 
 
-def hide_axes(axes: Axes) -> None:
+def hide_axes_frame(axes: Axes) -> None:
     """Hide the frame and the ticks, and set an equal scale on both axes."""
     axes.set_aspect("equal")
     axes.autoscale_view()
@@ -102,7 +102,7 @@ def draw_tube(
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
-    ring *= 0.5 * _thickness_or_default(centre, thickness)
+    ring *= 0.5 * _choose_tube_thickness(centre, thickness)
     rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
     pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
@@ -111,11 +111,13 @@ def draw_tube(
         np.concatenate([middle[0], first[:, ::-1]], axis=1),
         np.concatenate([middle[1], last], axis=1),
     ]
-    draw_faces(axes, np.concatenate([_connect_rings(rims), *ends]), colour, elevation, azimuth)
-    hide_axes(axes)
+    draw_solid_faces(
+        axes, np.concatenate([_connect_rings(rims), *ends]), colour, elevation, azimuth
+    )
+    hide_axes_frame(axes)
 
 
-def draw_scale(
+def draw_scale_bar(
     centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
 ) -> None:
     """Mark the first point of a curve, and draw a scale bar below the curve.
@@ -155,7 +157,7 @@ def _find_direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[f
     return (away.real / abs(away), away.imag / abs(away))
 
 
-def _thickness_or_default(centre: Array, thickness: float | None) -> float:
+def _choose_tube_thickness(centre: Array, thickness: float | None) -> float:
     """Return the thickness of a tube, by default a thirtieth of the size of its centre line."""
     return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
 
@@ -166,7 +168,7 @@ def _connect_rings(rims: Array) -> Array:
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def compute_parallel_normals(tangent: Array) -> Array:
+def compute_twist_free_normals(tangent: Array) -> Array:
     """Return two unit normals at each point of a curve, without twist along the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
@@ -184,14 +186,16 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
     these moments, the mass is increased while mass * com is kept constant. The increased mass is
     chosen so as to make the cuboid as large as possible.
     """
-    best = _cuboid_of_mass(mass, moments, mass * com)
+    best = _find_cuboid_of_mass(mass, moments, mass * com)
     if best is None:
-        made = (_cuboid_of_mass(mass * 1.05**k, moments, mass * com) for k in range(1, 1200))
+        made = (_find_cuboid_of_mass(mass * 1.05**k, moments, mass * com) for k in range(1, 1200))
         best = max((c for c in made if c), key=lambda c: float(np.prod(c[0])), default=None)
     return best or (np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3))
 
 
-def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, Array, Array] | None:
+def _find_cuboid_of_mass(
+    mass: float, moments: Array, lever: Array
+) -> tuple[Array, Array, Array] | None:
     centre = lever / mass
     about = np.diag(moments) - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     off = np.abs(about - np.diag(np.diag(about))).max()
@@ -207,7 +211,7 @@ def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, A
     return np.sqrt(np.maximum(squares, thin)), centre, axes.T
 
 
-def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
+def build_cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
     """Return the faces of a cuboid and their colours, with one brighter face."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
@@ -221,7 +225,9 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
     return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
 
 
-def body_of_revolution(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
+def build_faces_of_revolution(
+    radius: float, half: float, height: float, tip: bool
+) -> tuple[Array, Array]:
     """Return the faces of a body of revolution about the third axis, together with their colours.
 
     `radius`, `half` and `height` are the radius, half-length and centre height of a cylinder. If
@@ -264,7 +270,7 @@ def _spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float
     return [(float(r), float(z)) for r, z in curve]
 
 
-def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
+def build_solid_faces(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     """Return the faces of a solid that represents a body, and their colours.
 
     A body with an axis of symmetry through its centre of mass is drawn as a spinning top or a
@@ -276,8 +282,8 @@ def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     i, j = (apex + 1) % 3, (apex + 2) % 3
     level = np.abs(com[[i, j]]).max() <= 1e-9 * np.abs(com).max(initial=0.0)
     if not (level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max()):
-        return cuboid_faces(half, centre, axes)
-    quads, colours = body_of_revolution(
+        return build_cuboid_faces(half, centre, axes)
+    quads, colours = build_faces_of_revolution(
         2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any())
     )
     frame = np.eye(3)[[i, j, apex]]

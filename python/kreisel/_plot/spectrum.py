@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .panels import apply_style, create_axes, unit_label
-from .solids import BLUE, ORANGE, check_axes
+from .panels import apply_chart_style, create_figure_axes, format_axis_label
+from .solids import BLUE, ORANGE, check_axes_type
 
 with optional_dependency("'kreisel[plot]'"):
     from matplotlib.axes import Axes
@@ -37,12 +37,12 @@ class SpectralLines(Protocol):
 
 def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -> Axes:
     """Plot the amplitude of each spectral line against its frequency, and return the axes."""
-    chart = create_axes(6.4, 3.4) if axes is None else check_axes(axes)
+    chart = create_figure_axes(6.4, 3.4) if axes is None else check_axes_type(axes)
     strengths = np.abs(spectrum.amplitudes)
     found = strengths > 0.0
     lines, strengths = spectrum.lines[found], strengths[found]
     chart.set(
-        xlabel=unit_label("angular frequency", "T^-1", unit),
+        xlabel=format_axis_label("angular frequency", "T^-1", unit),
         ylabel="amplitude of the apex",
         yscale="log",
     )
@@ -53,17 +53,19 @@ def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -
         chart.set_ylim(floor, strengths.max() * 10.0**_DECADES)
     if math.isfinite(spectrum.precession):
         chart.axvline(spectrum.precession, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1)
-        _label_lines(chart, spectrum, lines, strengths)
+        _label_spectral_lines(chart, spectrum, lines, strengths)
     about = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
     if math.isfinite(spectrum.precession):
         about += "; dashed: mean precession"
     chart.set_title(about, fontsize=9)
-    apply_style(chart)
+    apply_chart_style(chart)
     chart.margins(x=0.06)
     return chart
 
 
-def _label_lines(chart: Axes, spectrum: SpectralLines, lines: Array, strengths: Array) -> None:
+def _label_spectral_lines(
+    chart: Axes, spectrum: SpectralLines, lines: Array, strengths: Array
+) -> None:
     """Label each spectral line by its offset in multiples of the nutation frequency."""
     style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
     if spectrum.nutation > 0.0:

@@ -27,15 +27,15 @@ _POINTS = 7  # of the lamp; each casts a shadow of its own
 _MARGIN = 1.08  # half width of the picture
 
 
-def draw_stage(axes: Axes, floor: float) -> None:
+def draw_floor_sphere_and_stand(axes: Axes, floor: float) -> None:
     """Draw the floor, the unit sphere and the stand that supports the body."""
-    _set_limits(axes, floor)
+    _set_square_axis_limits(axes, floor)
     _draw_floor(axes, floor)
     _draw_dome(axes, floor)
     _draw_stand(axes, floor)
 
 
-def _set_limits(axes: Axes, floor: float) -> None:
+def _set_square_axis_limits(axes: Axes, floor: float) -> None:
     """Set the axis limits of a square picture so that the sphere and the floor fit in it."""
     _, y, _ = project_to_view(np.array([[0.0, -0.9, floor], [0.0, 0.0, 1.3]]))
     low = min(float(y[0]), -_MARGIN if floor < -0.5 else 0.0)
@@ -49,40 +49,42 @@ def _draw_floor(axes: Axes, height: float) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
     out = np.linspace(0.0, _RADIUS, 31)
     lines = [
-        r * _make_horizontal_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
+        r * _compute_horizontal_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
     ]
-    lines += list(_make_horizontal_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None])
+    lines += list(
+        _compute_horizontal_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None]
+    )
     pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
     far = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
     colours = np.tile(to_rgba(GRID), (len(pieces), 1))
     colours[:, 3] = 0.35 * np.clip(1.0 - far, 0.0, 1.0) ** 0.5
-    seen = _project_at_height(pieces, height)
+    seen = _project_horizontal_points(pieces, height)
     axes.add_collection(LineCollection(list(seen), colors=colours, linewidths=0.6, zorder=0.1))
 
 
 def _draw_dome(axes: Axes, floor: float) -> None:
     """Draw the outline of the unit sphere above the floor, and the circle where they intersect."""
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    x, y = _make_horizontal_directions(turn).T
+    x, y = _compute_horizontal_directions(turn).T
     height = y * np.cos(np.radians(20.0))  # of the points of the outline
     axes.plot(x, np.where(height >= floor, y, np.nan), color=FAINT, linewidth=0.8, zorder=0.6)
     if floor > -1.0:
-        rim = _project_at_height(
-            (1.0 - floor * floor) ** 0.5 * _make_horizontal_directions(turn), floor
+        rim = _project_horizontal_points(
+            (1.0 - floor * floor) ** 0.5 * _compute_horizontal_directions(turn), floor
         )
         axes.plot(*rim.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
-    base, tip = (tuple(_project_at_height(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
+    base, tip = (tuple(_project_horizontal_points(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
     axes.annotate("", tip, base, arrowprops={"arrowstyle": "->", "color": FAINT})
 
 
 def _draw_stand(axes: Axes, floor: float) -> None:
     """Draw the fixed point and a needle that supports it above the floor."""
-    axes.plot(*np.stack([_project_at_height(np.zeros(2), z) for z in (0.0, floor)]).T,
+    axes.plot(*np.stack([_project_horizontal_points(np.zeros(2), z) for z in (0.0, floor)]).T,
               color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
 
 
-def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
+def draw_body_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     """Draw the shadow of a body on the floor, given the corners of its faces.
 
     The light source has a finite size. The shadow is sharp only where the body is close to the
@@ -93,7 +95,11 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     for k in range(_POINTS):  # the points of the lamp lie on a spiral
         out, turn = _WIDTH * np.sqrt((k + 0.5) / _POINTS), 2.39996 * k
         lamp = _LAMP + out * np.array((np.cos(turn), np.sin(turn)))
-        outlines.append(_join_faces(_project_at_height(corners[..., :2] - above * lamp, floor)))
+        outlines.append(
+            _join_faces_to_outline(
+                _project_horizontal_points(corners[..., :2] - above * lamp, floor)
+            )
+        )
     opacity = 1.0 - (1.0 - _STRENGTH) ** (1.0 / _POINTS)
     shadow = PathCollection(
         outlines, facecolors=[to_rgba(SHADOW, opacity)], linewidths=0.0, zorder=0.4
@@ -102,7 +108,7 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     return shadow
 
 
-def _join_faces(faces: Array) -> Outline:
+def _join_faces_to_outline(faces: Array) -> Outline:
     """Combine the faces into a single path that encloses their union."""
     x, y = np.moveaxis(faces, -1, 0)
     area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
@@ -112,11 +118,11 @@ def _join_faces(faces: Array) -> Outline:
     return Outline(corners, codes.astype(np.uint8))
 
 
-def _make_horizontal_directions(angle: Array) -> Array:
+def _compute_horizontal_directions(angle: Array) -> Array:
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-def _project_at_height(places: Array, height: float) -> Array:
+def _project_horizontal_points(places: Array, height: float) -> Array:
     """Project points in a horizontal plane onto the picture."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project_to_view(lifted)[:2], axis=-1)

@@ -8,9 +8,9 @@ import numpy as np
 
 from .._core import Work, record, start
 from .._model.scene import Scene
-from .._options.methods import explain_no_closed_form, has_torus
+from .._options.methods import explain_no_closed_form, has_torus_closed_form
 from .._options.solve_options import Progress, SolveOptions
-from .._utils.errors import status_to_exception
+from .._utils.errors import make_exception_from_status
 from .._utils.validation import Array, as_finite_array, as_float
 
 # The name of the status; the states reached (n, 8), as t, q, m; the low words of these states or
@@ -91,14 +91,14 @@ def record_states_at_unordered_times(
     return "OK", states, low, (steps, rejected, evaluations, iterations), end
 
 
-def make_creation_error(
+def make_run_creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
     """Return the exception that explains why the core cannot start a run.
 
     If `step` is too large, the message suggests a smaller step that the core accepts.
     """
-    if status == "ERR_METHOD" and has_torus(scene):
+    if status == "ERR_METHOD" and has_torus_closed_form(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
     would = ""
     if status == "ERR_STEP_SIZE" and step:
@@ -106,6 +106,6 @@ def make_creation_error(
         while fits and start(scene._block, method, fits, 0.0, 0, 0)[0] == status:
             fits /= 2.0
         would = f", where {fits!r} would suffice"
-    return status_to_exception(
+    return make_exception_from_status(
         status, f"{method} with step = {step!r}{would}, tol = {tol!r} and {scene!r}"
     )

@@ -13,7 +13,7 @@ from .._core import Work, Worker, alone, derivatives_of_tops, statuses, values_o
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, derivative_shape
+from .._options.quantities import QUANTITIES, RECORDABLE, quantity_derivative_shape
 from .._utils.validation import Array
 
 Codes = npt.NDArray[np.int8]
@@ -109,18 +109,18 @@ class EnsembleBuffers:
         """The number of tops."""
         return len(self.status)
 
-    def _list_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+    def _list_allocated_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
         names = ["status", "done", "counts", "reached", "states", "low", "reduced"]
         names += ["tangents", "tangents_low", "truncation"]
         arrays = {name: getattr(self, name) for name in names}
         return {name: array for name, array in arrays.items() if array is not None}
 
-    def select_rows(self, which: Which) -> EnsembleBuffers:
+    def select_buffer_rows(self, which: Which) -> EnsembleBuffers:
         """Return buffers that contain only the rows selected by `which`.
 
         If `which` is a slice, the arrays of the returned buffers are views.
         """
-        arrays = {name: array[which] for name, array in self._list_arrays().items()}
+        arrays = {name: array[which] for name, array in self._list_allocated_arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
         if self.last or self.messages or self.chosen:
@@ -148,8 +148,8 @@ class EnsembleBuffers:
     def copy_rows_from(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
         end = begin + part.size
-        mine, columns = self._list_arrays(), self.columns
-        for name, array in part._list_arrays().items():
+        mine, columns = self._list_allocated_arrays(), self.columns
+        for name, array in part._list_allocated_arrays().items():
             mine[name][begin:end] = array
         for name, array in part.columns.items():
             columns[name][begin:end] = array
@@ -168,7 +168,7 @@ class EnsembleBuffers:
         for events in part.events:
             self.events.append(events._replace(top=events.top + begin))
 
-    def mark_interrupted(self, t: Array) -> None:
+    def mark_unrun_tops_interrupted(self, t: Array) -> None:
         """Mark all tops that are still to be run as interrupted, and set their values to NaN."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
@@ -204,7 +204,7 @@ def run_slice_in_lanes(
     The returned arrays are views of `buffers`. `work` can stop the run, and specifies the number of
     threads.
     """
-    part = buffers if end - begin == buffers.size else buffers.select_rows(slice(begin, end))
+    part = buffers if end - begin == buffers.size else buffers.select_buffer_rows(slice(begin, end))
     failed, last = Worker(*options.core, options.core_reductions, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
@@ -226,7 +226,7 @@ def run_slice_sequentially(
 
     The arguments are the same as for run_slice_in_lanes.
     """
-    part = buffers.select_rows(slice(begin, end))
+    part = buffers.select_buffer_rows(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
         *options.solve.core, list(options.core_events or ()), work,
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
@@ -259,7 +259,7 @@ def derivatives(name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int) 
     """
     assert buffers.states is not None and buffers.tangents is not None
     n, k, _, columns = buffers.tangents.shape
-    out = np.empty((n, k, *derivative_shape(name), columns))
+    out = np.empty((n, k, *quantity_derivative_shape(name), columns))
     states, done = buffers.states, buffers.done
     derivatives_of_tops(name, tops._core_scenes, states, done, bits, buffers.tangents, out)
     return out

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from .._options.quantities import LOW, RECORDABLE, check_quantity
+from .._options.quantities import LOW, RECORDABLE, check_quantity_name
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, read_only, short_repr
 from .ensemble_buffers import EventColumns, derivatives, values
-from .ensemble_events import EnsembleEvents, ensemble_events, join_events
+from .ensemble_events import EnsembleEvents, ensemble_events, join_event_columns
 from .ensemble_result import EnsembleResult
 from .indexing import find_flat_index
 from .path import Events, Path
-from .state_quantities import NO_STATES, STATE_COLUMNS, add_quantities
-from .tables import quantity_rows
+from .state_quantities import NO_STATES, STATE_COLUMNS, add_quantity_properties
+from .tables import compute_quantity_rows
 from .tangent_data import TANGENT_ATTRIBUTES
 
 if TYPE_CHECKING:
@@ -105,18 +105,18 @@ class Paths(EnsembleResult, QuantityAttributes):
     @property
     def tangents(self) -> Array:
         """(*shape, k, 6, c) derivatives of the states, as in Path.tangents."""
-        return self._reshape_to_ensemble(self._tangents())
+        return self._reshape_to_ensemble(self._get_tangents_or_raise())
 
     @property
     def tangents_low(self) -> Array:
         """(*shape, k, 6, c) low words of the tangents; zero up to 16 digits."""
-        high, low = self._tangents(), self._buffers.tangents_low
+        high, low = self._get_tangents_or_raise(), self._buffers.tangents_low
         return self._reshape_to_ensemble(0.0 * high if low is None else low)
 
     @property
     def tangents_rest(self) -> Array:
         """(*shape) the truncation error of the tangents of each top, relative to their size."""
-        self._tangents()
+        self._get_tangents_or_raise()
         assert self._buffers.truncation is not None
         return self._reshape_to_ensemble(self._buffers.truncation)
 
@@ -131,11 +131,11 @@ class Paths(EnsembleResult, QuantityAttributes):
 
         Raises AttributeError if the paths store no tangents, and ValueError for an unknown name.
         """
-        self._tangents()
-        name, bits = check_quantity(quantity), self._options.solve.tangent_flags
+        self._get_tangents_or_raise()
+        name, bits = check_quantity_name(quantity), self._options.solve.tangent_flags
         return self._reshape_to_ensemble(derivatives(name, self.tops, self._buffers, bits))
 
-    def _tangents(self) -> Array:
+    def _get_tangents_or_raise(self) -> Array:
         """Return the tangents of all tops; raise AttributeError if none are stored."""
         if self._buffers.tangents is None:
             hint = TANGENT_ATTRIBUTES["tangents"]
@@ -168,7 +168,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @cached_property
     def _event_columns(self) -> EventColumns:
-        return join_events(self._buffers.events)
+        return join_event_columns(self._buffers.events)
 
     def _select_member(self, i: int) -> Path:
         path = super()._select_member(i)
@@ -177,7 +177,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         met = self._event_columns
         first, last = np.searchsorted(met.top, [i, i + 1])
         here = slice(int(first), int(last))
-        at = self._path(i, met.states[here].copy(), met.low[here].copy())
+        at = self._build_path_of_top(i, met.states[here].copy(), met.low[here].copy())
         events = Events(at, met.which[here].copy(), met.direction[here].copy())
         states = path.states if self.want is None else NO_STATES
         return replace(path, states=states, _events=events)
@@ -215,9 +215,9 @@ class Paths(EnsembleResult, QuantityAttributes):
         Varying parameters are stored as coordinates, and so are `status` and `reached`. In other
         respects, the Dataset has the same form as that returned by Path.to_xarray.
         """
-        from .ensemble_tables import dataset
+        from .ensemble_tables import build_state_dataset
 
-        return dataset(self, quantity_rows(self, names, degrees, unwrap))
+        return build_state_dataset(self, compute_quantity_rows(self, names, degrees, unwrap))
 
 
-add_quantities(Paths, ("*shape", "k"), Paths._compute_quantity)
+add_quantity_properties(Paths, ("*shape", "k"), Paths._compute_quantity)

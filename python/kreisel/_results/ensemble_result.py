@@ -14,19 +14,26 @@ from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions, format_index, member, unravel_index
 from .._options.methods import methods
 from .._options.solve_options import SolveOptions
-from .._utils.errors import refuse_assignment
+from .._utils.errors import refuse_attribute_assignment
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
 from .indexing import find_flat_index, list_flat_indices
-from .path import Error, Interrupted, Path, format_progress, make_path, make_stop_exception
+from .path import (
+    Error,
+    Interrupted,
+    Path,
+    build_path_from_core_result,
+    format_progress,
+    make_stop_exception,
+)
 from .state_quantities import NO_STATES
 from .tangent_data import TangentData
 
 _T = TypeVar("_T", bound=np.generic)
 
 
-@refuse_assignment("call solve again for a different result")
+@refuse_attribute_assignment("call solve again for a different result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
     """The results of all tops of an ensemble.
@@ -157,7 +164,7 @@ class EnsembleResult(ReadOnlyArrays):
             raise IndexError(
                 f"{short_repr(index)} is not the index of one top, of the shape {self.shape}"
             )
-        return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._make_exception(i))
+        return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._make_top_error(i))
 
     def check(self) -> Self:
         """Return this result if every top reached its final time.
@@ -171,7 +178,7 @@ class EnsembleResult(ReadOnlyArrays):
             raise self._make_stop_error(int(failed[0]), failed.size)
         return self
 
-    def _make_exception(self, i: int) -> BaseException:
+    def _make_top_error(self, i: int) -> BaseException:
         """Return the exception that would be raised if the i-th top were solved alone."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
@@ -186,7 +193,7 @@ class EnsembleResult(ReadOnlyArrays):
         """Return the exception for `count` unfinished tops, the first of which has index `i`."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
-        text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._make_exception(i)}"
+        text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._make_top_error(i)}"
         kind = Interrupted if interrupted else Error
         return kind(text, STATUSES[self._buffers.status[i]], self._select_member(i), self)
 
@@ -211,12 +218,12 @@ class EnsembleResult(ReadOnlyArrays):
         if buffers.states is not None:
             states = buffers.states[i, :done]
             low = None if buffers.low is None else buffers.low[i, :done]
-        path = self._path(i, states, low)
+        path = self._build_path_of_top(i, states, low)
         if buffers.tangents is not None:
             return replace(path, _tangent_data=self._tangent_data(i))
         if buffers.columns:
             columns = {name: column[i, :done] for name, column in buffers.columns.items()}
-            path = replace_columns(
+            path = replace_states_by_columns(
                 path, {"t": self._select_times_of_top(i)[:done].copy()} | columns
             )
         return (
@@ -236,20 +243,22 @@ class EnsembleResult(ReadOnlyArrays):
             read_only(high), read_only(rest), truncation, self._options.solve.tangents
         )
 
-    def _path(self, i: int, states: Array, low: Array | None) -> Path:
+    def _build_path_of_top(self, i: int, states: Array, low: Array | None) -> Path:
         times = self._select_times_of_top(i)
         end = float(times[-1]) if times.size else 0.0
         steps, rejected, evaluations, iterations = self._buffers.counts[i].tolist()
         counts = steps, rejected, evaluations, iterations
         result = "OK", states, low, counts, end
-        path = make_path(member(self.tops, i), self._make_member_options(i), result)
+        path = build_path_from_core_result(
+            member(self.tops, i), self._make_member_options(i), result
+        )
         choice = self._buffers.chosen.get(i)
         return path if choice is None else replace(path, _choice=choice)
 
     def _append_last_valid_state(self, i: int, path: Path) -> Path:
         """Return the path of the i-th top; append its last valid state if the path lacks it."""
         last = self._buffers.last.get(i)
-        state = member(self.tops, i)._start if last is None else last[:1]
+        state = member(self.tops, i)._start_state if last is None else last[:1]
         if len(path) == len(self._select_times_of_top(i)) or (
             len(path) and path.t[-1] == state[0, 0]
         ):
@@ -258,9 +267,9 @@ class EnsembleResult(ReadOnlyArrays):
         if path._low is not None:
             low = np.vstack([path._low, np.zeros((1, 8)) if last is None else last[1:]])
         if path._columns is None:
-            return self._path(i, np.vstack([path.states, state]), low)
-        more = self._path(i, state, None).only(path.want or ())
-        return replace_columns(
+            return self._build_path_of_top(i, np.vstack([path.states, state]), low)
+        more = self._build_path_of_top(i, state, None).only(path.want or ())
+        return replace_states_by_columns(
             path,
             {
                 name: np.concatenate([column, getattr(more, name)])
@@ -273,7 +282,7 @@ class EnsembleResult(ReadOnlyArrays):
         at = list_flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
-        return type(self)(self.tops[key], t, self._options, self._buffers.select_rows(which))
+        return type(self)(self.tops[key], t, self._options, self._buffers.select_buffer_rows(which))
 
     def __iter__(self) -> Iterator[Any]:
         """Return an iterator over the results along the first dimension."""
@@ -292,7 +301,7 @@ class EnsembleResult(ReadOnlyArrays):
         return f"{self.method}{controls}, {failures}"
 
 
-def replace_columns(path: Path, columns: dict[str, Array]) -> Path:
+def replace_states_by_columns(path: Path, columns: dict[str, Array]) -> Path:
     """Return a copy of the path that stores the quantities `columns` instead of states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)

@@ -22,7 +22,7 @@ Reduced = Mapping[str, Mapping[str, Array]]  # {name of a quantity: {kind of red
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 
-def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
+def build_state_dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     """Build a Dataset from quantities at all states of an ensemble."""
     with optional_dependency(TABLES):
         import xarray as xr
@@ -35,11 +35,11 @@ def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
         variables[quantity.name] = (
             (*along, "time", *inner),
             np.array(values),
-            _unit_attributes(quantity),
+            _make_unit_attributes(quantity),
         )
     time = "t" if own else "time"
     where = (*along, "time") if own else ("time",)
-    coordinates[time] = (where, np.array(paths.t), _unit_attributes(TIME))
+    coordinates[time] = (where, np.array(paths.t), _make_unit_attributes(TIME))
     return xr.Dataset(variables, coordinates, _list_run_attributes(paths))
 
 
@@ -52,11 +52,11 @@ def build_reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
     for name, quantity, values in _yield_reductions_with_units(kept):
         inner = _name_array_dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
-        variables[name] = ((*along, *inner), np.array(values), _unit_attributes(quantity))
+        variables[name] = ((*along, *inner), np.array(values), _make_unit_attributes(quantity))
     return xr.Dataset(variables, coordinates, _list_run_attributes(reduced))
 
 
-def build_reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
+def build_reduction_data_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
     """Return a DataFrame of the reductions, with one row per top."""
     with optional_dependency(TABLES):
         import pandas as pd
@@ -108,7 +108,7 @@ def _name_array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
     return DIMENSIONS.get(quantity.shape, own)
 
 
-def _unit_attributes(quantity: Quantity) -> dict[str, object]:
+def _make_unit_attributes(quantity: Quantity) -> dict[str, object]:
     return {"units": quantity.dimension, "long_name": quantity.text}
 
 

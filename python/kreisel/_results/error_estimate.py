@@ -21,7 +21,7 @@ from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
 from .._model.environment import refuse_disturbances
 from .._model.scene import Scene
-from .._options.methods import EXACT, FALLBACK, has_torus, methods
+from .._options.methods import EXACT, FALLBACK, has_torus_closed_form, methods
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, Quaternion
@@ -51,7 +51,7 @@ def has_cheap_exact_form(scene: Scene) -> bool:
     the centre of mass to a nearby principal axis. Closed forms of Kowalewski and
     Goryachev-Chaplygin tops are not cheap, because they take long to set up.
     """
-    if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
+    if not CLOSED_FORM.method.suits(scene) or has_torus_closed_form(scene):
         return False
     near = 2.0 * KIND_RTOL
     pairs = combinations(scene.body.moments, 2)
@@ -64,7 +64,7 @@ def has_cheap_exact_form(scene: Scene) -> bool:
     return not scene.gravity or not any(0.0 < abs(c) <= near * reach for c in com)
 
 
-def estimate_error(
+def estimate_attitude_error(
     scene: Scene,
     method: MethodName,
     digits: int | None,
@@ -163,7 +163,7 @@ def estimate_rounding_growth(
         if came[0] == "ERR_TANGENT":
             return ("OK", *came[1:]), math.inf
         if came[0] != "OK":
-            states = came[1] if len(came[1]) else scene._start.copy()
+            states = came[1] if len(came[1]) else scene._start_state.copy()
             return (came[0], states, *came[2:]), most
         turns = np.linalg.norm(high.reshape(-1, 6, 6)[:, :3] @ directions, axis=1)
         grown = turns.max(axis=1) if digits <= 16 else np.linalg.norm(turns, axis=1)
@@ -171,12 +171,14 @@ def estimate_rounding_growth(
     return came, most
 
 
-def compute_max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+def compute_max_angle_between_attitudes(
+    one: tuple[Array, Array], other: tuple[Array, Array]
+) -> float:
     """Return the largest angle [rad] between corresponding attitudes in two arrays."""
-    return float(compute_angles_between(one, other).max())
+    return float(compute_angles_between_attitudes(one, other).max())
 
 
-def compute_angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+def compute_angles_between_attitudes(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the angles [rad] between corresponding attitudes in two arrays.
 
     Each argument contains n attitudes and their low-order words. The attitudes are subtracted

@@ -108,12 +108,12 @@ class WorkerPool(NamedTuple):
         """
         threads = 1 if task.n <= LANES else self.threads
         if self.executor is not None:
-            _run_with_executor(self.executor, self, task)
+            _run_task_with_executor(self.executor, self, task)
         elif threads == 1 or task.is_native:
-            _run_in_calling_thread(task, threads)
+            _run_task_in_calling_thread(task, threads)
         else:
             with ThreadPoolExecutor(self.threads) as executor:
-                _run_with_executor(executor, self, task)
+                _run_task_with_executor(executor, self, task)
 
     def yield_slices(self, n: int) -> Iterator[tuple[int, int]]:
         """Yield slices of n members, of decreasing size so that all threads finish together."""
@@ -125,7 +125,7 @@ class WorkerPool(NamedTuple):
             begin = end
 
 
-def _run_in_calling_thread(task: SliceTask[Any], threads: int) -> None:
+def _run_task_in_calling_thread(task: SliceTask[Any], threads: int) -> None:
     """Run a task in the calling thread, while checking for signals and reporting progress."""
     task.work.listen(task.n, task.progress)
     slices: Any = WorkerPool(1).yield_slices(task.n)
@@ -140,7 +140,7 @@ def _run_in_calling_thread(task: SliceTask[Any], threads: int) -> None:
             raise KeyboardInterrupt
 
 
-def _run_with_executor(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
+def _run_task_with_executor(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
     """Run a task on the workers of an executor."""
     done, last_call = 0, time.monotonic()
 

@@ -16,7 +16,7 @@ StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np
 ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
-def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
+def resolve_state_index(n: int, which: StateIndex) -> ResolvedIndex:
     """Convert an index to a slice or an array of integers.
 
     An integer is converted to a slice of length 1. Raises TypeError or IndexError for an invalid
@@ -40,7 +40,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
     return at
 
 
-def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
+def parse_path_times(reached: Array, t: Numbers, begin: float) -> Array:
     """Return the times `t` as a one-dimensional array.
 
     Raises ValueError for times outside the path.

@@ -30,7 +30,7 @@ _TEXTS = {
 }
 
 
-def build_indicator_frame(indicator: IndicatorWithClasses, tops: Ensemble | None) -> DataFrame:
+def build_indicator_data_frame(indicator: IndicatorWithClasses, tops: Ensemble | None) -> DataFrame:
     """Return a DataFrame with one row per top."""
     with optional_dependency(TABLES):
         import pandas as pd

@@ -17,12 +17,12 @@ from .._core import Work, growth
 from .._model.scene import Ensemble
 from .._options.methods import FALLBACK, methods
 from .._options.solve_options import Progress, SolveOptions
-from .._utils.html import display_picture
-from .._utils.validation import Array, ReadOnlyArrays, as_unit, read_only
+from .._utils.html import format_picture_as_html
+from .._utils.validation import Array, ReadOnlyArrays, as_unit_name, read_only
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
 from .executor import Job, SliceTask, WorkerPool
-from .path import Error, Interrupted, make_path
-from .turn_times import estimate_turn_times
+from .path import Error, Interrupted, build_path_from_core_result
+from .turn_times import estimate_times_per_turn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,7 +118,7 @@ class Indicator(ReadOnlyArrays):
         starts exactly on an unstable steady or periodic orbit has a positive exponent, and is
         classified as chaotic. The value is False for a top whose run failed. See also `doubt`.
         """
-        return _unwrap_scalar(self.final_megno > THRESHOLD)
+        return _freeze_or_unwrap_scalar(self.final_megno > THRESHOLD)
 
     @property
     def doubt(self) -> npt.NDArray[np.str_] | str:
@@ -139,12 +139,12 @@ class Indicator(ReadOnlyArrays):
         found[self.status == "OK"] = ""
         for text, is_so in self._find_reasons_for_doubt().items():
             found[is_so & (found == "")] = text
-        return _unwrap_scalar(found.astype(np.str_))
+        return _freeze_or_unwrap_scalar(found.astype(np.str_))
 
     @property
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool:
         """(*shape,) True where `doubt` has a reason; a bool for one scene."""
-        return _unwrap_scalar(
+        return _freeze_or_unwrap_scalar(
             np.any([self.status != "OK", *self._find_reasons_for_doubt().values()], axis=0)
         )
 
@@ -186,7 +186,7 @@ class Indicator(ReadOnlyArrays):
         Raises ValueError for ensembles with more than two dimensions, and ImportError if matplotlib
         is not installed.
         """
-        unit = as_unit("time_unit", time_unit)
+        unit = as_unit_name("time_unit", time_unit)
         if self.curve.ndim > 3:
             raise ValueError(
                 f"indicators of {self.curve.ndim - 1} dimensions cannot be drawn: select two of "
@@ -202,7 +202,7 @@ class Indicator(ReadOnlyArrays):
         """Return the indicator as a picture, or None if it cannot be drawn."""
         if self.curve.ndim > 3 or not self.status.size:
             return None
-        return display_picture(self.plot, repr(self))
+        return format_picture_as_html(self.plot, repr(self))
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
@@ -216,9 +216,9 @@ class Indicator(ReadOnlyArrays):
             >>> list(kr.oli(tops, 1000).to_pandas())[:4]
             ['gravity', 'oli', 'final_megno', 'is_chaotic']
         """
-        from .indicator_tables import build_indicator_frame
+        from .indicator_tables import build_indicator_data_frame
 
-        return build_indicator_frame(self, self._tops)
+        return build_indicator_data_frame(self, self._tops)
 
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with the indicator over time and the classification of each top.
@@ -236,7 +236,7 @@ class Indicator(ReadOnlyArrays):
         return build_indicator_dataset(self, self._tops)
 
 
-def _unwrap_scalar(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
+def _freeze_or_unwrap_scalar(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
     """Return a read-only array, or a Python scalar if the array has no dimensions."""
     if values.ndim == 0:
         return values.item()
@@ -263,7 +263,7 @@ def compute_indicator(
     work = Work()
 
     def job(begin: int, end: int) -> Job[tuple[Codes, Array]]:
-        return _compute_rows, (tops, begin, end, t, controls, work)
+        return _compute_indicator_rows, (tops, begin, end, t, controls, work)
 
     def collect(begin: int, part: tuple[Codes, Array]) -> None:
         codes, rows = part
@@ -274,7 +274,7 @@ def compute_indicator(
 
     def result() -> Indicator:
         names = np.array(STATUSES)[status].reshape(shape)
-        turns = (abs(t[-1]) / estimate_turn_times(tops)).reshape(shape)
+        turns = (abs(t[-1]) / estimate_times_per_turn(tops)).reshape(shape)
         parts = curve.reshape(*shape, t.size), worst.reshape(shape)
         return Indicator(t, *parts, names, name, megno.reshape(shape), turns, tops)
 
@@ -290,7 +290,7 @@ def compute_indicator(
     return result()
 
 
-def _compute_rows(
+def _compute_indicator_rows(
     tops: Ensemble,
     begin: int,
     end: int,
@@ -314,7 +314,9 @@ def _make_stop_error(
     scene = tops.ravel()[i]
     status = str(indicator.status.ravel()[i])
     none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
-    path = make_path(scene, SolveOptions(methods[FALLBACK], requested_method=FALLBACK), none)
+    path = build_path_from_core_result(
+        scene, SolveOptions(methods[FALLBACK], requested_method=FALLBACK), none
+    )
     return kind(f"{text}: the tangent of {scene!r}", status, path, indicator)
 
 
@@ -335,7 +337,7 @@ def extract_single_indicator(indicator: Indicator) -> Indicator:
     )
 
 
-def raise_if_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
+def raise_if_first_top_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
     """Raise kreisel.Error if the first top failed."""
     if indicator.failed.size:
         raise _make_stop_error(Error, tops, 0, text, indicator)

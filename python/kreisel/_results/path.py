@@ -13,31 +13,31 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
-from .._model.environment import advance_shaking
+from .._model.environment import advance_shaking_phase
 from .._model.scene import Scene
 from .._options.methods import EXACT
-from .._options.plan import Plan, StepChoice, make_plan
+from .._options.plan import Plan, StepChoice, make_solve_plan
 from .._options.solve_options import SolveOptions, parse_requested_quantities
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
-from .._utils.html import display_picture
+from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
 from .core_calls import (
     ORIGIN,
     CoreResult,
     RunStart,
-    make_creation_error,
+    make_run_creation_error,
     record_states_at_unordered_times,
 )
 from .error_estimate import (
     ROUNDING,
     SERIES,
-    compute_max_angle,
-    estimate_error,
+    compute_max_angle_between_attitudes,
+    estimate_attitude_error,
     estimate_rounding_growth,
 )
-from .indexing import StateIndex, check_path_times, resolve_index
+from .indexing import StateIndex, parse_path_times, resolve_state_index
 from .serialization import dump_path
 from .state_quantities import NO_STATES, STATE_COLUMNS
 from .state_quantities import Stats as Stats
@@ -138,7 +138,7 @@ class Path(ReadOnlyArrays, Tables):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
-        return estimate_error(
+        return estimate_attitude_error(
             self.scene,
             self.method,
             self.digits,
@@ -160,12 +160,12 @@ class Path(ReadOnlyArrays, Tables):
         """
         result = record_states_at_unordered_times(self.scene, second, self.t, self._origin)
         other = build_path_or_raise(self.scene, second, result, self._origin)
-        return compute_max_angle((self.q, self.q_low), (other.q, other.q_low))
+        return compute_max_angle_between_attitudes((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
         """The kreisel.Plan of this path, with the choices of the solver and their reasons."""
-        return make_plan(self.scene, self._options, len(self), self._choice, self.t)
+        return make_solve_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
     def events(self) -> Events:
@@ -201,7 +201,7 @@ class Path(ReadOnlyArrays, Tables):
                 f"this path is from the closed form of {self.method}, a map without states "
                 "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
-        times = check_path_times(self.t, t, self.start_time)
+        times = parse_path_times(self.t, t, self.start_time)
         result = record_states_at_unordered_times(self.scene, self._options, times, self._origin)
         path = build_path_or_raise(self.scene, self._options, result, self._origin)
         states = NO_STATES if path._columns else path.states
@@ -218,7 +218,7 @@ class Path(ReadOnlyArrays, Tables):
             >>> len(path[-1]), path[::2].t.tolist(), path[path.t > 1.5].t.tolist()
             (1, [0.0, 2.0], [2.0, 3.0])
         """
-        at = resolve_index(len(self), which)
+        at = resolve_state_index(len(self), which)
         if self._columns is not None:
             columns = {name: column[at] for name, column in self._columns.items()}
             return replace(self, states=NO_STATES, _columns=columns, _events=None)
@@ -249,8 +249,8 @@ class Path(ReadOnlyArrays, Tables):
         The phase of a shaken support is advanced to the time of the selected state. Raises
         IndexError if the path has no state with this index.
         """
-        (state,) = self.states[resolve_index(len(self), index(i))]
-        shaking = advance_shaking(self.scene.shaking, float(state[0]))
+        (state,) = self.states[resolve_state_index(len(self), index(i))]
+        shaking = advance_shaking_phase(self.scene.shaking, float(state[0]))
         return self.scene.replace(attitude=state[1:5], momentum=state[5:], shaking=shaking)
 
     @property
@@ -325,7 +325,7 @@ class Path(ReadOnlyArrays, Tables):
         is_stored = self.want is None or drawn.issubset(self.want)
         if not is_stored or not 0 < len(self) <= MOST_DISPLAYED:
             return None
-        return display_picture(lambda: self.plot()[0], repr(self))
+        return format_picture_as_html(lambda: self.plot()[0], repr(self))
 
     def animate(
         self,
@@ -445,16 +445,16 @@ def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
         text += f" at tol = {path.tol!r}{below}"
     if what in kinds:
         return kinds[what](f"{text}: {where}", status, path)
-    return make_creation_error(status, path.scene, path.method, path.step, path.tol)
+    return make_run_creation_error(status, path.scene, path.method, path.step, path.tol)
 
 
-def make_path(
+def build_path_from_core_result(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
     """Build a path from a result of the core."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
-    stats, options = Stats(*counts), options.path_options
+    stats, options = Stats(*counts), options.options_without_run_arguments
     return Path(scene, states, stats, options, is_back, low, _origin=origin)
 
 
@@ -466,7 +466,7 @@ def build_path_or_raise(
     If the status of the result is not 'OK', the exception given by make_stop_exception is raised.
     """
     path = drop_unrequested_quantities(
-        make_path(scene, options, result, origin), options.want, result[-1]
+        build_path_from_core_result(scene, options, result, origin), options.want, result[-1]
     )
     if result[0] != "OK":
         raise make_stop_exception(result[0], path, format_progress(path, result[-1]))

@@ -28,17 +28,17 @@ def record_path(
 ) -> Path:
     """Return the path of a scene at times that have already been validated."""
     result = record_states(scene, options, times, progress)
-    return report_end(build_path_or_raise(scene, options, result), progress)
+    return report_end_of_path(build_path_or_raise(scene, options, result), progress)
 
 
-def report_end(path: Path, progress: Progress | None) -> Path:
+def report_end_of_path(path: Path, progress: Progress | None) -> Path:
     """Report the final time of a path to the callback `progress`, and return the path."""
     if progress is not None and len(path):
         progress(float(path.t[-1]))
     return path
 
 
-def add_events(path: Path, met: CoreEvents) -> Path:
+def add_events_to_path(path: Path, met: CoreEvents) -> Path:
     """Return a copy of a path with recorded events.
 
     `met` contains the state at each event, its low-order words, and the index and direction of the
@@ -49,7 +49,7 @@ def add_events(path: Path, met: CoreEvents) -> Path:
     return replace(path, _events=Events(at_events, which, direction))
 
 
-def _join_events(met: list[Events]) -> Events:
+def _join_path_events(met: list[Events]) -> Events:
     """Concatenate the events of consecutive paths, and return the result."""
     states = np.concatenate([one.states for one in met])
     low = np.concatenate([low for one in met if (low := one.path._low) is not None])
@@ -77,17 +77,17 @@ class ColumnRecorder:
         if part._events is not None:
             self._events.append(part._events)
 
-    def build_path(self, last: Path) -> Path:
+    def build_recorded_path(self, last: Path) -> Path:
         """Build a path from the recorded quantities and events."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
-        events = _join_events(self._events) if self._events else None
+        events = _join_path_events(self._events) if self._events else None
         options = replace(last._options, want=self._want)
         return replace(
             last, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
         )
 
 
-def record_chunks(
+def record_quantities_in_chunks(
     times: Array,
     want: tuple[QuantityName, ...],
     record: Callable[[Array], tuple[str, Path]],
@@ -108,4 +108,4 @@ def record_chunks(
             columns.append_states(part)
     except KeyboardInterrupt:
         status = "ERR_INTERRUPTED"
-    return status, columns.build_path(part)
+    return status, columns.build_recorded_path(part)

@@ -120,6 +120,6 @@ class Reductions(EnsembleResult):
         parameters are stored as columns, and so are `status` and `reached`. `attrs` contains the
         units. Raises ImportError if pandas is not installed.
         """
-        from .ensemble_tables import build_reduction_frame
+        from .ensemble_tables import build_reduction_data_frame
 
-        return build_reduction_frame(self, dict(self.items()))
+        return build_reduction_data_frame(self, dict(self.items()))

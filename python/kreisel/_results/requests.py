@@ -10,15 +10,15 @@ from .._core import Request
 from .._model.scene import Scene
 from .._options.closed_form_choice import compute_largest_certificate
 from .._options.methods import EXACT, FALLBACK, get_method, methods
-from .._options.solve_options import Progress, SolveOptions, make_options
+from .._options.solve_options import Progress, SolveOptions, make_solve_options
 from .core_calls import CoreResult
 from .path import Path, build_path_or_raise
-from .recorder import report_end
+from .recorder import report_end_of_path
 from .state_quantities import Stats
 
 
 @lru_cache(maxsize=256, typed=True)
-def request_from_arguments(
+def build_request_from_arguments(
     method: object,
     step: object = None,
     tol: object = None,
@@ -33,37 +33,37 @@ def request_from_arguments(
     """
     controls = step, tol, digits, max_steps, method, want
     if method != "auto":
-        return _make_request(make_options(get_method(method), *controls))
-    series = make_options(methods[FALLBACK], *controls)
+        return _build_request(make_solve_options(get_method(method), *controls))
+    series = make_solve_options(methods[FALLBACK], *controls)
     if digits is not None:
-        return _make_request(series)
-    closed = _make_request(make_options(methods[EXACT], *controls))
+        return _build_request(series)
+    closed = _build_request(make_solve_options(methods[EXACT], *controls))
     is_open = step is tol is None
-    return _make_request(series, closed, compute_largest_certificate if is_open else None)
+    return _build_request(series, closed, compute_largest_certificate if is_open else None)
 
 
-def request_from_options(options: SolveOptions) -> Request | None:
+def build_request_from_options(options: SolveOptions) -> Request | None:
     """Return a request for the options, or None if they require more than one call of the core."""
     if options.error is not None or options.has_events or options.tangents:
         return None
     own = options.step, options.tol, options.digits, options.max_steps
-    return _request_from_cache(options.method.name, *own, options.requested_method, options.want)
+    return _get_cached_request(options.method.name, *own, options.requested_method, options.want)
 
 
 @lru_cache(maxsize=256, typed=True)
-def _request_from_cache(method: str, *controls: object) -> Request:
-    return _make_request(make_options(methods[method], *controls))
+def _get_cached_request(method: str, *controls: object) -> Request:
+    return _build_request(make_solve_options(methods[method], *controls))
 
 
-def _make_request(
+def _build_request(
     options: SolveOptions,
     closed: Request | None = None,
     decide: Callable[..., float] | None = None,
 ) -> Request:
-    want, stored = options.want, options.path_options
+    want, stored = options.want, options.options_without_run_arguments
     if want is not None:
         stored = replace(stored, want=want)
-    core, most, limit = options.core, options.step_count_horizon, options.chunk_size
+    core, most, limit = options.core, options.exact_step_count_horizon, options.chunk_size
     classes = Path, Stats, Scene
     return Request(classes, options, stored, core, want, most, limit, closed, decide)
 
@@ -87,11 +87,11 @@ def solve_request(
     if names is not None and type(names) is not tuple:
         return None  # an iterator, which can be read only once
     try:
-        request = request_from_arguments(method, step, tol, digits, max_steps, names)
+        request = build_request_from_arguments(method, step, tol, digits, max_steps, names)
     except (TypeError, ValueError):
         return None
     path: Path | tuple[SolveOptions, CoreResult] | None = request.solve(scene, t, progress)
     if not isinstance(path, tuple):
         return path
     options, result = path
-    return report_end(build_path_or_raise(scene, options, result), progress)
+    return report_end_of_path(build_path_or_raise(scene, options, result), progress)

@@ -51,7 +51,7 @@ def run_ensemble(
     try:
         pool.run(SliceTask(n, job, collect, work, progress, runner.is_native))
     except KeyboardInterrupt:
-        buffers.mark_interrupted(t)
+        buffers.mark_unrun_tops_interrupted(t)
         left = np.flatnonzero(buffers.status == INTERRUPTED)
         if not left.size:
             raise

@@ -13,15 +13,15 @@ from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.quantities import ANGLES, QUANTITIES, TIME
 from .._utils.errors import suggest_name, unknown_name_message
-from .._utils.html import display_picture
+from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes
-from .._utils.validation import Array, as_bool, as_unit, check_type, read_only, short_repr
+from .._utils.validation import Array, as_bool, as_unit_name, check_type, read_only, short_repr
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
 from .indexing import find_flat_index
 from .indicators import Indicator
 from .path import Path, make_stop_exception
-from .state_quantities import STATE_COLUMNS, add_quantities
+from .state_quantities import STATE_COLUMNS, add_quantity_properties
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,14 +63,16 @@ class Section(EnsembleResult, QuantityAttributes):
         return self._reshape_to_ensemble(self._t[:, 0].copy())
 
     @cached_property
-    def _state_mask(self) -> npt.NDArray[np.bool_]:
+    def _found_state_mask(self) -> npt.NDArray[np.bool_]:
         """(tops, n) True if the top has a state with this index."""
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
         """Select the entries that contain states from `rows`, an array of shape (tops, n, ...)."""
-        whole = bool(self._state_mask.all())
-        return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._state_mask])
+        whole = bool(self._found_state_mask.all())
+        return read_only(
+            rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found_state_mask]
+        )
 
     @cached_property
     def top(self) -> Counts:
@@ -78,7 +80,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
         Unless the ensemble is one-dimensional, the shape is (e, dimensions) for e states.
         """
-        row: Counts = np.nonzero(self._state_mask)[0].astype(np.int64)
+        row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
         top: Counts = row if self.ndim == 1 else index.T.reshape(len(row), self.ndim)
         top.flags.writeable = False
@@ -142,15 +144,15 @@ class Section(EnsembleResult, QuantityAttributes):
                     f"indicator must be of the same tops, of shape {self.shape}, not of shape "
                     f"{indicator.status.shape}"
                 )
-        unit, in_degrees = as_unit("time_unit", time_unit), as_bool("degrees", degrees)
+        unit, in_degrees = as_unit_name("time_unit", time_unit), as_bool("degrees", degrees)
         across = self._prepare_plot_axis("x", x, in_degrees, unit)
         up = self._prepare_plot_axis("y", y, in_degrees, unit)
-        from .._plot.growth_charts import classify_tops
-        from .._plot.section_chart import draw_points
+        from .._plot.growth_charts import classify_tops_by_chaos
+        from .._plot.section_chart import draw_section_points
 
-        classes = None if indicator is None else classify_tops(indicator)
-        row: Counts = np.nonzero(self._state_mask)[0].astype(np.int64)
-        return draw_points(axes, (across[0], up[0]), (across[1], up[1]), row, classes)
+        classes = None if indicator is None else classify_tops_by_chaos(indicator)
+        row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
+        return draw_section_points(axes, (across[0], up[0]), (across[1], up[1]), row, classes)
 
     def _prepare_plot_axis(
         self, axis: str, name: str, degrees: bool, unit: str
@@ -161,7 +163,7 @@ class Section(EnsembleResult, QuantityAttributes):
         known = {part: quantity for quantity in _DRAWABLE for part in quantity.components}
         if name not in known:
             raise ValueError(unknown_name_message("component", name, known))
-        from .._plot.panels import unit_label
+        from .._plot.panels import format_axis_label
 
         quantity = known[name]
         values = getattr(self, quantity.name).reshape(len(self.states), -1)
@@ -169,11 +171,11 @@ class Section(EnsembleResult, QuantityAttributes):
         dimension = quantity.dimension
         if quantity.name in ANGLES:
             column, dimension = (np.degrees(column), "°") if degrees else (column, "rad")
-        return column, unit_label(name.replace("_", " "), dimension, unit)
+        return column, format_axis_label(name.replace("_", " "), dimension, unit)
 
     def _repr_html_(self) -> str | None:
         """Return the section as a picture, or None if there is nothing to draw."""
-        return display_picture(self.plot, repr(self)) if len(self.states) else None
+        return format_picture_as_html(self.plot, repr(self)) if len(self.states) else None
 
     if not TYPE_CHECKING:
 
@@ -188,9 +190,11 @@ class Section(EnsembleResult, QuantityAttributes):
 
     def _select_member(self, i: int) -> Path:
         assert self._buffers.states is not None
-        return self._path(i, self._buffers.states[i, : int(self._buffers.done[i])], None)
+        return self._build_path_of_top(
+            i, self._buffers.states[i, : int(self._buffers.done[i])], None
+        )
 
-    def _make_exception(self, i: int) -> BaseException:
+    def _make_top_error(self, i: int) -> BaseException:
         done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
         waited = f", after waiting for {abs(float(self._t[i, 0])):g}"
         came = f"{done} of {self.n} events found by t = {reached:g}"
@@ -218,7 +222,7 @@ def _compute_section_column(section: Section, name: str) -> Array:
     return section._select_states(values(name, section.tops, section._buffers))
 
 
-add_quantities(Section, ("e",), _compute_section_column)
+add_quantity_properties(Section, ("e",), _compute_section_column)
 
 
 def run_section(
@@ -234,7 +238,7 @@ def run_section(
 
     Each row of `t` contains the maximum waiting time of one top.
     """
-    part = buffers.select_rows(slice(begin, end))
+    part = buffers.select_buffer_rows(slice(begin, end))
     assert part.states is not None and options.core_events is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
     Worker(*options.core, (), work).section(

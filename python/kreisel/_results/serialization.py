@@ -11,11 +11,15 @@ import numpy as np
 
 from .._core import tangents as TANGENTS
 from .._core import version
-from .._model.scene import Scene, parse_toml
+from .._model.scene import Scene, parse_scene_toml
 from .._options.methods import methods, unknown_method_message
 from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
-from .._options.solve_options import SolveOptions, options_for_method, parse_requested_quantities
+from .._options.solve_options import (
+    SolveOptions,
+    parse_options_for_method,
+    parse_requested_quantities,
+)
 from .._utils.archive import Archive, Integers, pack_archive
 from .._utils.validation import Array, as_float, as_int, short_repr
 from .core_calls import ORIGIN, RunStart
@@ -100,18 +104,18 @@ def load_path(
     """
     archive = Archive(file, size)
     try:
-        head = _require_table(json.loads(archive.read_text("head")))
+        head = _require_json_object(json.loads(archive.read_text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
-        words = _parse_header(head, parse_toml(archive.read_text("scene")))
+        words = _parse_archive_header(head, parse_scene_toml(archive.read_text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
-        path = _read_arrays(archive, "", words, head)
+        path = _read_path_arrays(archive, "", words, head)
         if head.get("tangents") is not None:
             path = path._replace(carried=_read_tangents(archive, len(path.t), head["tangents"]))
         if head["events"] is None:
             return path, None
-        at = _read_arrays(archive, _EVENTS, words, _require_table(head["events"]))
+        at = _read_path_arrays(archive, _EVENTS, words, _require_json_object(head["events"]))
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its header is damaged: {error}") from None
     which, way = (archive.read_integers(_EVENTS + name, len(at.t)) for name in _MET)
@@ -120,13 +124,13 @@ def load_path(
     return path, (at, which, way)
 
 
-def _require_table(value: object) -> dict[str, object]:
+def _require_json_object(value: object) -> dict[str, object]:
     if not isinstance(value, dict):
         raise TypeError(f"{short_repr(value)} is not a table")
     return value
 
 
-def _parse_header(head: dict[str, object], scene: Scene) -> PathFields:
+def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathFields:
     """Return a path without arrays, built from the JSON object `head` in the archive header.
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
@@ -138,9 +142,13 @@ def _parse_header(head: dict[str, object], scene: Scene) -> PathFields:
         raise ValueError(unknown_method_message(method))
     step = None if head["step"] is None else as_float("step", head["step"])
     size = None if step is None else abs(step)
-    options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)
+    options = parse_options_for_method(
+        methods[method], size, head["tol"], head["digits"], 0, asked, None
+    )
     costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
-    choice = None if head["choice"] is None else _parse_step_choice(_require_table(head["choice"]))
+    choice = (
+        None if head["choice"] is None else _parse_step_choice(_require_json_object(head["choice"]))
+    )
     is_back = step is not None and step < 0.0
     origin = RunStart.from_json(head.get("start"))
     return PathFields(scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin)
@@ -162,7 +170,7 @@ def _parse_step_choice(words: dict[str, object]) -> StepChoice:
 
 def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
     """Read the tangents of `n` states from an archive, and return them."""
-    words = _require_table(head)
+    words = _require_json_object(head)
     by, rest = words["by"], as_float("rest", words["rest"])
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
         raise ValueError(f"its tangents have the invalid columns {short_repr(by)}")
@@ -171,7 +179,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
     return TangentData.from_flat_arrays(high, low, rest, tuple(by))
 
 
-def _read_arrays(
+def _read_path_arrays(
     archive: Archive, prefix: str, words: PathFields, head: dict[str, object]
 ) -> PathFields:
     """Read the arrays of a path from an archive."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._core import derivatives, modified_energy, modified_energy4, values
 from .._model.scene import Scene
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, Quantity, check_quantity
+from .._options.quantities import QUANTITIES, RECORDABLE, Quantity, check_quantity_name
 from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
@@ -192,7 +192,7 @@ class States(QuantityAttributes):
         mass and the rotor are given by their components along the principal axes. Each column
         contains the derivatives with respect to one parameter at constant initial momentum.
         """
-        return self._tangents().high
+        return self._get_tangents_or_raise().high
 
     @property
     def tangents_low(self) -> Array:
@@ -200,7 +200,7 @@ class States(QuantityAttributes):
 
         The low-order words are zero if at most 16 digits were requested.
         """
-        return self._tangents().low
+        return self._get_tangents_or_raise().low
 
     @property
     def tangents_rest(self) -> float:
@@ -213,7 +213,7 @@ class States(QuantityAttributes):
         computed with orders 6 and 8. Differences are relative to the magnitude of the tangent or,
         for small tangents, to that of the state.
         """
-        return self._tangents().truncation
+        return self._get_tangents_or_raise().truncation
 
     @property
     def conditioning(self) -> Array:
@@ -223,7 +223,7 @@ class States(QuantityAttributes):
         Raises AttributeError unless the path stores the tangents with respect to every parameter
         that is not zero.
         """
-        return self._tangents().conditioning(self.scene)
+        return self._get_tangents_or_raise().conditioning(self.scene)
 
     def derivative(self, quantity: QuantityName) -> Array:
         """Return the derivatives of a quantity; `tangents` must have been passed to solve.
@@ -253,11 +253,11 @@ class States(QuantityAttributes):
         if self._tangent_data is None:
             hint = TANGENT_ATTRIBUTES["derivative"]
             raise AttributeError(f"this path has no derivatives: {hint}")
-        name, data = check_quantity(quantity), self._tangent_data
+        name, data = check_quantity_name(quantity), self._tangent_data
         block = self.scene._block
-        return read_only(derivatives(name, block, self.states, data.parameter_bits, data.high))
+        return read_only(derivatives(name, block, self.states, data.parameter_bit_mask, data.high))
 
-    def _tangents(self) -> TangentData:
+    def _get_tangents_or_raise(self) -> TangentData:
         if self._tangent_data is None:
             raise AttributeError("tangents")
         return self._tangent_data
@@ -339,7 +339,8 @@ class States(QuantityAttributes):
             return 0.0
         scene = self.scene
         kinetic, potential = (
-            float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
+            float(values(name, scene._block, scene._start_state)[0])
+            for name in ("kinetic", "potential")
         )
         lever = float(np.linalg.norm(scene.body.com))
         size = max(kinetic, self.kinetic.max()) + scene.body.mass * abs(scene.gravity) * lever
@@ -347,7 +348,7 @@ class States(QuantityAttributes):
         return float(change / size) if change else 0.0
 
 
-def add_quantities(
+def add_quantity_properties(
     kind: type[Recorded], lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> None:
     """Add a property to the class `kind` for each quantity that the class does not define.
@@ -378,4 +379,4 @@ def _compute_path_column(path: States, name: str) -> Array:
     return read_only(values(name, path.scene._block, path.states))
 
 
-add_quantities(States, ("n",), _compute_path_column)
+add_quantity_properties(States, ("n",), _compute_path_column)

@@ -45,7 +45,7 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {
 }
 
 
-def quantity_rows(
+def compute_quantity_rows(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
     """Return the requested quantities with their values at all states.
@@ -55,7 +55,7 @@ def quantity_rows(
     """
     in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
-    for name in _parse_names(names) or _list_default_names(path):
+    for name in _parse_quantity_names(names) or _list_default_quantity_names(path):
         quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
             values = np.unwrap(values) if unwrapped else values
@@ -65,7 +65,7 @@ def quantity_rows(
     return rows
 
 
-def _parse_names(names: Iterable[str]) -> list[str]:
+def _parse_quantity_names(names: Iterable[str]) -> list[str]:
     for name in names:
         if not isinstance(name, str):
             raise TypeError(
@@ -77,7 +77,7 @@ def _parse_names(names: Iterable[str]) -> list[str]:
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
-def _list_default_names(path: HasQuantities) -> tuple[str, ...]:
+def _list_default_quantity_names(path: HasQuantities) -> tuple[str, ...]:
     if path.want is not None:
         return path.want
     return ("q", "m") if path._low is None else ("q", "m", *LOW)
@@ -87,7 +87,7 @@ def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
     """Return t and the components of the quantities in `names` as one-dimensional columns."""
-    return _list_component_columns(path, quantity_rows(path, names, degrees, unwrap))
+    return _list_component_columns(path, compute_quantity_rows(path, names, degrees, unwrap))
 
 
 def _list_component_columns(path: States, rows: QuantityRows) -> dict[str, Array]:
@@ -101,16 +101,16 @@ def _list_component_columns(path: States, rows: QuantityRows) -> dict[str, Array
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
     """Return the unit or dimension of t and of each component of the quantities in `names`."""
-    return _list_units(quantity_rows(path, names, degrees, False))
+    return _list_component_units(compute_quantity_rows(path, names, degrees, False))
 
 
-def _list_units(rows: QuantityRows) -> dict[str, str]:
+def _list_component_units(rows: QuantityRows) -> dict[str, str]:
     """Return the unit or dimension of t and of each component of the quantities in `rows`."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 
 
-def format_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
+def format_csv_table(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
     """Return the columns as CSV text in full precision.
 
     The first line contains `heads` or, by default, the column names.
@@ -136,7 +136,7 @@ class Tables(States):
             >>> kr.solve(kr.scenes.cusps, [0.0]).euler(degrees=True).round(6).tolist()
             [[0.0, 53.130102, 0.0]]
         """
-        angles = quantity_rows(self, _EULER, degrees, unwrap)
+        angles = compute_quantity_rows(self, _EULER, degrees, unwrap)
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
@@ -159,9 +159,9 @@ class Tables(States):
         """
         with optional_dependency(TABLES):
             import pandas as pd
-        rows = quantity_rows(self, names, degrees, unwrap)
+        rows = compute_quantity_rows(self, names, degrees, unwrap)
         frame = pd.DataFrame(_list_component_columns(self, rows)).set_index("t")
-        frame.attrs = self._list_run_attributes() | {"units": _list_units(rows)}
+        frame.attrs = self._list_run_attributes() | {"units": _list_component_units(rows)}
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
@@ -184,7 +184,10 @@ class Tables(States):
             import xarray as xr
         coordinates: dict[str, list[str]] = {}
         variables = {}
-        for quantity, values in [(TIME, self.t), *quantity_rows(self, names, degrees, unwrap)]:
+        for quantity, values in [
+            (TIME, self.t),
+            *compute_quantity_rows(self, names, degrees, unwrap),
+        ]:
             about = {"units": quantity.dimension, "long_name": quantity.text}
             own = {f"{quantity.name}_component": quantity.components}
             along = DIMENSIONS.get(quantity.shape, own)
@@ -223,13 +226,14 @@ class Tables(States):
         replaced atomically. Raises OSError if the file cannot be written, and the exceptions of
         to_pandas except ImportError, since pandas is not required.
         """
-        rows = quantity_rows(self, names, degrees, unwrap)
+        rows = compute_quantity_rows(self, names, degrees, unwrap)
         heads = None
         if as_bool("units", units):
             heads = [
-                f"{name} [{unit}]" if unit else name for name, unit in _list_units(rows).items()
+                f"{name} [{unit}]" if unit else name
+                for name, unit in _list_component_units(rows).items()
             ]
-        atomic_write(file, format_csv(_list_component_columns(self, rows), heads).encode())
+        atomic_write(file, format_csv_table(_list_component_columns(self, rows), heads).encode())
 
     def _list_run_attributes(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}

@@ -50,7 +50,7 @@ class TangentData(NamedTuple):
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
     @property
-    def parameter_bits(self) -> int:
+    def parameter_bit_mask(self) -> int:
         """The bit mask that represents the parameters in the core."""
         return sum(TANGENTS[name][0] for name in self.by)
 

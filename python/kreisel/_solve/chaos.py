@@ -12,18 +12,18 @@ import numpy as np
 from .._core import statuses
 from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
-from .._options.ensemble_options import parse_threads
+from .._options.ensemble_options import parse_thread_count
 from .._options.methods import FALLBACK, methods
-from .._options.solve_options import Progress, parse_progress, parse_tol
-from .._options.times import check_horizon, time_array
+from .._options.solve_options import Progress, check_progress_callback, parse_tol
+from .._options.times import check_resolvable_horizon, time_array
 from .._results.executor import WorkerPool
 from .._results.indicators import (
     Indicator,
     compute_indicator,
     extract_single_indicator,
-    raise_if_failed,
+    raise_if_first_top_failed,
 )
-from .._utils.errors import status_to_exception
+from .._utils.errors import make_exception_from_status
 from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int
 
 POINTS = 32  # default number of times of a curve; the times are evenly spaced on a log scale
@@ -149,16 +149,21 @@ def _compute_chaos_indicator(
     progress: Progress | None,
 ) -> Indicator:
     times, controls = parse_indicator_arguments(scene, t, direction, tol, max_steps)
-    pool, callback = WorkerPool(parse_threads(threads, None)), parse_progress(progress)
+    pool, callback = (
+        WorkerPool(parse_thread_count(threads, None)),
+        check_progress_callback(progress),
+    )
     if isinstance(scene, Ensemble):
         return compute_indicator(scene, times, name, controls, pool, callback)
-    check_horizon(scene, float(times[-1]), None)
+    check_resolvable_horizon(scene, float(times[-1]), None)
     tops = Ensemble.of([scene])
     result = compute_indicator(tops, times, name, controls, pool, callback)
     status = str(result.status[0])
     if status != "OK" and statuses[status][0] == "INPUT":
-        raise status_to_exception(status, f"no tangent in the direction {direction!r} of {scene!r}")
-    raise_if_failed(tops, result, statuses[status][1])
+        raise make_exception_from_status(
+            status, f"no tangent in the direction {direction!r} of {scene!r}"
+        )
+    raise_if_first_top_failed(tops, result, statuses[status][1])
     return extract_single_indicator(result)
 
 
@@ -171,9 +176,9 @@ def parse_indicator_arguments(
     """
     if not isinstance(scene, Scene | Ensemble):
         raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
-    times = _parse_times(t)
+    times = _parse_indicator_times(t)
     accuracy = parse_tol(methods[FALLBACK], tol) or 0.0
-    controls = accuracy, as_int("max_steps", max_steps, 0), _parse_direction(direction)
+    controls = accuracy, as_int("max_steps", max_steps, 0), _parse_tangent_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
             "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
@@ -184,7 +189,7 @@ def parse_indicator_arguments(
     return times, controls
 
 
-def _parse_times(t: Numbers) -> Array:
+def _parse_indicator_times(t: Numbers) -> Array:
     times = time_array(t, None, None, 16)
     if np.ndim(t) == 0:
         end = as_float("t", t)
@@ -194,7 +199,7 @@ def _parse_times(t: Numbers) -> Array:
     return times
 
 
-def _parse_direction(direction: object) -> tuple[float, ...]:
+def _parse_tangent_direction(direction: object) -> tuple[float, ...]:
     if direction is None:
         return ()
     given = as_finite_array("direction", direction, "six numbers")

@@ -15,19 +15,19 @@ from .._options.ensemble_options import (
     EnsembleOptions,
     ReductionSpec,
     member,
-    parse_threads,
-    parse_times,
+    parse_ensemble_times,
+    parse_thread_count,
 )
 from .._options.methods import FALLBACK
-from .._options.plan import GEOMETRIC, Plan, make_plan
-from .._options.solve_options import parse_options
+from .._options.plan import GEOMETRIC, Plan, make_solve_plan
+from .._options.solve_options import parse_solve_options
 from .._options.times import time_array
 from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
-from .._utils.html import format_table
+from .._utils.html import format_html_table
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers
-from .keywords import PlanKeywords
-from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
+from .keywords import MethodKeywords
+from .solve_ensemble import SolveArguments, parse_ensemble_arguments, refuse_ensemble_arguments
 
 _SAMPLES = 16  # maximal number of tops that are run to estimate the run time
 _MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
@@ -62,7 +62,7 @@ class EnsemblePlan:
     measured: int
     first: Plan | None
 
-    def _description_rows(self) -> list[tuple[str, str]]:
+    def _list_description_rows(self) -> list[tuple[str, str]]:
         """Return pairs (heading, text) that describe the computation of an ensemble."""
         counts = {
             "by closed form": self.closed_form,
@@ -80,13 +80,13 @@ class EnsemblePlan:
         return list(parts.items())
 
     def __str__(self) -> str:
-        lines = [f"{name:<11}{text}" for name, text in self._description_rows()]
+        lines = [f"{name:<11}{text}" for name, text in self._list_description_rows()]
         return "\n".join([*lines, *([f"the first top:\n{self.first}"] if self.first else [])])
 
     def _repr_html_(self) -> str:
         """Return the plan as an HTML table for display in notebooks."""
-        first = [("the first top", ""), *self.first._description_rows()] if self.first else []
-        return format_table([*self._description_rows(), *first])
+        first = [("the first top", ""), *self.first._list_description_rows()] if self.first else []
+        return format_html_table([*self._list_description_rows(), *first])
 
 
 @overload
@@ -95,7 +95,7 @@ def plan(
     t: Numbers | None = None,
     want: Iterable[QuantityName] | None = None,
     method: MethodName = "auto",
-    **controls: Unpack[PlanKeywords],
+    **controls: Unpack[MethodKeywords],
 ) -> Plan: ...
 @overload
 def plan(
@@ -106,7 +106,7 @@ def plan(
     *,
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
-    **controls: Unpack[PlanKeywords],
+    **controls: Unpack[MethodKeywords],
 ) -> EnsemblePlan: ...
 def plan(
     scene: Scene | Ensemble,
@@ -140,28 +140,30 @@ def plan(
     method='geometric', which needs trial runs.
     """
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
-        reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
+        refuse_ensemble_arguments(scene, threads=threads, reduce=reduce)
     if isinstance(method, str) and method == GEOMETRIC:
         raise ValueError("method='geometric' chooses by trial runs: call solve, and see path.plan")
     if isinstance(scene, Ensemble):
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
-        return _make_ensemble_plan(scene, t, method, arguments, parse_threads(threads, None))
-    options = parse_options(scene, method, step, tol, digits, 0, want, every, t=t)
-    times = None if t is None else time_array(t, options.step, options.every, options.state_bytes)
+        return _make_ensemble_plan(scene, t, method, arguments, parse_thread_count(threads, None))
+    options = parse_solve_options(scene, method, step, tol, digits, 0, want, every, t=t)
+    times = (
+        None if t is None else time_array(t, options.step, options.every, options.bytes_per_state)
+    )
     states = None if times is None else times.size
-    return make_plan(scene, options, states, times=times)
+    return make_solve_plan(scene, options, states, times=times)
 
 
 def _make_ensemble_plan(
     tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
 ) -> EnsemblePlan:
-    options = parse_arguments(tops, method, arguments)
+    options = parse_ensemble_arguments(tops, method, arguments)
     closed, lanes = _count_tops_by_method(tops, options)
     row = 8 * len(options.reductions)
-    size = row or options.state_bytes
+    size = row or options.bytes_per_state
     states, seconds, measured = None, None, 0
     if t is not None:
-        times = parse_times(tops, t, options)
+        times = parse_ensemble_times(tops, t, options)
         states = times.shape[-1]
         size = tops.size * (_ROW + (row or states * size))
         seconds, measured = _estimate_run_time(tops, times, options, threads)
@@ -183,7 +185,7 @@ def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int
     """Return the numbers of tops solved in closed form and integrated by vector instructions."""
     if options.solve.method.exact:
         return tops.size, 0
-    if options.is_one_by_one or options.solve.method.name != FALLBACK:
+    if options.uses_one_run_per_top or options.solve.method.name != FALLBACK:
         return 0, 0
     is_damped, is_turning = tops.damping.any(axis=-1), tops.turning.any(axis=-1)
     is_shaken = tops.shaking[..., 0] != 0.0
@@ -201,10 +203,10 @@ def _plan_first_top(tops: Ensemble, options: EnsembleOptions, states: int | None
     if not tops.size:
         return None
     scene = member(tops, 0)
-    plan = make_plan(scene, options.make_options_for_top(scene), states)
+    plan = make_solve_plan(scene, options.make_options_for_top(scene), states)
     kernel, order = Worker(*options.core, []).kernel
     is_alone = scene._has_disturbances
-    if plan.method != FALLBACK or options.is_one_by_one or not kernel or is_alone:
+    if plan.method != FALLBACK or options.uses_one_run_per_top or not kernel or is_alone:
         return plan
     level = options.solve.can_skip_heading
     form = "(P, W): vertical and angular velocity seen from the body"
@@ -225,9 +227,9 @@ def _estimate_run_time(
     some = tops[np.unravel_index(at, tops.shape)] if tops.shape else tops.reshape(1)
     whole = t[at] if t.ndim == 2 else t
     times = whole[..., :_MAX_STATES]
-    few = options.limit_steps(_MAX_STEPS)
+    few = options.copy_with_step_limit(_MAX_STEPS)
     buffers = EnsembleBuffers.empty(at.size, times.shape[-1], few)
-    run = (SCALAR if few.is_one_by_one else LANES).run
+    run = (SCALAR if few.uses_one_run_per_top else LANES).run
     begun = time.perf_counter()
     run(buffers, few, some, 0, at.size, times, None)
     spent = time.perf_counter() - begun

@@ -27,12 +27,12 @@ from .._model.turning_points import TurningPoints, compute_turning_points
 from .._options.methods import (
     EXACT,
     explain_no_closed_form,
-    has_torus,
+    has_torus_closed_form,
     methods,
     resolve_method,
 )
 from .._options.solve_options import Progress, SolveOptions
-from .._options.times import check_horizon, parse_time_list, time_array
+from .._options.times import check_resolvable_horizon, parse_time_list, time_array
 from .._results.error_estimate import CLOSED_FORM
 from .._results.path import Path, Stats
 from .._results.recorder import record_path
@@ -52,9 +52,9 @@ from .exact_ensemble import (
     no_closed_form_error,
     refuse_turning_support,
 )
-from .torus_actions import compute_action
+from .torus_actions import compute_torus_action
 from .torus_tangents import check_tangent_names, check_tangent_times, compute_torus_tangents
-from .variational import TangentSpec, parse_tangents
+from .variational import TangentSpec, parse_tangent_names
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
@@ -62,7 +62,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 
 @dataclass(frozen=True)
-class _ExactBase:
+class _ClosedFormBase:
     """Base class of all closed-form solutions."""
 
     scene: Scene
@@ -73,7 +73,7 @@ class _ExactBase:
 
 
 @dataclass(frozen=True)
-class Exact(_ExactBase):
+class Exact(_ClosedFormBase):
     """The motion of a top, given in closed form.
 
     The object can be called with a time or an array of times, and returns a kreisel.Path.
@@ -190,7 +190,7 @@ class Exact(_ExactBase):
     def __call__(self, t: Numbers) -> Path:
         states = self._try_to_compute_states(t, self.scene._resolvable_horizon)
         if states is None:
-            states = self._try_to_compute_states(self._validate_times(t), math.inf)
+            states = self._try_to_compute_states(self._parse_evaluation_times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
@@ -202,9 +202,9 @@ class Exact(_ExactBase):
         """
         return exact_states(self._plan, t, most)
 
-    def _validate_times(self, t: Numbers) -> Array:
+    def _parse_evaluation_times(self, t: Numbers) -> Array:
         times = parse_time_list(t)
-        check_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
+        check_resolvable_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
 
 
@@ -272,7 +272,7 @@ class ExactTorus(Exact):
         """
         is_level = self.scene.body.kind == "goryachev_chaplygin"
         first, second = (
-            compute_action(self._compute_states_at_angles, j, is_level) for j in (0, 1)
+            compute_torus_action(self._compute_states_at_angles, j, is_level) for j in (0, 1)
         )
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
@@ -310,11 +310,11 @@ class ExactTorus(Exact):
     def __call__(self, t: Numbers, *, tangents: TangentSpec | None = None) -> Path:
         if tangents is None:
             return super().__call__(t)
-        names = parse_tangents(tangents)
+        names = parse_tangent_names(tangents)
         check_tangent_names(names)
         path = super().__call__(t)
         check_tangent_times(self.scene, path.t)
-        data = compute_torus_tangents(self.scene, path.states, names, _compute_states)
+        data = compute_torus_tangents(self.scene, path.states, names, _compute_closed_form_states)
         return replace(path, _tangent_data=data)
 
     def _compute_states_at_angles(self, turns: Array) -> Array:
@@ -329,7 +329,7 @@ class ExactTorus(Exact):
         return torus_states(self._torus, t, most)
 
     def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
-        return _exact_torus, (self.scene,)
+        return _build_exact_torus, (self.scene,)
 
 
 def _iterate_convergents(ratio: float) -> Iterator[tuple[int, int]]:
@@ -382,7 +382,7 @@ class ExactGoryachevChaplygin(ExactTorus):
 
 
 @dataclass(frozen=True)
-class ExactMap(_ExactBase):
+class ExactMap(_ClosedFormBase):
     """A closed form for the states that the method bobenko_suris computes with the given `step`.
 
     The object can be called with one or several step numbers, and returns a kreisel.Path.
@@ -441,18 +441,18 @@ def exact(
     top = check_type("scene", scene, Scene)
     refuse_turning_support(top)
     if map is not None:
-        return _exact_map(top, map, step)
+        return _build_exact_map(top, map, step)
     if step is not None:
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
-    if has_torus(top):
-        return _exact_torus(top)
+    if has_torus_closed_form(top):
+        return _build_exact_torus(top)
     status, period, precession, spin, plan = exact_plan(top._block)
     if status != "OK":
         raise no_closed_form_error(status, top)
     return Exact(top, period, precession, spin, plan)
 
 
-def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
+def _build_exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     if map != _MAP:
         raise ValueError(f"the only map with a closed form is {_MAP!r}, not {short_repr(map)}")
     h = as_float("step", step)
@@ -470,7 +470,7 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     return ExactMap(scene, period, precession, spin, plan, h)
 
 
-def _exact_torus(scene: Scene) -> ExactTorus:
+def _build_exact_torus(scene: Scene) -> ExactTorus:
     status, _, frequencies, certificate, mismatch, plan = torus_plan(scene._block, 0.0)
     if status == "ERR_METHOD":
         raise ValueError(f"{explain_no_closed_form(scene)}: {scene!r}")
@@ -490,17 +490,17 @@ def record_exact_tangents(
     Raises ValueError if the tangents cannot be computed.
     """
     times = time_array(
-        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_column_count
+        t, options.step, None, options.bytes_per_state + 2 * 48 * options.tangent_column_count
     )
-    check_horizon(scene, float(times[-1]) if times.size else 0.0, options.step)
+    check_resolvable_horizon(scene, float(times[-1]) if times.size else 0.0, options.step)
     check_tangent_times(scene, times)
     path = record_path(scene, options, times, progress)
-    data = compute_torus_tangents(scene, path.states, options.tangents, _compute_states)
+    data = compute_torus_tangents(scene, path.states, options.tangents, _compute_closed_form_states)
     return replace(path, _tangent_data=data)
 
 
-def _compute_states(scene: Scene, t: Array) -> Array:
+def _compute_closed_form_states(scene: Scene, t: Array) -> Array:
     """Return the states of the closed-form solution at the given times, one per row."""
-    states = _exact_torus(scene)._try_to_compute_states(t, math.inf)
+    states = _build_exact_torus(scene)._try_to_compute_states(t, math.inf)
     assert states is not None
     return states

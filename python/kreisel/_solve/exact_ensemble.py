@@ -23,18 +23,18 @@ from .._core import (
 from .._model.scene import Ensemble, Scene
 from .._model.turning_points import (
     TurningPoints,
+    build_turning_points_from_rows,
     explain_no_turning_points,
-    turning_points_from_rows,
 )
 from .._options.ensemble_options import (
     format_index,
     member,
     parse_ensemble_options,
-    parse_threads,
+    parse_thread_count,
     unravel_index,
 )
-from .._options.methods import EXACT, explain_no_closed_form, has_torus, methods
-from .._options.times import check_horizon
+from .._options.methods import EXACT, explain_no_closed_form, has_torus_closed_form, methods
+from .._options.times import check_resolvable_horizon
 from .._results.ensemble_buffers import LANES, Codes
 from .._results.ensemble_paths import Paths
 from .._results.executor import Job, SliceTask, WorkerPool
@@ -100,11 +100,11 @@ class ExactEnsemble:
                     f"{(*shape, 'k')} with k times of each, not an array of shape {times.shape}"
                 )
             times = times.reshape(n, times.shape[-1])
-        self._check_horizon(times)
+        self._check_resolvable_attitudes(times)
         at = np.atleast_1d(times)
-        return self._compute_states(at).reshape(*shape, *times.shape[-1:], 8)
+        return self._compute_closed_form_states(at).reshape(*shape, *times.shape[-1:], 8)
 
-    def _compute_states(self, t: Array) -> Array:
+    def _compute_closed_form_states(self, t: Array) -> Array:
         """Return the states at the given times, as an array of shape (n, k, 8).
 
         A run of the ensemble is faster if the times are monotonic and on one side of 0. At time 0,
@@ -113,19 +113,19 @@ class ExactEnsemble:
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
-        if is_away and not self._has_torus:
-            pool = WorkerPool(parse_threads(None, None))
+        if is_away and not self._has_any_torus_closed_form:
+            pool = WorkerPool(parse_thread_count(None, None))
             options = parse_ensemble_options(self.tops, EXACT)
             paths = run_ensemble(Paths, self.tops, t, options, pool, LANES)
             return paths.check().states.reshape(self.tops.size, t.shape[-1], 8)
         states = np.empty((self.tops.size, t.shape[-1], 8))
         if t.ndim == 2:
-            self._call_in_slices(exact_states_of_tops, states, t)
+            self._call_core_in_slices(exact_states_of_tops, states, t)
         else:
-            self._call_in_slices(partial(exact_states_of_tops, t=t), states)
+            self._call_core_in_slices(partial(exact_states_of_tops, t=t), states)
         return states
 
-    def _check_horizon(self, times: Array) -> None:
+    def _check_resolvable_attitudes(self, times: Array) -> None:
         """Raise ValueError if double precision does not suffice at one of the given times."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
@@ -135,14 +135,14 @@ class ExactEnsemble:
             i = int(late[0])
             end = float(np.broadcast_to(ends, most.shape)[i])
             try:
-                check_horizon(member(self.tops, i), end, None)
+                check_resolvable_horizon(member(self.tops, i), end, None)
             except ValueError as error:
-                raise ValueError(f"{self._error_prefix(i)}{error}") from None
+                raise ValueError(f"{self._format_error_prefix(i)}{error}") from None
 
-    def _error_prefix(self, i: int) -> str:
+    def _format_error_prefix(self, i: int) -> str:
         return f"{self._word}{format_index(unravel_index(i, self.tops.shape))}: "
 
-    def _call_in_slices(
+    def _call_core_in_slices(
         self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
     ) -> None:
         """Call a C function for consecutive slices of the ensemble and of all arrays in `rows`.
@@ -160,15 +160,19 @@ class ExactEnsemble:
             if result[0] != "OK":
                 found.append((result[1], result[0]))
 
-        pool = WorkerPool(parse_threads(None, None))
+        pool = WorkerPool(parse_thread_count(None, None))
         pool.run(SliceTask(self.tops.size, job, collect, work))
         if found:
             first, status = min(found)
-            error = _no_turning_points_error if function is exact_turnings else no_closed_form_error
-            raise error(status, member(self.tops, first), self._error_prefix(first))
+            error = (
+                _make_no_turning_points_error
+                if function is exact_turnings
+                else no_closed_form_error
+            )
+            raise error(status, member(self.tops, first), self._format_error_prefix(first))
 
     @cached_property
-    def _has_torus(self) -> bool:
+    def _has_any_torus_closed_form(self) -> bool:
         """True if any of the motions has a closed-form solution on a torus."""
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
@@ -176,21 +180,21 @@ class ExactEnsemble:
     def _frequencies_and_certificates(self) -> Array:
         """An array with one row per top: the three frequencies, certificate and mismatch."""
         heads = np.full((self.tops.size, 5), np.nan)
-        if self._has_torus:
-            self._call_in_slices(torus_heads, heads)
+        if self._has_any_torus_closed_form:
+            self._call_core_in_slices(torus_heads, heads)
         return heads
 
     @cached_property
     def _mean_rates(self) -> Array:
         rates = np.empty((self.tops.size, 3))
-        self._call_in_slices(exact_rates, rates)
+        self._call_core_in_slices(exact_rates, rates)
         return rates
 
     @cached_property
     def _turning_points(self) -> TurningPoints:
         rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
-        self._call_in_slices(exact_turnings, rows, numbers)
-        return turning_points_from_rows(rows, np.array(courses)[numbers])
+        self._call_core_in_slices(exact_turnings, rows, numbers)
+        return build_turning_points_from_rows(rows, np.array(courses)[numbers])
 
     def _reshape_to_ensemble(self, row: Array) -> Array:
         return read_only(row.reshape(self.tops.shape))
@@ -258,7 +262,7 @@ class ExactEnsemble:
         return self._reshape_to_ensemble(self._turning_points.critical_spin)
 
 
-def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueError:
+def _make_no_turning_points_error(status: str, scene: Scene, where: str) -> ValueError:
     return ValueError(where + explain_no_turning_points(status, scene))
 
 
@@ -308,6 +312,6 @@ def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueErr
     """Return the exception to raise for a scene whose motion has no closed-form solution."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
-    if has_torus(scene):
+    if has_torus_closed_form(scene):
         return ValueError(f"{where}{explain_no_closed_form(scene)}: {scene!r}")
     return ValueError(f"{where}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")

@@ -11,7 +11,7 @@ from .._utils.quantity_attributes import QuantityName
 from .run import EventSpec
 
 
-class PlanKeywords(TypedDict, total=False):
+class MethodKeywords(TypedDict, total=False):
     """Keyword arguments that control a method."""
 
     step: float | None
@@ -20,7 +20,7 @@ class PlanKeywords(TypedDict, total=False):
     every: int | None
 
 
-class StreamKeywords(PlanKeywords, total=False):
+class StreamKeywords(MethodKeywords, total=False):
     """Keyword arguments of kreisel.stream for a single scene."""
 
     max_steps: int

@@ -18,22 +18,22 @@ from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
 from .._model.environment import Environment
-from .._model.exact_momentum import add_impulse, convert_momentum_to_body
+from .._model.exact_momentum import add_impulse, compute_momentum_after_body_change
 from .._model.kwargs_types import SceneKwargs
-from .._model.scene import Scene, parse_toml
+from .._model.scene import Scene, parse_scene_toml
 from .._options.methods import FALLBACK, resolve_method
-from .._options.plan import Plan, make_plan
+from .._options.plan import Plan, make_solve_plan
 from .._options.solve_options import (
     Progress,
     SolveOptions,
-    parse_options,
-    parse_progress,
+    check_progress_callback,
     parse_recording_interval,
+    parse_solve_options,
 )
 from .._options.times import (
     CHUNK_SIZE,
-    check_horizon,
-    check_monotonic,
+    check_resolvable_horizon,
+    check_times_continue_monotonically,
     iterate_time_chunks,
     time_array,
 )
@@ -41,15 +41,15 @@ from .._results.core_calls import ORIGIN, CoreResult, RunStart
 from .._results.path import (
     Path,
     Stats,
+    build_path_from_core_result,
     drop_unrequested_quantities,
     format_progress,
-    make_path,
     make_stop_exception,
 )
-from .._results.recorder import add_events, record_chunks, report_end
-from .._results.requests import request_from_options
+from .._results.recorder import add_events_to_path, record_quantities_in_chunks, report_end_of_path
+from .._results.requests import build_request_from_options
 from .._utils.atomic_io import atomic_write
-from .._utils.errors import refuse_assignment
+from .._utils.errors import refuse_attribute_assignment
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, Vector, as_int, as_vector, short_repr
 from ..events import Event, from_record, parse_events, refuse_kinetic, to_core_events, to_record
@@ -76,7 +76,7 @@ class _PresentState(NamedTuple):
     low: Array
 
 
-@refuse_assignment(
+@refuse_attribute_assignment(
     "run.push, run.reset and run.change change a run; "
     "kreisel.start(path.end.replace(momentum=...)) begins another one at the last state of its path"
 )
@@ -153,13 +153,13 @@ class Run:
                 return path
         times = self._parse_recording_times(t, every)
         if times.size:
-            self._check_times(times)
+            self._check_run_times(times)
         if self.ended:
             raise ValueError(
                 f"this run has ended at t = {self.t!r}, where a terminal event occurred: continue "
                 "from the scene path.end"
             )
-        return self._advance(times, parse_progress(progress))
+        return self._advance_to_times(times, check_progress_callback(progress))
 
     def _advance_in_one_call(self, t: object, progress: Progress | None = None) -> Path | None:
         """Advance the run in a single call, or return None if `t` must be validated in Python."""
@@ -167,23 +167,23 @@ class Run:
         if not isinstance(path, tuple):
             return path
         status, *_, end = result = path
-        made = make_path(self.scene, self._options, result, self._origin)
+        made = build_path_from_core_result(self.scene, self._options, result, self._origin)
         part = drop_unrequested_quantities(made, self.want, end)
         self.__dict__["stats"] = part.stats
         raise make_stop_exception(status, part, format_progress(part, end))
 
-    def _advance(self, times: Array, progress: Progress | None) -> Path:
+    def _advance_to_times(self, times: Array, progress: Progress | None) -> Path:
         """Advance the run, and return the path at the given times."""
         if self.want is None:
             status, path = self._record_path(times, progress)
         else:
-            status, path = record_chunks(
+            status, path = record_quantities_in_chunks(
                 times, self.want, lambda at: self._record_path(at, progress), lambda: self.ended
             )
         if status != "OK":
             end = float(times[-1]) if times.size else self.t
             raise make_stop_exception(status, path, format_progress(path, end))
-        return report_end(path, progress)
+        return report_end_of_path(path, progress)
 
     def stream(
         self,
@@ -201,7 +201,7 @@ class Run:
         number = parse_recording_interval(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
         chunks = iterate_time_chunks(t, self.step, number, size, reached, self.start_time)
-        return self._iterate_paths(chunks, parse_progress(progress))
+        return self._iterate_paths(chunks, check_progress_callback(progress))
 
     def _iterate_paths(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
@@ -209,7 +209,7 @@ class Run:
             if path is not None:
                 yield path
                 continue
-            self._check_times(chunk)
+            self._check_run_times(chunk)
             status, path = self._record_path(chunk, progress)
             path = drop_unrequested_quantities(path, self.want, float(chunk[-1]))
             if status != "OK":
@@ -220,17 +220,17 @@ class Run:
 
     def _parse_recording_times(self, t: Numbers, every: int | None) -> Array:
         number = parse_recording_interval(self._options.method, every)
-        times = time_array(t, self.step, number, self._options.state_bytes, self.start_time)
+        times = time_array(t, self.step, number, self._options.bytes_per_state, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
             return times
         if number is not None:
             return times[np.abs(times) > abs(self.t)]
         return np.array([self.t, times[-1]])
 
-    def _check_times(self, times: Array) -> None:
+    def _check_run_times(self, times: Array) -> None:
         """Raise ValueError if the times are not monotonic or too large."""
-        check_monotonic(times, self.t, self._back)
-        check_horizon(self.scene, float(times[-1]), self.step)
+        check_times_continue_monotonically(times, self.t, self._back)
+        check_resolvable_horizon(self.scene, float(times[-1]), self.step)
 
     def _record_path(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
         met, motion = None, self._top
@@ -245,9 +245,9 @@ class Run:
                 raise RuntimeError(_UNDER_WAY)
             fresh = self._fresh and not times.size
             self.__dict__.update(t=motion.t, _fresh=fresh)
-        path = make_path(self.scene, self._options, result, self._origin)
+        path = build_path_from_core_result(self.scene, self._options, result, self._origin)
         if met is not None:
-            path = add_events(path, met)
+            path = add_events_to_path(path, met)
         self.__dict__["stats"] = path.stats
         return result[0], path
 
@@ -352,7 +352,7 @@ class Run:
         scene = now.scene.replace(**given)
         if keep == "velocity" and body is not None:
             old, q, m = now.scene.body, np.array(scene.attitude), np.array(scene.momentum)
-            momentum, low = convert_momentum_to_body(
+            momentum, low = compute_momentum_after_body_change(
                 old, scene.body, q, now.low[1:5], m, now.low[5:]
             )
             scene = scene.replace(momentum=momentum)
@@ -372,7 +372,7 @@ class Run:
         The digits beyond double precision are taken from `now`, unless `momentum_low` is given.
         """
         resolve_method(self.method, scene)
-        check_horizon(scene, now.t, self.step)
+        check_resolvable_horizon(scene, now.t, self.step)
         if momentum_low is not None:
             now.low[5:] = momentum_low
         origin = RunStart(now.t, now.low if self._options.has_extended_precision else None)
@@ -401,7 +401,7 @@ class Run:
     @property
     def plan(self) -> Plan:
         """The kreisel.Plan of the run."""
-        return make_plan(self.scene, self._options)
+        return make_solve_plan(self.scene, self._options)
 
     @property
     def checkpoint(self) -> bytes:
@@ -441,7 +441,7 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunS
 
     Raises an exception if the C library rejects the scene.
     """
-    request = request_from_options(options)
+    request = build_request_from_options(options)
     if request is not None:
         status, motion = request.start(scene._block, back, *origin)
     else:
@@ -450,10 +450,10 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunS
         status, motion = start_top(scene._block, *options.core, back, events, 0, *origin)
     if motion is not None:
         return motion
-    state = scene._start.copy()
+    state = scene._start_state.copy()
     state[0, 0] = origin.begin
     result = status, state, None, (0, 0, 0, 0), -0.1 if back else 0.0
-    path = make_path(scene, options, result, origin)
+    path = build_path_from_core_result(scene, options, result, origin)
     raise make_stop_exception(status, path, format_progress(path, origin.begin))
 
 
@@ -506,10 +506,10 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
     arguments = method, step, tol, digits, limit, head["want"], None, head["asked"]
-    scene = parse_toml(head["scene"])
+    scene = parse_scene_toml(head["scene"])
     if not isinstance(head["back"], bool):
         raise TypeError(f"back must be true or false, not {head['back']!r}")
-    options, rows = parse_options(scene, *arguments), head.get("events")
+    options, rows = parse_solve_options(scene, *arguments), head.get("events")
     if rows is not None:
         events = parse_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
@@ -574,11 +574,11 @@ def start(
     """
     if not isinstance(back, bool):
         raise TypeError(f"back must be True or False, not {short_repr(back)}")
-    options = parse_run(scene, method, step, tol, digits, max_steps, want, events)
+    options = parse_run_options(scene, method, step, tol, digits, max_steps, want, events)
     return Run(scene, options, back)
 
 
-def parse_run(
+def parse_run_options(
     scene: object,
     method: object,
     step: object,
@@ -592,7 +592,7 @@ def parse_run(
     """Return the options of a run. If events are requested, 'auto' selects the Taylor series."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
-        return parse_options(scene, method, *controls)
+        return parse_solve_options(scene, method, *controls)
     chosen = FALLBACK if method == "auto" else method
-    options = parse_options(scene, chosen, *controls, requested=method)
+    options = parse_solve_options(scene, chosen, *controls, requested=method)
     return replace(options, events=parse_events(options.method.name, events))

@@ -14,14 +14,14 @@ from .._options.ensemble_options import (
     EnsembleOptions,
     check_result_memory,
     parse_ensemble_options,
-    parse_threads,
+    parse_thread_count,
 )
 from .._options.methods import FALLBACK
-from .._options.solve_options import Progress, parse_progress
+from .._options.solve_options import Progress, check_progress_callback
 from .._results.executor import WorkerPool
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section
-from .._results.turn_times import estimate_turn_times
+from .._results.turn_times import estimate_times_per_turn
 from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
 from ..events import Event, nutation, parse_events, refuse_kinetic, to_core_events
 
@@ -75,14 +75,14 @@ def section(
     that are crossed by every motion.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
-    waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)
-    pool = WorkerPool(parse_threads(threads, executor), executor)
-    callback = parse_progress(progress)
+    waits, options = parse_section_arguments(many, event, n, max_wait, tol, digits, max_steps)
+    pool = WorkerPool(parse_thread_count(threads, executor), executor)
+    callback = check_progress_callback(progress)
     check_result_memory(many, waits, options)
     return run_ensemble(Section, many, waits, options, pool, SECTION, callback)
 
 
-def parse_section(
+def parse_section_arguments(
     tops: Ensemble,
     event: object,
     n: object,
@@ -98,7 +98,7 @@ def parse_section(
     Raises TypeError or ValueError for an invalid argument.
     """
     options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
-    parsed = parse_event(event)
+    parsed = parse_section_event(event)
     refuse_kinetic(tops, [parsed])
     events = to_core_events([parsed])
     waits = np.broadcast_to(
@@ -107,7 +107,7 @@ def parse_section(
     return waits, replace(options, core_events=events)
 
 
-def parse_event(event: object) -> Event:
+def parse_section_event(event: object) -> Event:
     """Validate the event of a section, and return it.
 
     Raises ValueError if the event is terminal or limits the number of its occurrences.
@@ -127,7 +127,7 @@ def _parse_waiting_time(tops: Ensemble, max_wait: object) -> Array:
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)
-        return np.minimum(_TURNS * estimate_turn_times(tops), 0.25 * known)
+        return np.minimum(_TURNS * estimate_times_per_turn(tops), 0.25 * known)
     given = as_finite_array("max_wait", max_wait, "a number, or one for each top")
     if (given == 0.0).any():
         raise ValueError("max_wait must not be zero")

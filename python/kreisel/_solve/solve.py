@@ -8,8 +8,13 @@ from typing import Literal, Unpack, overload
 
 from .._model.scene import Ensemble, Scene
 from .._options.plan import GEOMETRIC
-from .._options.solve_options import Progress, SolveOptions, parse_options, parse_progress
-from .._options.times import check_horizon, time_array
+from .._options.solve_options import (
+    Progress,
+    SolveOptions,
+    check_progress_callback,
+    parse_solve_options,
+)
+from .._options.times import check_resolvable_horizon, time_array
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._results.recorder import record_path
@@ -18,9 +23,13 @@ from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from .exact import record_exact_tangents
 from .keywords import PoolKeywords, SolveKeywords
-from .run import EventSpec, Run, parse_run
-from .solve_ensemble import SolveArguments, reject_ensemble_arguments, solve_ensemble
-from .step_search import geometric_options, make_unexpected_error_exception, solve_with_step_search
+from .run import EventSpec, Run, parse_run_options
+from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, solve_ensemble
+from .step_search import (
+    make_unexpected_error_exception,
+    parse_geometric_options,
+    solve_with_step_search,
+)
 from .variational import TangentSpec, parse_tangent_options, record_tangents
 
 
@@ -157,8 +166,8 @@ def solve(
             scene, method, step, tol, digits, max_steps, want, every, *special
         )
     else:
-        options = parse_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
-    return _solve_with_options(scene, options, t, parse_progress(progress))
+        options = parse_solve_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
+    return _solve_with_options(scene, options, t, check_progress_callback(progress))
 
 
 def _parse_tangents_events_geometric(
@@ -185,14 +194,14 @@ def _parse_tangents_events_geometric(
         controls = step, tol, digits, max_steps
         return parse_tangent_options(scene, method, tangents, controls, every, excluded)
     if any(value is not None for value in others.values()):
-        reject_ensemble_arguments(scene, **others)
+        refuse_ensemble_arguments(scene, **others)
     if method == GEOMETRIC:
         excluded = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         check_type("scene", scene, Scene)
-        return geometric_options(error, max_steps, want, excluded)
+        return parse_geometric_options(error, max_steps, want, excluded)
     if error is not None:
         raise make_unexpected_error_exception(method)
-    return parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
+    return parse_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
 
 
 def _solve_with_options(
@@ -202,11 +211,11 @@ def _solve_with_options(
     if options.tangents:
         record = record_exact_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)
-    times = time_array(t, options.step, options.every, options.state_bytes)
+    times = time_array(t, options.step, options.every, options.bytes_per_state)
     end = float(times[-1]) if times.size else 0.0
     if options.error is not None:
         return solve_with_step_search(scene, options, times, progress)
-    check_horizon(scene, end, options.step)
+    check_resolvable_horizon(scene, end, options.step)
     if options.has_events or times.size > options.chunk_size:
-        return Run(scene, options, end < 0.0)._advance(times, progress)
+        return Run(scene, options, end < 0.0)._advance_to_times(times, progress)
     return record_path(scene, options, times, progress)

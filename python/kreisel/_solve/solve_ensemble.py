@@ -13,13 +13,13 @@ from .._options.ensemble_options import (
     ReductionSpec,
     check_result_memory,
     parse_ensemble_options,
-    parse_out,
-    parse_threads,
-    parse_times,
+    parse_ensemble_times,
+    parse_output_array,
+    parse_thread_count,
 )
 from .._options.methods import FALLBACK
 from .._options.plan import GEOMETRIC
-from .._options.solve_options import Progress, parse_progress
+from .._options.solve_options import Progress, check_progress_callback
 from .._results.ensemble_buffers import LANES, SCALAR, SliceRunner
 from .._results.ensemble_paths import Paths
 from .._results.executor import WorkerPool
@@ -29,13 +29,13 @@ from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from ..events import parse_events, refuse_kinetic, to_core_events
 from .run import EventSpec
-from .step_search import STEP_SEARCH, geometric_options, make_unexpected_error_exception
+from .step_search import STEP_SEARCH, make_unexpected_error_exception, parse_geometric_options
 from .variational import (
     TangentSpec,
     check_computes_tangents,
-    parse_tangents,
+    parse_tangent_names,
+    refuse_arguments_with_tangents,
     refuse_tangents_of_friction,
-    reject_arguments_with_tangents,
 )
 
 
@@ -93,8 +93,8 @@ def reduce(
     options = parse_ensemble_options(tops, method, *controls)
     if not options.reductions:
         raise TypeError("reductions must name quantities, as in {'nutation': ('min', 'max')}")
-    pool = WorkerPool(parse_threads(threads, executor), executor)
-    callback, times = parse_progress(progress), parse_times(tops, t, options)
+    pool = WorkerPool(parse_thread_count(threads, executor), executor)
+    callback, times = check_progress_callback(progress), parse_ensemble_times(tops, t, options)
     return run_ensemble(Reductions, tops, times, options, pool, LANES, callback)
 
 
@@ -109,11 +109,11 @@ def solve_ensemble(
     out: Array | None = None,
 ) -> Paths:
     """Compute the motions of all tops in an ensemble."""
-    options = parse_arguments(tops, method, arguments)
-    pool = WorkerPool(parse_threads(threads, executor), executor)
-    callback, times = parse_progress(progress), parse_times(tops, t, options)
+    options = parse_ensemble_arguments(tops, method, arguments)
+    pool = WorkerPool(parse_thread_count(threads, executor), executor)
+    callback, times = check_progress_callback(progress), parse_ensemble_times(tops, t, options)
     check_result_memory(tops, times, options)
-    target = parse_out(tops, out, times, options)
+    target = parse_output_array(tops, out, times, options)
     return run_ensemble(
         Paths, tops, times, options, pool, select_slice_runner(options), callback, target
     )
@@ -123,7 +123,7 @@ def select_slice_runner(options: EnsembleOptions) -> SliceRunner:
     """Return the function that computes slices of an ensemble."""
     if options.has_step_search:
         return STEP_SEARCH
-    return SCALAR if options.is_one_by_one else LANES
+    return SCALAR if options.uses_one_run_per_top else LANES
 
 
 def stream_ensemble(
@@ -141,15 +141,15 @@ def stream_ensemble(
     Each group contains at least one top. If a group contains several tops, they have at most
     `chunk` states in total.
     """
-    options = parse_arguments(tops, method, arguments)
-    pool = WorkerPool(parse_threads(threads, executor), executor)
-    callback, times = parse_progress(progress), parse_times(tops, t, options)
-    return _solve_in_batches(
+    options = parse_ensemble_arguments(tops, method, arguments)
+    pool = WorkerPool(parse_thread_count(threads, executor), executor)
+    callback, times = check_progress_callback(progress), parse_ensemble_times(tops, t, options)
+    return _solve_ensemble_in_batches(
         tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1]))
     )
 
 
-def _solve_in_batches(
+def _solve_ensemble_in_batches(
     tops: Ensemble,
     t: Array,
     options: EnsembleOptions,
@@ -165,12 +165,14 @@ def _solve_in_batches(
             progress(min(1.0, (begin + size) / len(row)))
 
 
-def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
+def parse_ensemble_arguments(
+    tops: Ensemble, method: str, arguments: SolveArguments
+) -> EnsembleOptions:
     """Return the options of an ensemble. Raises TypeError or ValueError for an invalid argument."""
     if isinstance(method, str) and method == GEOMETRIC:
         excluded = arguments._asdict()
         error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
-        return EnsembleOptions(geometric_options(error, max_steps, want, excluded))
+        return EnsembleOptions(parse_geometric_options(error, max_steps, want, excluded))
     if arguments.tangents is not None:
         return _parse_ensemble_tangent_options(tops, method, arguments)
     step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
@@ -192,8 +194,8 @@ def _parse_ensemble_tangent_options(
 ) -> EnsembleOptions:
     """Return the validated options for solving an ensemble with tangents."""
     step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
-    names = parse_tangents(tangents)
-    reject_arguments_with_tangents(
+    names = parse_tangent_names(tangents)
+    refuse_arguments_with_tangents(
         {"error": error, "want": want, "events": events, "reduce": reduce}
     )
     chosen = FALLBACK if method == "auto" else method
@@ -203,7 +205,7 @@ def _parse_ensemble_tangent_options(
     return replace(options, solve=replace(options.solve, requested_method=method, tangents=names))
 
 
-def reject_ensemble_arguments(scene: object, **given: object) -> None:
+def refuse_ensemble_arguments(scene: object, **given: object) -> None:
     """Raise ValueError if arguments for ensembles are given for a single scene.
 
     Raises TypeError if `scene` is not a kreisel.Scene.

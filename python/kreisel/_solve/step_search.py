@@ -30,10 +30,10 @@ from .._options.plan import GEOMETRIC, StepChoice
 from .._options.solve_options import (
     Progress,
     SolveOptions,
-    parse_options,
     parse_requested_quantities,
+    parse_solve_options,
 )
-from .._options.times import check_horizon
+from .._options.times import check_resolvable_horizon
 from .._results.core_calls import record_states
 from .._results.ensemble_buffers import STATUSES, EnsembleBuffers, SliceRunner
 from .._results.error_estimate import (
@@ -50,11 +50,11 @@ from .._results.path import (
     Interrupted,
     Path,
     Stats,
+    build_path_from_core_result,
     build_path_or_raise,
-    make_path,
     make_stop_exception,
 )
-from .._results.recorder import report_end
+from .._results.recorder import report_end_of_path
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, as_int, as_positive
 from ..quaternion import attitude_error
@@ -102,11 +102,11 @@ class StepSearch:
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
         self.spent, self.cost = Stats(0, 0, 0, 0), 0  # cost of all runs; of the last run
-        self.rate, self.weight = _compute_rate_and_error_weight(scene)
+        self.rate, self.weight = _compute_top_rate_and_error_weight(scene)
         self.angle = self.rate * abs(self.end)
         self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
-        _, steps = self.guess_method(1.0)
-        times_checked = self.check_times(math.ceil(steps))
+        _, steps = self.choose_cheapest_method(1.0)
+        times_checked = self.error_check_times(math.ceil(steps))
         result, grown = estimate_rounding_growth(
             scene, times_checked, max_steps=max_steps, progress=progress
         )
@@ -114,11 +114,11 @@ class StepSearch:
         self.conditioning = ROUNDING * grown
         self.reference_options = self.choose_reference_options()
         more = grown / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
-        self.method, steps = self.guess_method(min(max(1.0, more), 1.0 / ROUNDING))
+        self.method, steps = self.choose_cheapest_method(min(max(1.0, more), 1.0 / ROUNDING))
         self.order, self.first = methods[self.method].order, math.ceil(steps)
         self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
 
-    def guess_method(self, grown: float) -> tuple[MethodName, float]:
+    def choose_cheapest_method(self, grown: float) -> tuple[MethodName, float]:
         """Return the cheapest method and the number of steps that it requires.
 
         `grown` is the growth of small perturbations, divided by their growth in a regular motion.
@@ -132,7 +132,7 @@ class StepSearch:
         method = min(prices, key=lambda name: prices[name][0])
         return method, max(1.0, prices[method][1])
 
-    def check_times(self, steps: int) -> Array:
+    def error_check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run is evaluated.
 
         The result includes the requested times and the end times of some steps. If there are only a
@@ -143,9 +143,11 @@ class StepSearch:
         ends = np.append(np.arange(each, steps, each), steps)
         parts = min(3, math.ceil(_FEW / steps))
         inside = [ends - part / parts for part in range(parts)]
-        return self.merge_times(self.end * np.concatenate(inside) / steps, self.sampled_times)
+        return self.merge_sorted_times(
+            self.end * np.concatenate(inside) / steps, self.sampled_times
+        )
 
-    def merge_times(self, a: Array, b: Array) -> Array:
+    def merge_sorted_times(self, a: Array, b: Array) -> Array:
         """Return the union of two arrays of times, sorted in the direction of the motion."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
@@ -159,14 +161,14 @@ class StepSearch:
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
-    def run_steps(self, steps: int) -> tuple[Array, float] | None:
+    def run_with_step_count(self, steps: int) -> tuple[Array, float] | None:
         """Integrate with the given number of steps, and return the states and their error.
 
         The error is the largest angle [rad] between the attitude and the reference solution. If the
         step size is too large for the method, the result is None.
         """
-        check_times = self.check_times(steps)
-        all_times = self.merge_times(check_times, self.times)
+        error_check_times = self.error_check_times(steps)
+        all_times = self.merge_sorted_times(error_check_times, self.times)
         before = self.spent.evaluations
         states = self.compute_states(
             SolveOptions(methods[self.method], abs(self.end / steps)), all_times
@@ -174,10 +176,10 @@ class StepSearch:
         self.cost = self.spent.evaluations - before
         if states is None:
             return None
-        truth = self.compute_states(self.reference_options, check_times)
+        truth = self.compute_states(self.reference_options, error_check_times)
         assert truth is not None
         checked, requested = (
-            np.searchsorted(np.abs(all_times), np.abs(t)) for t in (check_times, self.times)
+            np.searchsorted(np.abs(all_times), np.abs(t)) for t in (error_check_times, self.times)
         )
         return states[requested], float(attitude_error(states[checked, 1:5], truth[:, 1:5]).max())
 
@@ -190,7 +192,9 @@ class StepSearch:
         if status in _TOO_LARGE:
             return None
         if status != "OK":
-            path = replace(make_path(self.scene, limited, result), stats=self.spent)
+            path = replace(
+                build_path_from_core_result(self.scene, limited, result), stats=self.spent
+            )
             text = f"{options.method.name} reached t = {states[-1, 0]:g} of {self.end:g}"
             raise make_stop_exception(status, path, text)
         return states
@@ -212,7 +216,7 @@ class StepSearch:
         )
 
 
-def parse_error(error: float | None, others: Mapping[str, object]) -> float:
+def parse_error_tolerance(error: float | None, others: Mapping[str, object]) -> float:
     """Validate the error tolerance, and return it.
 
     Raises ValueError if the tolerance is invalid, or if one of the arguments in `others` is given.
@@ -239,14 +243,14 @@ def make_unexpected_error_exception(method: object) -> ValueError:
     )
 
 
-def geometric_options(
+def parse_geometric_options(
     error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
 ) -> SolveOptions:
     """Return the options for method='geometric'.
 
     Raises ValueError if one of the arguments in `excluded` is given.
     """
-    target = parse_error(error, excluded)
+    target = parse_error_tolerance(error, excluded)
     most, names = as_int("max_steps", max_steps, 0), parse_requested_quantities(want)
     placeholder = methods["strang"]
     return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
@@ -256,7 +260,9 @@ def solve_with_step_search(
     scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
 ) -> Path:
     """Solve a single scene with method='geometric', and return its path."""
-    path = report_end(_solve_all_states_with_search(scene, options, times, progress), progress)
+    path = report_end_of_path(
+        _solve_all_states_with_search(scene, options, times, progress), progress
+    )
     return path if options.want is None else path.only(options.want)
 
 
@@ -265,14 +271,14 @@ def _solve_all_states_with_search(
 ) -> Path:
     """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
-        still = parse_options(scene, "strang", step=1.0)
+        still = parse_solve_options(scene, "strang", step=1.0)
         return build_path_or_raise(scene, still, record_states(scene, still, times))
     assert options.error is not None
-    check_horizon(scene, float(times[-1]), None)
-    return search_path(scene, times, options.error, options.max_steps, progress)
+    check_resolvable_horizon(scene, float(times[-1]), None)
+    return search_path_within_error(scene, times, options.error, options.max_steps, progress)
 
 
-def search_path(
+def search_path_within_error(
     scene: Scene,
     times: Array,
     target: float,
@@ -293,9 +299,9 @@ def search_path(
             raise search.make_unmet_error_exception(
                 f"the search is limited to {search.budget} steps, which did not suffice"
             )
-        run = search.run_steps(steps)
+        run = search.run_with_step_count(steps)
         if run and run[1] <= _ENOUGH * target:
-            return _make_path(search, *run, steps)
+            return _make_path_from_search(search, *run, steps)
         error = run[1] if run else math.inf
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
@@ -308,7 +314,7 @@ def search_path(
     )
 
 
-def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
+def _make_path_from_search(search: StepSearch, states: Array, error: float, steps: int) -> Path:
     choice = StepChoice(
         method=search.method,
         step=search.end / steps,
@@ -331,12 +337,13 @@ def _is_drift_exact(scene: Scene) -> bool:
     return body.is_symmetric and (not any(body.rotor) or body.kind != "general")
 
 
-def _compute_rate_and_error_weight(scene: Scene) -> tuple[float, float]:
+def _compute_top_rate_and_error_weight(scene: Scene) -> tuple[float, float]:
     """Return the rate r of the top [T^-1], and the weight w of a method's error [T^-1]."""
     body = scene.body
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
     kinetic, potential = (
-        float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
+        float(values(name, scene._block, scene._start_state)[0])
+        for name in ("kinetic", "potential")
     )
     is_exact = _is_drift_exact(scene)
     moment = sorted(body.moments)[1 if is_exact else 2]
@@ -362,13 +369,13 @@ def solve_slice_with_search(
     work: Work | None,
 ) -> EnsembleBuffers:
     """Solve a slice of an ensemble with the cheapest method that meets the error tolerance."""
-    part = buffers.select_rows(slice(begin, end))
+    part = buffers.select_buffer_rows(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
             break
         times = t[begin + i] if t.ndim == 2 else t
         try:
-            _solve_one_top(part, i, options, member(tops, begin + i), times, work)
+            _solve_top_into_buffers(part, i, options, member(tops, begin + i), times, work)
         except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise
@@ -379,7 +386,7 @@ def solve_slice_with_search(
     return part
 
 
-def _solve_one_top(
+def _solve_top_into_buffers(
     part: EnsembleBuffers,
     i: int,
     options: EnsembleOptions,
@@ -396,10 +403,10 @@ def _solve_one_top(
     except ValueError as error:
         status, part.messages[i] = _UNMET, str(error)
     part.status[i] = status
-    _write_row(part, i, path, times, bool(status))
+    _write_path_to_buffers(part, i, path, times, bool(status))
 
 
-def _write_row(
+def _write_path_to_buffers(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
     """Write a path to the buffers, and NaN at all times after the end of the path."""

@@ -7,15 +7,15 @@ from concurrent.futures import Executor
 from typing import Unpack, overload
 
 from .._model.scene import Ensemble, Scene
-from .._options.solve_options import Progress, parse_progress
-from .._options.times import CHUNK_SIZE, parse_direction_and_chunks
+from .._options.solve_options import Progress, check_progress_callback
+from .._options.times import CHUNK_SIZE, parse_time_direction_and_chunks
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, as_int
 from .keywords import PoolKeywords, StreamKeywords
-from .run import EventSpec, Run, parse_run
-from .solve_ensemble import SolveArguments, reject_ensemble_arguments, stream_ensemble
+from .run import EventSpec, Run, parse_run_options
+from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, stream_ensemble
 
 
 class _EnsembleKeywords(StreamKeywords, PoolKeywords, total=False):
@@ -96,7 +96,9 @@ def stream(
         size = most or 1 << 20
         return stream_ensemble(scene, t, method, arguments, size, progress, threads, executor)
     if threads is not None or executor is not None:
-        reject_ensemble_arguments(scene, threads=threads, executor=executor)
-    options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
-    back, chunks = parse_direction_and_chunks(t, options.step, options.every, most or CHUNK_SIZE)
-    return Run(scene, options, back)._iterate_paths(chunks, parse_progress(progress))
+        refuse_ensemble_arguments(scene, threads=threads, executor=executor)
+    options = parse_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
+    back, chunks = parse_time_direction_and_chunks(
+        t, options.step, options.every, most or CHUNK_SIZE
+    )
+    return Run(scene, options, back)._iterate_paths(chunks, check_progress_callback(progress))

@@ -31,7 +31,7 @@ _ASIDE = 0.1  # value of the other angle on a loop [turns]; no motion is special
 _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
+def compute_torus_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
     """Compute the action of the loop along which one torus angle makes a full turn.
 
     `angle` is the index of the torus angle that makes a full turn. `states_at` computes one state
@@ -42,7 +42,7 @@ def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bo
     while n <= _MOST:
         turns = np.full((n, 2), _ASIDE)
         turns[:, angle] = np.arange(n) / n
-        action, size = _integrate_one_form(states_at(turns), is_level)
+        action, size = _integrate_action_one_form(states_at(turns), is_level)
         if abs(action - last) <= _SETTLED * size:
             return action
         n, last = 2 * n, action
@@ -52,7 +52,7 @@ def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bo
     )
 
 
-def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
+def _integrate_action_one_form(states: Array, is_level: bool) -> tuple[float, float]:
     """Return the action integral over a closed loop, and the mean absolute value of its integrand.
 
     Let e_j be the columns of R; then <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative
@@ -62,7 +62,7 @@ def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
     momentum = states[:, 5:8]
     columns = np.array([turn((w, x, y, z), axis) for axis in _AXES]).transpose(0, 2, 1)
     if is_level:
-        columns, momentum = _remove_heading(columns, momentum)
+        columns, momentum = _rotate_to_momentum_heading(columns, momentum)
     n = len(states)
     order = np.fft.rfftfreq(n, 1.0 / n)
     order[-1] = 0.0  # the derivative of the highest cosine is zero at all states
@@ -71,7 +71,7 @@ def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
     return float(integrand.mean()), float(np.abs(integrand).mean())
 
 
-def _remove_heading(columns: Array, momentum: Array) -> tuple[Array, Array]:
+def _rotate_to_momentum_heading(columns: Array, momentum: Array) -> tuple[Array, Array]:
     """Return the components of vectors along m/|m|, e3 x m/|m| and e3 for a horizontal vector m."""
     size = np.hypot(momentum[:, 0], momentum[:, 1])
     c, s = momentum[:, 0] / size, momentum[:, 1] / size

@@ -11,11 +11,16 @@ import numpy as np
 from .._core import start as start_top
 from .._core import tangents as TANGENTS
 from .._model.scene import Ensemble, Scene
-from .._options.methods import FALLBACK, Method, has_torus
-from .._options.solve_options import Progress, SolveOptions, parse_options, parse_recording_interval
-from .._options.times import check_horizon, time_array
-from .._results.path import Path, format_progress, make_path, make_stop_exception
-from .._results.recorder import report_end
+from .._options.methods import FALLBACK, Method, has_torus_closed_form
+from .._options.solve_options import (
+    Progress,
+    SolveOptions,
+    parse_recording_interval,
+    parse_solve_options,
+)
+from .._options.times import check_resolvable_horizon, time_array
+from .._results.path import Path, build_path_from_core_result, format_progress, make_stop_exception
+from .._results.recorder import report_end_of_path
 from .._results.tangent_data import TangentData
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Numbers, check_type, short_repr
@@ -36,7 +41,7 @@ TangentName = Literal[
 TangentSpec = TangentName | Iterable[TangentName]
 
 
-def parse_tangents(tangents: object) -> tuple[str, ...]:
+def parse_tangent_names(tangents: object) -> tuple[str, ...]:
     """Return the names of the requested tangents without duplicates, in a fixed order.
 
     Raises TypeError or ValueError for an unknown name, or if no name is given.
@@ -56,7 +61,7 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
     return tuple(name for name in TANGENTS if name in names)
 
 
-def reject_arguments_with_tangents(arguments: Mapping[str, object]) -> None:
+def refuse_arguments_with_tangents(arguments: Mapping[str, object]) -> None:
     """Raise ValueError for arguments that cannot be combined with tangents."""
     for name, value in arguments.items():
         if value is not None:
@@ -89,11 +94,11 @@ def parse_tangent_options(
     `controls` contains the arguments step, tol, digits and max_steps. Raises ValueError if an
     argument in `excluded` is given, or if the method cannot compute the tangents.
     """
-    top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
-    reject_arguments_with_tangents(excluded)
+    top, names = check_type("scene", scene, Scene), parse_tangent_names(tangents)
+    refuse_arguments_with_tangents(excluded)
     chosen = FALLBACK if method == "auto" else method
-    options = parse_options(top, chosen, *controls, requested=method)
-    if options.method.exact and has_torus(top):
+    options = parse_solve_options(top, chosen, *controls, requested=method)
+    if options.method.exact and has_torus_closed_form(top):
         check_tangent_names(names)
     else:
         check_computes_tangents(options.method)
@@ -123,19 +128,21 @@ def record_tangents(
 ) -> Path:
     """Compute the motion of a scene together with its tangents, and return the path."""
     times = time_array(
-        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_column_count
+        t, options.step, None, options.bytes_per_state + 2 * 48 * options.tangent_column_count
     )
     end = float(times[-1]) if times.size else 0.0
-    check_horizon(scene, end, options.step)
+    check_resolvable_horizon(scene, end, options.step)
     status, top = start_top(scene._block, *options.core, end < 0.0, [], options.tangent_flags)
     if top is None:
-        path = make_path(scene, options, (status, scene._start.copy(), None, (0, 0, 0, 0), end))
+        path = build_path_from_core_result(
+            scene, options, (status, scene._start_state.copy(), None, (0, 0, 0, 0), end)
+        )
         raise make_stop_exception(status, path, format_progress(path, end))
     result, high, low, rest = top.record_tangents(times, options.has_extended_precision, progress)
-    path = make_path(scene, options, result)
+    path = build_path_from_core_result(scene, options, result)
     path = replace(
         path, _tangent_data=TangentData.from_flat_arrays(high, low, rest, options.tangents)
     )
     if result[0] != "OK":
         raise make_stop_exception(result[0], path, format_progress(path, end))
-    return report_end(path, progress)
+    return report_end_of_path(path, progress)

@@ -23,7 +23,7 @@ def add_checksum(data: bytearray) -> bytearray:
     return data
 
 
-def has_checksum(data: bytes) -> bool:
+def has_correct_checksum(data: bytes) -> bool:
     """Return True if the contents of a file include a correct checksum."""
     at = data.rfind(_MARK) + len(_MARK)
     if at < len(_MARK):

@@ -29,14 +29,14 @@ _PER = b"top", b"time", b"event"  # values of `per`: a column has one value per 
 _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
-def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
+def encode_part_as_parquet(part: PartTable, about: Mapping[str, Any]) -> bytearray:
     """Encode a part as a Parquet file with a placeholder for its checksum.
 
     The dictionary `about` is stored as JSON in the metadata of the file.
     """
     table = convert_to_arrow_table(part)
     out = pa.BufferOutputStream()
-    doubles = [name for name, kind in list_column_types(table) if kind == pa.float64()]
+    doubles = [name for name, kind in list_parquet_column_types(table) if kind == pa.float64()]
     with parquet.ParquetWriter(
         out,
         table.schema,
@@ -51,7 +51,7 @@ def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
     return bytearray(out.getvalue())
 
 
-def list_column_types(table: Table) -> list[tuple[str, Any]]:
+def list_parquet_column_types(table: Table) -> list[tuple[str, Any]]:
     """Return the path of each column in the Parquet schema, and the type of its values."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
@@ -119,7 +119,7 @@ def _parse_part_description(metadata: Mapping[bytes, bytes] | None) -> dict[str,
     return about
 
 
-def decode_part(
+def decode_part_from_parquet(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
 ) -> PartTable:
     """Read a part from a file, optionally only the columns in `names`.
@@ -138,13 +138,13 @@ def decode_part(
         missing = {*(wanted or ())} - {*table.column_names}
         if missing:
             raise ValueError(f"it has no {', '.join(sorted(missing))}")
-        return _read_table(table, states)
+        return _convert_arrow_to_part_table(table, states)
     except (pa.ArrowException, OSError, AttributeError, TypeError, ValueError) as error:
         # Parquet has no checksum of the schema, so a damaged schema can cause any of these errors.
         raise ValueError(f"{file} is damaged, or not a part of this sweep: {error}") from None
 
 
-def _read_table(table: Table, states: int) -> PartTable:
+def _convert_arrow_to_part_table(table: Table, states: int) -> PartTable:
     """Convert an Arrow table to a PartTable."""
     part = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):

@@ -21,8 +21,8 @@ from .._results.ensemble_tables import list_reduction_columns
 from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
-from .._results.tables import quantity_rows
-from .start_parameters import component_names, parameter_dimension
+from .._results.tables import compute_quantity_rows
+from .start_parameters import list_component_names, parameter_dimension
 from .sweep_plan import SweepPlan
 from .task import ChaosTask, TaskResult
 
@@ -55,9 +55,9 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
     part = PartTable({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
     ensemble = plan.ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
     degrees = plan.source._flags.get("degrees", False)
-    for name, one in plan.source._list_coordinates(tops.start, tops.stop, ensemble).items():
+    for name, one in plan.source._list_varying_values(tops.start, tops.stop, ensemble).items():
         flat = one.values.reshape(len(one.values), -1)
-        for i, component in enumerate(component_names(name, one.value)):
+        for i, component in enumerate(list_component_names(name, one.value)):
             # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
             column = f"{component}_given" if component in names else component
             part.columns[column], part.units[column] = (
@@ -108,7 +108,7 @@ def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
     """Return the columns that contain the times and the recorded quantities of all tops."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
-    for quantity, values in quantity_rows(outcome, (), False, False):
+    for quantity, values in compute_quantity_rows(outcome, (), False, False):
         flat = values.reshape(*values.shape[:2], quantity.doubles)
         for i, name in enumerate(quantity.components):
             columns.append((name, flat[:, :, i], quantity.dimension))

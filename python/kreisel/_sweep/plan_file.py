@@ -24,14 +24,14 @@ from typing import Any
 
 import numpy as np
 
-from .._model.scene import Scene, build_from_table
-from .._model.toml import check_table, parse_tables, read
+from .._model.scene import Scene, build_scene_from_table
+from .._model.toml import parse_toml_tables, read, require_toml_table
 from .._utils.errors import unknown_name_message
 from .._utils.validation import as_float, as_int, short_repr
 from ..events import MAKERS, Event
 from ..scenes import about, get_scene
 from .source import Source
-from .sweep_plan import SweepPlan, make_plan
+from .sweep_plan import SweepPlan, make_sweep_plan
 from .task import ARGUMENTS, parse_task
 
 _CONSTRUCTORS: dict[str, Callable[..., Source]] = {
@@ -43,12 +43,12 @@ _CONSTRUCTORS: dict[str, Callable[..., Source]] = {
 _KEYS = ["task", *ARGUMENTS, "part_size"]
 
 
-def read_plan(file: Path) -> SweepPlan:
+def read_sweep_plan(file: Path) -> SweepPlan:
     """Read a plan from a file.
 
     Raises TypeError or ValueError if the plan is invalid; the message states the file name.
     """
-    return read(file, lambda text: _parse_plan_tables(parse_tables(text), file.parent))
+    return read(file, lambda text: _parse_plan_tables(parse_toml_tables(text), file.parent))
 
 
 def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
@@ -59,18 +59,22 @@ def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
             )
     arguments = {name: tables[name] for name in ARGUMENTS if name in tables}
     if "t" in arguments:
-        arguments["t"] = _parse_values("t", arguments["t"])
+        arguments["t"] = _parse_values_or_range("t", arguments["t"])
     if "events" in arguments:
-        arguments["events"] = [_parse_event(row) for row in _list_rows(arguments["events"])]
+        arguments["events"] = [
+            _build_event_from_table(row) for row in _parse_event_tables(arguments["events"])
+        ]
     if "event" in arguments:
-        arguments["event"] = _parse_event(dict(check_table("event", arguments["event"])))
+        arguments["event"] = _build_event_from_table(
+            dict(require_toml_table("event", arguments["event"]))
+        )
     if "reduce" in arguments:
-        check_table("reduce", arguments["reduce"])
+        require_toml_table("reduce", arguments["reduce"])
     task = parse_task(tables.get("task", "solve"), arguments)
-    return make_plan(_parse_source(tables, folder), task, tables.get("part_size"))
+    return make_sweep_plan(_parse_source_tables(tables, folder), task, tables.get("part_size"))
 
 
-def _parse_source(tables: dict[str, Any], folder: Path) -> Source:
+def _parse_source_tables(tables: dict[str, Any], folder: Path) -> Source:
     chosen = [name for name in _CONSTRUCTORS if name in tables]
     if len(chosen) != 1:
         many = f"not {' and '.join(chosen)}" if chosen else "and there is none"
@@ -79,15 +83,15 @@ def _parse_source(tables: dict[str, Any], folder: Path) -> Source:
         )
     if "scene" not in tables:
         raise ValueError("a plan needs a scene: a name, a file, or a table [scene]")
-    scene, name = _parse_scene(tables["scene"], folder), chosen[0]
-    table = check_table(name, tables[name])
-    arguments = {key: _parse_values(key, value) for key, value in table.items()}
+    scene, name = _parse_plan_scene(tables["scene"], folder), chosen[0]
+    table = require_toml_table(name, tables[name])
+    arguments = {key: _parse_values_or_range(key, value) for key, value in table.items()}
     if name == "columns" and "file" in arguments:
         arguments["file"] = folder / str(arguments["file"])
     constructor = _CONSTRUCTORS[name]
     known = inspect.signature(constructor).parameters
     if not any(each.kind is each.VAR_KEYWORD for each in known.values()):
-        _check_keys(name, arguments, [key for key in known if key != "scene"])
+        _check_argument_names(name, arguments, [key for key in known if key != "scene"])
     for key, each in known.items():
         is_needed = each.default is each.empty and each.kind is each.POSITIONAL_OR_KEYWORD
         if is_needed and key not in ("scene", *arguments):
@@ -95,23 +99,23 @@ def _parse_source(tables: dict[str, Any], folder: Path) -> Source:
     return constructor(scene, **arguments)
 
 
-def _check_keys(name: str, arguments: Mapping[str, Any], known: list[str]) -> None:
+def _check_argument_names(name: str, arguments: Mapping[str, Any], known: list[str]) -> None:
     for key in arguments:
         if key not in known:
             raise ValueError(unknown_name_message(f"key in [{name}]:", key, known))
 
 
-def _parse_scene(given: object, folder: Path) -> Scene:
+def _parse_plan_scene(given: object, folder: Path) -> Scene:
     if isinstance(given, str):
         return get_scene(given) if given in about else Scene.from_toml(folder / given)
-    return build_from_table(dict(check_table("scene", given)))
+    return build_scene_from_table(dict(require_toml_table("scene", given)))
 
 
-def _parse_values(name: str, given: object) -> Any:
+def _parse_values_or_range(name: str, given: object) -> Any:
     """Return the given values, or evenly spaced values if `given` is a table { from, to, n }."""
     if not isinstance(given, dict):
         return given
-    _check_keys(name, given, ["from", "to", "n"])
+    _check_argument_names(name, given, ["from", "to", "n"])
     missing = {"from", "to", "n"} - given.keys()
     if missing:
         raise ValueError(f"{name} has no {sorted(missing)[0]}: give the first and the last value")
@@ -120,13 +124,13 @@ def _parse_values(name: str, given: object) -> Any:
     return np.linspace(begin, end, as_int(f"n of {name}", given["n"], 1))
 
 
-def _list_rows(given: object) -> list[dict[str, Any]]:
+def _parse_event_tables(given: object) -> list[dict[str, Any]]:
     if not isinstance(given, list):
         raise TypeError(f"events must be tables [[events]], not {short_repr(given)}")
-    return [dict(check_table("events", row)) for row in given]
+    return [dict(require_toml_table("events", row)) for row in given]
 
 
-def _parse_event(row: dict[str, Any]) -> Event:
+def _build_event_from_table(row: dict[str, Any]) -> Event:
     name = row.pop("event", None)
     if name not in MAKERS:
         raise ValueError(unknown_name_message("event", str(name), MAKERS))

@@ -46,7 +46,7 @@ class PartRunner:
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
         self.left = list(parts)
-        self.tops = store.plan.count_tops(parts)
+        self.tops = store.plan.count_tops_of_parts(parts)
         self.done, self._reported = 0, 0.0
         self._stopped = threading.Event()
 
@@ -85,7 +85,7 @@ class PartRunner:
         Lost parts are submitted a second time. Raises PartsLostError if parts are lost again.
         """
         for _ in range(2):
-            self._submit_all(executor)
+            self._submit_all_parts(executor)
             if not self.left:
                 self._report_progress(self.done, last=True)
                 return
@@ -94,7 +94,7 @@ class PartRunner:
             "all others are stored, and repeating the call computes the missing parts"
         )
 
-    def _submit_all(self, executor: Executor) -> None:
+    def _submit_all_parts(self, executor: Executor) -> None:
         check = (self._raise_if_stopped,) if has_local_workers(executor) else ()
         jobs = ((i, (compute_and_store_part, (self.store, i, *check))) for i in tuple(self.left))
         try:
@@ -102,7 +102,7 @@ class PartRunner:
                 executor,
                 jobs,
                 _IN_FLIGHT,
-                self._count_finished,
+                self._count_finished_part,
                 self._report_finished_tops,
                 self._stopped.set,
             )
@@ -123,11 +123,11 @@ class PartRunner:
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
-    def _count_finished(self, i: int, future: Future[int]) -> None:
+    def _count_finished_part(self, i: int, future: Future[int]) -> None:
         """Count the tops of part i as computed if its file exists."""
         if future.cancelled():
             return
         tops = len(self.store.plan.list_tops_of_part(i))
-        if future.result() == tops and self.store.part_file(i).exists():
+        if future.result() == tops and self.store.part_file_path(i).exists():
             self.left.remove(i)
             self.done += tops

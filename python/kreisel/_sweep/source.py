@@ -24,10 +24,10 @@ from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
 from .._model.variation import scatter, vary
 from .._options.ensemble_options import format_index, unravel_index
-from .._utils.errors import refuse_assignment
+from .._utils.errors import refuse_attribute_assignment
 from .._utils.validation import as_bool, as_int, check_type, short_repr
 from .start_parameters import FLAGS, parse_start_parameter
-from .start_table import read_columns
+from .start_table import read_start_parameters
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
@@ -47,7 +47,7 @@ class RandomSpec(NamedTuple):
     widths: Mapping[str, Any]
 
 
-@refuse_assignment("construct a new kreisel.Source")
+@refuse_attribute_assignment("construct a new kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """A lazy description of many tops, from which kreisel.sweep constructs the tops of each part.
@@ -103,7 +103,9 @@ class Source:
         shape = sum(map(shapes.__getitem__, axes), ())
         if math.prod(shape) >= 2**53:
             raise ValueError(f"a grid of shape {shape} has more tops than can be counted")
-        spread = {name: _reshape_along_axis(one, axes) for name, one in parameters.items()}
+        spread = {
+            name: _reshape_parameter_along_axis(one, axes) for name, one in parameters.items()
+        }
         varied = {name: spread[name] for name in axes}
         return cls(scene, shape, axes, spread, varied, flags)
 
@@ -135,7 +137,7 @@ class Source:
         for name, one in ranges.items():
             _check_parameter_bounds(name, one)
         fixed = {
-            n: _reshape_along_axis(one, ("top",))
+            n: _reshape_parameter_along_axis(one, ("top",))
             for n, one in parameters.items()
             if n not in ranges
         }
@@ -189,7 +191,7 @@ class Source:
         ValueError if a column is neither a parameter nor a component, or has invalid values. Raises
         OSError if the file cannot be read, and ImportError if pyarrow is not installed.
         """
-        arguments = read_columns(os.fspath(file))
+        arguments = read_start_parameters(os.fspath(file))
         parameters, flags = _split_parameters_and_flags(
             scene, {**arguments, "degrees": degrees, "steady": steady, "fast": fast}
         )
@@ -213,7 +215,7 @@ class Source:
             columns |= {name: tops.body._columns[name] for name in _BODY}
         scene = tops._select_member((0,) * tops.ndim)
         arguments, varied = (
-            _collapse_broadcasts(some, tops.ndim) for some in (columns, tops._varied)
+            _collapse_broadcast_columns(some, tops.ndim) for some in (columns, tops._varied)
         )
         return cls(scene, tops.shape, tops.axes, arguments, varied)
 
@@ -262,7 +264,7 @@ class Source:
         at = np.arange(0, self.size, step, dtype=np.int64)
         return np.unique(np.append(at, self.size - 1))
 
-    def _first_error(
+    def _find_error_of_first_invalid_top(
         self, validate: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
         """Return the error for the first invalid top, with the index of this top in its message.
@@ -297,7 +299,7 @@ class Source:
             return scatter(Ensemble, self.scene, at.size, random.seed, *widths, begin=first)
         arguments: dict[str, Any] = _select_parameter_values(self._parameters, self.shape, at)
         if random is not None:
-            arguments |= _draw_uniform(random, first, at.size)
+            arguments |= _draw_uniform_parameters(random, first, at.size)
         if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
@@ -305,7 +307,7 @@ class Source:
         arguments |= self._flags
         return vary(Ensemble, self.scene, arguments)
 
-    def _list_coordinates(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
+    def _list_varying_values(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
         """Return the values of the varying parameters for a slice of the source.
 
         `tops` is the ensemble of the tops in the slice.
@@ -314,7 +316,7 @@ class Source:
             self._varied, self.shape, np.arange(begin, end, dtype=np.int64)
         )
         if self._random is not None:
-            rows |= _draw_uniform(self._random, begin, end - begin)
+            rows |= _draw_uniform_parameters(self._random, begin, end - begin)
             for name in self._random.widths:
                 values = tops._columns[name]
                 rows[name] = Parameter(name, values, values.shape[1:])
@@ -355,7 +357,7 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
         )
 
 
-def _reshape_along_axis(one: Parameter, axes: tuple[str, ...]) -> Parameter:
+def _reshape_parameter_along_axis(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     """Reshape the values of a parameter so that they vary along an axis of the same name.
 
     A parameter that does not vary along an axis has a single value.
@@ -366,7 +368,7 @@ def _reshape_along_axis(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     return one._replace(values=one.values.reshape(*lead, *one.value))
 
 
-def _collapse_broadcasts(
+def _collapse_broadcast_columns(
     columns: Mapping[str, npt.NDArray[Any]], dims: int
 ) -> dict[str, Parameter]:
     """Return the columns of an ensemble, with repeated values stored only once."""
@@ -396,7 +398,7 @@ def _select_parameter_values(
     return taken
 
 
-def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
+def _draw_uniform_parameters(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
     """Draw uniformly distributed values for `n` consecutive tops, starting with top `begin`.
 
     Each value depends only on the seed, the parameter and the index of the top. The state of the

@@ -70,7 +70,7 @@ def parse_start_parameter(name: str, numbers: object) -> Parameter:
     return Parameter(name, values, own)
 
 
-def component_names(name: str, value: Shape) -> list[str]:
+def list_component_names(name: str, value: Shape) -> list[str]:
     """Return the names of the components of a parameter, such as momentum_x.
 
     `value` is the shape of the parameter for a single top.

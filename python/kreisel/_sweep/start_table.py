@@ -10,13 +10,13 @@ import numpy.typing as npt
 from .._utils.errors import unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .start_parameters import PARAMETERS, component_names
+from .start_parameters import PARAMETERS, list_component_names
 
 PARQUET = "'kreisel[sweep]'"
 _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
 
 
-def read_columns(file: str) -> dict[str, Array]:
+def read_start_parameters(file: str) -> dict[str, Array]:
     """Read parameters from a table, and return each as an array with one row per top.
 
     Raises ValueError if a column is not a parameter, and ImportError if pyarrow is not installed.
@@ -24,10 +24,10 @@ def read_columns(file: str) -> dict[str, Array]:
     ending = Path(file).suffix.lower()
     if ending not in (".parquet", ".csv"):
         raise ValueError(f"{file}: a table of starts ends in .parquet or .csv")
-    return _join_components(file, _read_table(file, ending))
+    return _join_vector_components(file, _read_start_table(file, ending))
 
 
-def _read_table(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
+def _read_start_table(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
     with optional_dependency(PARQUET):
         import pyarrow as pa
         import pyarrow.csv as text
@@ -49,16 +49,18 @@ def _read_table(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
     return columns
 
 
-def _join_components(file: str, columns: dict[str, npt.NDArray[np.generic]]) -> dict[str, Array]:
+def _join_vector_components(
+    file: str, columns: dict[str, npt.NDArray[np.generic]]
+) -> dict[str, Array]:
     """Combine columns that contain components of the same parameter."""
     parameters, left = {}, dict(columns)
     for name in PARAMETERS:
         for value in _VALUES:
-            names = component_names(name, value)
+            names = list_component_names(name, value)
             if left.keys() >= set(names):
                 parts = [left.pop(one) for one in names]
                 parameters[name] = np.stack(parts, axis=-1).reshape(-1, *value)
     if left:
-        known = [one for name in PARAMETERS for one in component_names(name, ())]
+        known = [one for name in PARAMETERS for one in list_component_names(name, ())]
         raise ValueError(f"{file}: {unknown_name_message('column', next(iter(left)), known)}")
     return {name: np.asarray(values) for name, values in parameters.items()}

@@ -24,9 +24,9 @@ from typing import Any
 import numpy as np
 
 from .._core import version
-from .._utils.atomic_io import atomic_write, check_writable, sync_folder
+from .._utils.atomic_io import atomic_write, check_file_is_writable, sync_folder
 from .._utils.validation import Array
-from .checksum import add_checksum, has_checksum
+from .checksum import add_checksum, has_correct_checksum
 from .part_table import PartTable
 from .sweep_plan import SweepPlan, hash_plan, make_array_file_name, parse_plan_json
 
@@ -52,16 +52,19 @@ class SweepStore:
 
         self.folder, self.plan, self._format = folder, plan, parquet
 
-    def part_file(self, i: int) -> Path:
+    def part_file_path(self, i: int) -> Path:
         """Return the file path of part i."""
         return self.folder / f"part-{i:06}.parquet"
 
     def write_part(self, i: int, part: PartTable) -> None:
         """Write part i to a file that includes a checksum."""
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
-        atomic_write(self.part_file(i), bytes(add_checksum(self._format.encode_part(part, about))))
+        atomic_write(
+            self.part_file_path(i),
+            bytes(add_checksum(self._format.encode_part_as_parquet(part, about))),
+        )
 
-    def list_parts(self) -> list[int]:
+    def list_existing_parts(self) -> list[int]:
         """Return the numbers of all parts whose files exist, in ascending order."""
         found, parts = [], self.plan.parts
         for entry in os.scandir(self.folder):
@@ -79,8 +82,8 @@ class SweepStore:
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
-            return self._format.decode_part(
-                str(self.part_file(i)), expected, names, self.plan.states
+            return self._format.decode_part_from_parquet(
+                str(self.part_file_path(i)), expected, names, self.plan.states
             )
         except ValueError as error:
             raise ValueError(f"{error}; {REPAIR}") from None
@@ -88,12 +91,12 @@ class SweepStore:
     def verify_part(self, i: int) -> str:
         """Verify part i, and return its status."""
         try:
-            data = self.part_file(i).read_bytes()
+            data = self.part_file_path(i).read_bytes()
         except FileNotFoundError:
             return MISSING
         except IsADirectoryError:
             return FOREIGN
-        if not has_checksum(data):
+        if not has_correct_checksum(data):
             return DAMAGED
         try:
             about = self._format.read_part_description(data)
@@ -105,9 +108,9 @@ class SweepStore:
             return DAMAGED
         return DONE if about.get("version") == version else OLD
 
-    def make_foreign_file_error(self, i: int) -> FileExistsError:
+    def make_misplaced_file_error(self, i: int) -> FileExistsError:
         """Return the exception for a file or folder that wrongly has the name of part i."""
-        file = self.part_file(i)
+        file = self.part_file_path(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
         try:
@@ -123,7 +126,7 @@ class SweepStore:
         return _open_cached_store, (str(self.folder), self.plan.hash)
 
 
-def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
+def open_sweep_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """Open the folder of a sweep.
 
     Raises ValueError if `folder` contains no sweep, or if the hash of the plan differs from
@@ -143,7 +146,7 @@ def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> S
 @lru_cache(maxsize=4)
 def _open_cached_store(folder: str, expected: str) -> SweepStore:
     """Open the folder of a sweep, and cache the result for other tasks of the worker process."""
-    return open_store(folder, expected)
+    return open_sweep_store(folder, expected)
 
 
 def _read_plan_file(where: Path) -> dict[str, Any]:
@@ -180,7 +183,7 @@ def _read_parameter_array(file: Path) -> Array:
     return values
 
 
-def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
+def create_or_open_sweep_store(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """Create the folder of a plan, or open the folder if it already exists.
 
     Raises ValueError if the folder contains a different plan. Raises FileExistsError if the folder
@@ -191,17 +194,17 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
     store = SweepStore(where, plan)
     if where.exists() and not where.is_dir():
         raise FileExistsError(f"{where} is not a folder")
-    if not (where / PLAN).exists() and _write_new_plan(where, plan):
+    if not (where / PLAN).exists() and _write_plan_to_new_folder(where, plan):
         return store
     content = _read_plan_file(where)
     if content["hash"] != plan.hash:
         raise ValueError(_describe_plan_mismatch(where, content, plan))
-    check_writable(where / PLAN)
+    check_file_is_writable(where / PLAN)
     _write_parameter_arrays(where, plan)
     return store
 
 
-def _write_new_plan(where: Path, plan: SweepPlan) -> bool:
+def _write_plan_to_new_folder(where: Path, plan: SweepPlan) -> bool:
     """Write the plan to a new or empty folder.
 
     Returns False if another process has written a plan to the folder in the meantime.
@@ -223,8 +226,8 @@ def _write_new_plan(where: Path, plan: SweepPlan) -> bool:
         "tops": plan.source.size,
         "parts": plan.parts,
     }
-    plan_lines, lines = _dump_lines(plan.as_json, 1), _dump_lines(content, 0)[:-2]
-    return _write_exclusive(where / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
+    plan_lines, lines = _format_json_lines(plan.as_json, 1), _format_json_lines(content, 0)[:-2]
+    return _write_file_if_missing(where / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
 
 
 def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
@@ -237,14 +240,14 @@ def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
             atomic_write(file, out.getvalue())
 
 
-def _dump_lines(content: Mapping[str, Any], indent: int) -> str:
+def _format_json_lines(content: Mapping[str, Any], indent: int) -> str:
     """Return a JSON object as text, with one entry per line."""
     space = " " * indent
     lines = [f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in content.items()]
     return "{\n" + ",\n".join(lines) + "\n}"
 
 
-def _write_exclusive(file: Path, data: bytes) -> bool:
+def _write_file_if_missing(file: Path, data: bytes) -> bool:
     """Write a file unless it already exists. Returns True if the file has been written."""
     new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
     atomic_write(new, data)

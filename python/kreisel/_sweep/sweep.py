@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import Any, Literal
 
 from .._model.scene import Ensemble
-from .._options.ensemble_options import ReductionSpec, parse_threads
-from .._options.solve_options import Progress, parse_progress
+from .._options.ensemble_options import ReductionSpec, parse_thread_count
+from .._options.solve_options import Progress, check_progress_callback
 from .._solve.run import EventSpec
 from .._utils.errors import warn_user
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, check_type, short_repr
 from ..events import Event
-from .plan_file import read_plan
+from .plan_file import read_sweep_plan
 from .runner import PartRunner
 from .source import Source
-from .store import DAMAGED, DONE, FOREIGN, OLD, SweepStore, create_or_open
-from .sweep_plan import SweepPlan, make_plan
+from .store import DAMAGED, DONE, FOREIGN, OLD, SweepStore, create_or_open_sweep_store
+from .sweep_plan import SweepPlan, make_sweep_plan
 from .sweep_result import SweepResult
 from .task import ARGUMENTS, TaskName, parse_task
 
@@ -123,19 +123,19 @@ def sweep(
     installed. During the computation, raises OSError if a file cannot be written, and RuntimeError
     if an executor loses parts. Ctrl-C raises kreisel.SweepInterrupted. Finished parts are kept.
     """
-    arguments = _select_task_arguments(
+    arguments = _select_nondefault_arguments(
         locals()
     )  # first, so that locals() contains only the arguments
-    plan = _make_plan(tops, task, arguments, part_size)
-    callback = parse_progress(progress)
-    count = parse_threads(threads, executor)
-    chosen = _parse_parts(parts, plan.parts)
-    store = create_or_open(folder, plan)
+    plan = _make_sweep_plan(tops, task, arguments, part_size)
+    callback = check_progress_callback(progress)
+    count = parse_thread_count(threads, executor)
+    chosen = _parse_part_range(parts, plan.parts)
+    store = create_or_open_sweep_store(folder, plan)
     runner = PartRunner(store, _list_incomplete_parts(store, chosen), callback)
-    return _run_parts(runner, chosen, count, executor)
+    return _run_selected_parts(runner, chosen, count, executor)
 
 
-def _select_task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
+def _select_nondefault_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the arguments of a task that differ from their defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
@@ -146,7 +146,7 @@ def _select_task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
     return arguments
 
 
-def _run_parts(
+def _run_selected_parts(
     runner: PartRunner, chosen: range, threads: int, executor: Executor | None
 ) -> SweepResult:
     """Compute parts of a sweep, and return the results of the whole sweep.
@@ -168,7 +168,7 @@ def _run_parts(
     return SweepResult(store)
 
 
-def _make_plan(
+def _make_sweep_plan(
     tops: Any, task: str, arguments: Mapping[str, Any], part_size: int | None
 ) -> SweepPlan:
     if isinstance(tops, (str, os.PathLike)):
@@ -176,12 +176,12 @@ def _make_plan(
             raise ValueError(
                 f"{os.fspath(tops)} is a whole plan: give no other arguments than folder"
             )
-        return read_plan(Path(tops))
+        return read_sweep_plan(Path(tops))
     source = Source.of(tops) if isinstance(tops, Ensemble) else check_type("tops", tops, Source)
-    return make_plan(source, parse_task(task, arguments), part_size)
+    return make_sweep_plan(source, parse_task(task, arguments), part_size)
 
 
-def _parse_parts(parts: object, count: int) -> range:
+def _parse_part_range(parts: object, count: int) -> range:
     """Return the requested range of parts. By default, all parts are requested."""
     if parts is None:
         return range(count)
@@ -205,7 +205,7 @@ def _list_incomplete_parts(store: SweepStore, chosen: range) -> list[int]:
     for i in chosen:
         status = store.verify_part(i)
         if status == FOREIGN:
-            raise store.make_foreign_file_error(i)
+            raise store.make_misplaced_file_error(i)
         if status != DONE:
             left.append(i)
         if status in replaced:

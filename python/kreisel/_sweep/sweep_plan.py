@@ -20,7 +20,7 @@ from .._model.broadcasting import Parameter
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
-from .._options.times import total_memory
+from .._options.times import get_total_memory
 from .._utils.validation import Array, as_int
 from .source import Places, RandomSpec, Source
 from .task import SweepTask, TaskResult, parse_task_json
@@ -60,7 +60,7 @@ class SweepPlan:
         begin = i * self.part_size
         return range(begin, min(begin + self.part_size, self.source.size))
 
-    def count_tops(self, parts: Sequence[int]) -> int:
+    def count_tops_of_parts(self, parts: Sequence[int]) -> int:
         """Return the total number of tops in the given parts."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
@@ -75,15 +75,15 @@ class SweepPlan:
             "scene": source.scene.to_toml(),
             "shape": list(source.shape),
             "axes": list(source.axes),
-            "parameters": _list_parameters(source._parameters.values()),
-            "varied": _list_varied(source),
+            "parameters": _list_parameters_as_json(source._parameters.values()),
+            "varied": _list_varying_names_as_json(source),
             "flags": dict(source._flags),
             "part_size": self.part_size,
         } | self.task.as_json
         if random is not None:
             plan["random"] = {
                 "seed": random.seed,
-                "ranges": _list_parameters(random.ranges.values()),
+                "ranges": _list_parameters_as_json(random.ranges.values()),
                 "widths": dict(random.widths),
             }
         return plan
@@ -128,7 +128,9 @@ class SweepPlan:
             return self.task.compute_tops(some, self.options, self.times, threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
-            raise self.source._first_error(self.task.parse_options_and_times, at, error) from None
+            raise self.source._find_error_of_first_invalid_top(
+                self.task.parse_options_and_times, at, error
+            ) from None
 
 
 def hash_plan(plan: Mapping[str, Any]) -> str:
@@ -148,7 +150,7 @@ def make_array_file_name(values: Array) -> str:
     return f"starts-{digest.hexdigest()}.npy"
 
 
-def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
+def _list_parameters_as_json(parameters: Iterable[Parameter]) -> list[list[Any]]:
     """Return the name, the shape and the values of each parameter in JSON form.
 
     A long array is replaced by the name of its file.
@@ -165,18 +167,18 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
     ]
 
 
-def _list_varied(source: Source) -> list[str | list[Any]]:
+def _list_varying_names_as_json(source: Source) -> list[str | list[Any]]:
     """Return the names of the varying parameters as JSON data.
 
     A name is accompanied by its values unless the plan already contains them.
     """
     return [
-        name if source._parameters.get(name) is one else _list_parameters([one])[0]
+        name if source._parameters.get(name) is one else _list_parameters_as_json([one])[0]
         for name, one in source._varied.items()
     ]
 
 
-def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
+def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
     """Return the plan for a sweep, after validating it on a sample of the tops.
 
     Raises TypeError or ValueError if the task or a top is invalid. Raises MemoryError if a part
@@ -187,16 +189,18 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
         ensemble = source._build_tops(sample)
         options, times = task.parse_options_and_times(ensemble)
     except (TypeError, ValueError) as error:
-        raise source._first_error(task.parse_options_and_times, sample, error) from None
+        raise source._find_error_of_first_invalid_top(
+            task.parse_options_and_times, sample, error
+        ) from None
     states = times.shape[-1]
-    results = 8 * len(options.reductions) or states * (8 + options.state_bytes)
+    results = 8 * len(options.reductions) or states * (8 + options.bytes_per_state)
     row = _ROW_BYTES + results
     if part_size is None:
         size = max(1, min(_MAX_PART, _PART_BYTES // row))
     else:
         size = as_int("part_size", part_size, 1)
     needed = min(size, source.size) * row
-    if needed > total_memory():
+    if needed > get_total_memory():
         raise MemoryError(
             f"a part of {size} tops with {states} states each needs {1e-9 * needed:.3g} GB, more "
             "than this machine has: use smaller parts, fewer times or fewer quantities"
@@ -214,7 +218,7 @@ def parse_plan_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Sw
     """
     try:
         source, task = _parse_source_json(plan, load), parse_task_json(plan)
-        result = make_plan(source, task, plan["part_size"])
+        result = make_sweep_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
     if result.hash != hash_plan(plan):
@@ -223,7 +227,7 @@ def parse_plan_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Sw
 
 
 def _parse_source_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def parse_parameters(rows: list[list[Any]]) -> dict[str, Parameter]:
+    def parse_parameter_rows(rows: list[list[Any]]) -> dict[str, Parameter]:
         parameters = {}
         for name, value, numbers in rows:
             is_file = isinstance(numbers, str)
@@ -236,10 +240,10 @@ def _parse_source_json(plan: Mapping[str, Any], load: Callable[[str], Array]) ->
     random = None
     if "random" in plan:
         spec = plan["random"]
-        random = RandomSpec(spec["seed"], parse_parameters(spec["ranges"]), spec["widths"])
-    parameters = parse_parameters(plan["parameters"])
+        random = RandomSpec(spec["seed"], parse_parameter_rows(spec["ranges"]), spec["widths"])
+    parameters = parse_parameter_rows(plan["parameters"])
     varied: dict[str, Parameter] = {}
     for row in plan["varied"]:
-        varied |= {row: parameters[row]} if isinstance(row, str) else parse_parameters([row])
+        varied |= {row: parameters[row]} if isinstance(row, str) else parse_parameter_rows([row])
     scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), tuple(plan["axes"])
     return Source(scene, shape, axes, parameters, varied, plan["flags"], random)

@@ -14,12 +14,12 @@ import numpy.typing as npt
 from .._results.ensemble_buffers import EventColumns
 from .._results.ensemble_events import EnsembleEvents, ensemble_events
 from .._results.tables import TABLES
-from .._utils.errors import refuse_assignment, unknown_name_message
+from .._utils.errors import refuse_attribute_assignment, unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import as_bool, as_int
 from .part_table import COUNT, EVENT_STATE, PartTable
 from .start_table import PARQUET
-from .store import DAMAGED, DONE, FOREIGN, MISSING, OLD, REPAIR, SweepStore, open_store
+from .store import DAMAGED, DONE, FOREIGN, MISSING, OLD, REPAIR, SweepStore, open_sweep_store
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -30,7 +30,7 @@ Column = npt.NDArray[Any]
 _STATUS = "status", "reached"
 
 
-@refuse_assignment("results of kreisel.sweep are read-only")
+@refuse_attribute_assignment("results of kreisel.sweep are read-only")
 class SweepResult:
     """The results of a sweep, read from its folder.
 
@@ -56,7 +56,7 @@ class SweepResult:
     _found: list[int]
 
     def __init__(self, store: SweepStore, partial: bool = False) -> None:
-        self.__dict__.update(_store=store, _partial=partial, _found=store.list_parts())
+        self.__dict__.update(_store=store, _partial=partial, _found=store.list_existing_parts())
 
     @cached_property
     def present(self) -> list[int]:
@@ -110,7 +110,7 @@ class SweepResult:
         return self._store.plan.hash
 
     @cached_property
-    def _schema(self) -> PartTable:
+    def _empty_part_table(self) -> PartTable:
         """An empty table with the columns of a part."""
         if not self.present:
             raise ValueError(f"{self.folder} has no parts yet")
@@ -119,27 +119,27 @@ class SweepResult:
     @property
     def columns(self) -> tuple[str, ...]:
         """The names of the columns, with event columns last."""
-        return (*self._schema.columns, *self._schema.ragged)
+        return (*self._empty_part_table.columns, *self._empty_part_table.ragged)
 
     @property
     def units(self) -> dict[str, str]:
         """The dimension [M L T] of each column, or an empty string for a dimensionless column."""
-        return {name: self._schema.units.get(name, "") for name in self.columns}
+        return {name: self._empty_part_table.units.get(name, "") for name in self.columns}
 
     def __getitem__(self, name: str) -> Column:
         """Return the values of a column for all tops, or for all events sorted by top."""
-        schema = self._schema
+        schema = self._empty_part_table
         is_ragged = name in schema.ragged
         if name not in schema.columns and not is_ragged:
             raise KeyError(unknown_name_message("column", str(name), self.columns))
-        parts = self._read_parts([name])
+        parts = self._read_existing_parts([name])
         values = np.concatenate([(p.ragged if is_ragged else p.columns)[name] for p in parts])
         if len(self.present) == self.parts and not is_ragged:
             values = values.reshape(*self.shape, *values.shape[1:])
         values.flags.writeable = False
         return values
 
-    def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
+    def _read_existing_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
         """Return an iterator over the existing parts, optionally with only the columns in `names`.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
@@ -178,9 +178,9 @@ class SweepResult:
         for i in self._found:
             status = self._store.verify_part(i)
             if status == FOREIGN:
-                raise self._store.make_foreign_file_error(i)
+                raise self._store.make_misplaced_file_error(i)
             if status == DAMAGED:
-                raise ValueError(f"{self._store.part_file(i)} is damaged; {REPAIR}")
+                raise ValueError(f"{self._store.part_file_path(i)} is damaged; {REPAIR}")
         return self
 
     def verify(self) -> dict[str, list[int]]:
@@ -201,7 +201,7 @@ class SweepResult:
         """
         parts: dict[str, list[int]] = {DONE: []}
         found = []
-        for i in self._store.list_parts():
+        for i in self._store.list_existing_parts():
             status = self._store.verify_part(i)
             if status != MISSING:
                 parts.setdefault(status, []).append(i)
@@ -217,10 +217,10 @@ class SweepResult:
         number of states of each top. The columns result["event_t"], result["event_q_w"] and so on
         contain the states of all tops.
         """
-        if "event_which" not in self._schema.ragged:
+        if "event_which" not in self._empty_part_table.ragged:
             return None
-        parts = self._read_parts(["top", COUNT, *self._schema.ragged])
-        columns = zip(*[_extract_raw_events(part) for part in parts], strict=True)
+        parts = self._read_existing_parts(["top", COUNT, *self._empty_part_table.ragged])
+        columns = zip(*[_extract_part_events(part) for part in parts], strict=True)
         return ensemble_events(EventColumns(*map(np.concatenate, columns)), self.shape)
 
     def to_arrow(self) -> Table:
@@ -233,7 +233,9 @@ class SweepResult:
             import pyarrow as pa
 
             from .parquet import convert_to_arrow_table
-        return pa.concat_tables([convert_to_arrow_table(part) for part in self._read_parts()])
+        return pa.concat_tables(
+            [convert_to_arrow_table(part) for part in self._read_existing_parts()]
+        )
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, or per state if states are stored.
@@ -243,7 +245,7 @@ class SweepResult:
         """
         with optional_dependency(TABLES):
             import pandas as pd
-        has_states = any(values.ndim > 1 for values in self._schema.columns.values())
+        has_states = any(values.ndim > 1 for values in self._empty_part_table.columns.values())
         each = self._store.plan.states if has_states else 1
         pieces = [
             pd.DataFrame(
@@ -252,7 +254,7 @@ class SweepResult:
                     for name, values in part.columns.items()
                 }
             )
-            for part in self._read_parts()
+            for part in self._read_existing_parts()
         ]
         frame = pd.concat(pieces, ignore_index=True)
         frame.attrs = {"units": {name: self.units[name] for name in frame.columns}}
@@ -269,7 +271,7 @@ class SweepResult:
         """
         with optional_dependency(TABLES):
             import xarray as xr
-        table, source = self._read_all(), self._store.plan.source
+        table, source = self._read_all_columns(), self._store.plan.source
         names = list(table)
         starts = names[1 : names.index(_STATUS[0])]
         variables: dict[str, Any] = {}
@@ -287,10 +289,10 @@ class SweepResult:
                 variables[name] = ((*self.axes, *inner), values, unit)
         return xr.Dataset(variables, coordinates, {"plan": self.hash})
 
-    def _read_all(self) -> dict[str, Column]:
+    def _read_all_columns(self) -> dict[str, Column]:
         """Return each column as an array with the shape of the sweep."""
         table: dict[str, Column] = {}
-        for part in self._read_parts():
+        for part in self._read_existing_parts():
             at = part.columns["top"]
             for name, values in part.columns.items():
                 if name not in table:
@@ -307,7 +309,7 @@ def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:
             yield range(before + 1, after)
 
 
-def _extract_raw_events(part: PartTable) -> EventColumns:
+def _extract_part_events(part: PartTable) -> EventColumns:
     """Return the events of a part, together with the indices of their tops in the sweep."""
     top = np.repeat(part.columns["top"], part.columns[COUNT])
     states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
@@ -333,4 +335,4 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
     'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, and ValueError if it is
     not the folder of a sweep. Raises ImportError if pyarrow is not installed.
     """
-    return SweepResult(open_store(folder), as_bool("partial", partial))
+    return SweepResult(open_sweep_store(folder), as_bool("partial", partial))

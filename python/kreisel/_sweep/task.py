@@ -15,7 +15,7 @@ from .._options.ensemble_options import (
     EnsembleOptions,
     get_method_for_ensemble,
     parse_ensemble_options,
-    parse_times,
+    parse_ensemble_times,
 )
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress
@@ -27,8 +27,8 @@ from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import Section
 from .._solve.chaos import lyapunov, megno, oli, parse_indicator_arguments
-from .._solve.section import parse_event, parse_section, section
-from .._solve.solve_ensemble import SolveArguments, parse_arguments, select_slice_runner
+from .._solve.section import parse_section_arguments, parse_section_event, section
+from .._solve.solve_ensemble import SolveArguments, parse_ensemble_arguments, select_slice_runner
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Array, Numbers, short_repr
 from ..events import Event, from_record, parse_events, to_record
@@ -108,8 +108,8 @@ class SolveTask(NamedTuple):
         return SolveTask(_float_or_list(self.t), self.method, arguments)
 
     def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        options = parse_arguments(some, self.method, self.arguments)
-        return options, parse_times(some, self.t, options)
+        options = parse_ensemble_arguments(some, self.method, self.arguments)
+        return options, parse_ensemble_times(some, self.t, options)
 
     def compute_tops(
         self,
@@ -174,12 +174,12 @@ class SectionTask(NamedTuple):
 
     @property
     def as_json(self) -> dict[str, Any]:
-        event = {"event": to_record(parse_event(self.event))}
+        event = {"event": to_record(parse_section_event(self.event))}
         return {"section": _drop_missing_values(self._asdict()) | event}
 
     def to_canonical_form(self, options: EnsembleOptions) -> SectionTask:
         return SectionTask(
-            parse_event(self.event),
+            parse_section_event(self.event),
             int(self.n),
             _float_or_none(self.max_wait),
             _float_or_none(self.tol),
@@ -188,7 +188,7 @@ class SectionTask(NamedTuple):
         )
 
     def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        waits, options = parse_section(some, *self)
+        waits, options = parse_section_arguments(some, *self)
         return options, waits[0]
 
     def compute_tops(
@@ -238,10 +238,10 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
         return SectionTask(**arguments)
     if task in INDICATORS:
         return ChaosTask(task, **arguments)
-    return _parse_solve(**arguments)
+    return _parse_solve_task(**arguments)
 
 
-def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
+def _parse_solve_task(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
     if "want" in arguments:

@@ -52,9 +52,9 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
         with open(file, "wb", buffering=0) as out:
             yield AtomicWriter(out.fileno(), name)
         return
-    new = _temp_path(file)
+    new = _make_temp_path(file)
     try:
-        with open(_open_temp(new, file, name), "wb") as out:
+        with open(_create_temp_file(new, file, name), "wb") as out:
             grown = AtomicWriter(out.fileno(), name)
             yield grown
             os.fsync(out.fileno())
@@ -91,7 +91,7 @@ def sync_folder(folder: Path) -> None:
         os.close(there)
 
 
-def check_writable(path: str | os.PathLike[str]) -> None:
+def check_file_is_writable(path: str | os.PathLike[str]) -> None:
     """Raise OSError if a file cannot be written."""
     file = Path(os.path.realpath(path))
     if file.is_dir():
@@ -102,7 +102,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         if not os.access(file, os.W_OK):
             raise PermissionError(f"{os.fspath(path)} must not be written")
         return
-    new = _temp_path(file)
+    new = _make_temp_path(file)
     try:
         os.close(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
     except OSError as error:
@@ -110,11 +110,11 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     new.unlink(missing_ok=True)
 
 
-def _temp_path(file: Path) -> Path:
+def _make_temp_path(file: Path) -> Path:
     return file.with_name(f".{os.urandom(8).hex()}.new")
 
 
-def _open_temp(new: Path, file: Path, name: str) -> int:
+def _create_temp_file(new: Path, file: Path, name: str) -> int:
     """Create a temporary file with the permissions of the final file."""
     try:
         permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666

@@ -18,7 +18,7 @@ _SKIPPED_PACKAGES = {
 }  # warnings point at the nearest caller outside these packages
 
 
-def status_to_exception(status: str, detail: str) -> Exception:
+def make_exception_from_status(status: str, detail: str) -> Exception:
     """Return the exception for a status code of the C library."""
     what, text = statuses[status]
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
@@ -50,20 +50,20 @@ def suggest_name(name: str, known: Iterable[str]) -> str:
     return f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
 
 
-def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
+def refuse_attribute_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
     """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
 
     The error message ends with the text `instead`, in which {} is replaced by the attribute name.
     """
 
-    def decorate(cls: type[_T]) -> type[_T]:
+    def add_refusing_setattr(cls: type[_T]) -> type[_T]:
         def refuse(_: object, name: str, __: object) -> None:
             raise FrozenInstanceError(f"cannot assign to field {name!r}: {instead.format(name)}")
 
         type.__setattr__(cls, "__setattr__", refuse)
         return cls
 
-    return decorate
+    return add_refusing_setattr
 
 
 def warn_user(message: str) -> None:

@@ -11,14 +11,14 @@ from typing import Any, Protocol
 _LEFT = ' style="text-align: left"'
 
 
-def format_table(rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -> str:
+def format_html_table(rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -> str:
     """Return an HTML table of the given texts; markup in the texts is escaped."""
-    lines = [_format_row("th", head)] if head else []
-    lines += [_format_row("td", row) for row in rows]
+    lines = [_format_html_row("th", head)] if head else []
+    lines += [_format_html_row("td", row) for row in rows]
     return "<table>\n" + "\n".join(lines) + "\n</table>"
 
 
-def _format_row(tag: str, cells: Sequence[str]) -> str:
+def _format_html_row(tag: str, cells: Sequence[str]) -> str:
     return "<tr>" + "".join(f"<{tag}{_LEFT}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
 
 
@@ -34,14 +34,14 @@ class AxesLike(Protocol):
     def get_figure(self) -> Any: ...
 
 
-def render_png(figure: FigureLike) -> bytes:
+def render_figure_as_png(figure: FigureLike) -> bytes:
     """Render a figure as PNG, and return the bytes."""
     file = BytesIO()
     figure.savefig(file, format="png", dpi=120)
     return file.getvalue()
 
 
-def display_picture(draw: Callable[[], AxesLike], text: str) -> str | None:
+def format_picture_as_html(draw: Callable[[], AxesLike], text: str) -> str | None:
     """Return HTML that shows a description of a result, and a figure drawn by `draw`.
 
     Returns None if matplotlib is not installed. Without matplotlib, notebooks display the
@@ -51,7 +51,7 @@ def display_picture(draw: Callable[[], AxesLike], text: str) -> str | None:
         figure = draw().get_figure()
     except ModuleNotFoundError:
         return None
-    data = b64encode(render_png(figure)).decode()
+    data = b64encode(render_figure_as_png(figure)).decode()
     return (
         f"<p><code>{escape(text)}</code></p>\n"
         f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'

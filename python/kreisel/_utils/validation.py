@@ -55,13 +55,13 @@ def check_type(name: str, value: object, wanted: type[_T]) -> _T:
     return value
 
 
-def has_unit(value: object) -> bool:
+def has_unit_attribute(value: object) -> bool:
     return hasattr(value, "unit") or hasattr(value, "units")
 
 
 def as_float(name: str, value: object) -> float:
     """Return `value` as a finite float."""
-    if has_unit(value):
+    if has_unit_attribute(value):
         raise TypeError(f"{name} must be a number without a unit, not {short_repr(value)}")
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(scalar, bool) or not isinstance(scalar, Real):
@@ -110,7 +110,7 @@ def as_bool(name: str, value: object) -> bool:
     return bool(value)
 
 
-def as_unit(name: str, value: object) -> str:
+def as_unit_name(name: str, value: object) -> str:
     """Return `value` as the name of a unit, which must be a nonempty, printable str."""
     if not isinstance(value, str):
         raise TypeError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
@@ -128,7 +128,7 @@ def as_array(name: str, value: object, what: str) -> Array:
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise TypeError(f"{name} must be {what} without masked values")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
-    if any(map(has_unit, (value, *kinds))):
+    if any(map(has_unit_attribute, (value, *kinds))):
         raise TypeError(f"{name} must be {what} without a unit: pass plain numbers in your units")
     try:
         given = np.asarray(value)
@@ -152,7 +152,7 @@ def as_finite_array(name: str, value: object, what: str) -> Array:
     return numbers
 
 
-def as_floats(name: str, value: object, n: int, what: str) -> list[float]:
+def as_float_list(name: str, value: object, n: int, what: str) -> list[float]:
     """Return `value` as a list of exactly `n` finite floats."""
     if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
         with contextlib.suppress(OverflowError):  # the common case: this is ten times as fast
@@ -167,7 +167,7 @@ def as_floats(name: str, value: object, n: int, what: str) -> list[float]:
 
 def as_vector(name: str, value: object) -> Vector:
     """Return `value` as three finite floats."""
-    x, y, z = as_floats(name, value, 3, "3 numbers")
+    x, y, z = as_float_list(name, value, 3, "3 numbers")
     return x, y, z
 
 
