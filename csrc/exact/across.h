@@ -1,9 +1,8 @@
 /* Conversion of a scene to the axes and units used by the closed-form solutions of Kowalewski and
- * Goryachev-Chaplygin tops. Kowalewski and Goryachev-Chaplygin tops have two equal principal
- * moments of inertia. The principal axis whose moment differs from the two equal ones is called the
- * distinct axis. The centre of mass lies in the plane perpendicular to the distinct axis. Axis 3 of
- * the closed-form solution is the distinct principal axis. Axis 1 passes through the centre of
- * mass; its direction depends on `side` and on the sign of gravity. The units are such that mass *
+ * Goryachev-Chaplygin tops. These tops have two equal principal moments of inertia. Axis 3 is the
+ * principal axis whose moment differs from the other two. The centre of mass lies in the plane
+ * perpendicular to axis 3. Axis 1 passes through the centre of mass; its direction depends on
+ * `side` and on the sign of gravity. The units are such that mass *
  * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */

@@ -256,7 +256,7 @@ typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;
 } batch_job;
-/* The closed-form solutions of a group, as an array of doubles. */
+/* The closed-form solutions for a group of tops, as an array of doubles. */
 typedef struct forms {
     double form[FORM][LANES];
 } forms;

@@ -39,8 +39,8 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
-/* Returns an upper estimate of the angular velocity relative to the support, about an axis with
- * strong damping. Unless the support rotates, the product of two strongly damped components is
+/* Returns an upper bound of the angular velocity about an axis with strong damping, relative to
+ * the support. Unless the support rotates, the product of two strongly damped components is
  * negligible. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {

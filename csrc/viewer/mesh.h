@@ -47,8 +47,9 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
 /* Writes rings of KR_MESH_SIDES points around the centre line of the rod. The centre line starts at
  * the fixed point, and a unit of time corresponds to the length `scale`. The larger semi-axis of a
  * ring is `radius`. The ratio of the semi-axes is the ratio of the moments of inertia, raised to
- * the power `power`. With the power 0.5, the bending stiffness of the rod is proportional to the
- * moments of inertia. The thesis (Bodack 2008) uses the power 1, and the power 0 gives a round rod.
+ * the exponent `power`. If the exponent is 0.5, the bending stiffness of the rod is proportional to
+ * the moments of inertia of the body. The thesis (Bodack 2008) uses the exponent 1. The exponent 0
+ * gives a round rod.
  * Returns the number of rings, at most KR_MESH_RINGS. */
 int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
                 double power, float point[][3]);

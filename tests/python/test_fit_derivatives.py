@@ -62,7 +62,7 @@ def make_model(name, scene, free):
     parameters = Parameters(scene, parse_free_names(free), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     natural = np.minimum(model.estimate_parameter_scales(parameters.start), 1.0)
-    return model, model.move_within_bounds(
+    return model, model.add_step_within_bounds(
         parameters.start, 0.03 * natural * rng.normal(size=parameters.size)
     )
 
@@ -105,7 +105,7 @@ def check_jacobian(model, point):
         step[k] = 1e-4 * model.estimate_parameter_scales(point)[k]
         there = {
             i: model.evaluate(
-                model.move_within_bounds(point, i * step), has_jacobian=False
+                model.add_step_within_bounds(point, i * step), has_jacobian=False
             ).residuals
             for i in (-2, -1, 1, 2)
         }

@@ -233,7 +233,7 @@ def test_derivatives_of_shooting_gaps_are_right(words):
     for k in range(model.width):
         step = 1e-5 * natural * (np.arange(model.width) == k)
         there = [
-            model.evaluate(model.move_within_bounds(pieces, sign * step)).residuals
+            model.evaluate(model.add_step_within_bounds(pieces, sign * step)).residuals
             for sign in (1.0, -1.0)
         ]
         difference = (there[0] - there[1]) / 2e-5
@@ -253,7 +253,7 @@ def test_derivatives_are_right_after_stops():
     jacobian = model.evaluate(parameters.start).jacobian * natural
     for k in range(parameters.size):
         step = 1e-6 * natural * (np.arange(parameters.size) == k)
-        ends = [model.move_within_bounds(parameters.start, sign * step) for sign in (1.0, -1.0)]
+        ends = [model.add_step_within_bounds(parameters.start, sign * step) for sign in (1.0, -1.0)]
         there = [model.evaluate(end, has_jacobian=False).residuals for end in ends]
         difference = (there[0] - there[1]) / 2e-6
         assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(jacobian).max()

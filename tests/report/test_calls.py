@@ -17,7 +17,7 @@ NAME = "goryachev_chaplygin"
 
 @pytest.fixture(scope="module")
 def findings():
-    """Return the results of a quick measurement for one scene."""
+    """Measure the run times for one scene with few repetitions."""
     return [calls.measure_scene(NAME, 2, (1e-6, 0.0), quick=True)]
 
 

@@ -13,7 +13,7 @@ from validation.references.problems import load_problem
 
 @pytest.fixture(scope="module")
 def findings():
-    """Return the results of a quick measurement for one scene."""
+    """Measure the run times for one scene with few repetitions."""
     return [many_starts.measure_scene(load_problem("thesis"), replace(BUDGETS["quick"], members=2))]
 
 

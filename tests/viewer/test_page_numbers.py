@@ -1,4 +1,4 @@
-"""Tests that numbers displayed in the viewer agree with Python.
+"""Tests that the numbers in the viewer agree with those computed in Python.
 
 A drawn solid of revolution must have the mass and moments of the body.
 """

@@ -1,6 +1,6 @@
-"""The tasks of a report, and limits on its run time.
+"""The computations for a report, and limits on their run time.
 
-The run time is limited to seconds ("quick") or minutes ("default"), or is unlimited ("full").
+The total run time is limited to seconds ("quick") or minutes ("default"), or is unlimited ("full").
 """
 
 from collections.abc import Callable

@@ -41,7 +41,7 @@ class Problem:
     def to_scene(self):
         """Convert the problem to a scene.
 
-        The scene has unit mass and unit gravity, so that its centre of mass is `self.lever`.
+        The mass and the gravity of the scene are 1, and its centre of mass is `self.lever`.
         """
         if self.user:
             return self.user

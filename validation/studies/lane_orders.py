@@ -4,9 +4,9 @@ Conclusion: csrc/ensemble/lane_scheduler.c uses the fastest order that does not 
 
     python -m validation.studies.lane_orders [orders isas limits]
 
-For each tolerance, all orders are timed, and their errors are compared with the errors for single
-tops. The reference solutions are computed in 20-digit arithmetic. All integrations are called from
-C and timed alternately on one thread of one process.
+For each tolerance, methods of all orders are timed, and their errors are compared with those of the
+integration of single tops. The reference solutions are computed in 20-digit arithmetic. All
+integrations are called from C and timed alternately on one thread of one process.
 """
 
 import argparse

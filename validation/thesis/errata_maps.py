@@ -90,7 +90,7 @@ def moments():
 
 
 def scale_scene(i1, alpha, p):
-    """Return the Lagrange top of the thesis in scaled units."""
+    """Return the Lagrange top studied in the thesis, in dimensionless units."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), unphysical=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0

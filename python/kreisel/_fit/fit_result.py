@@ -145,7 +145,7 @@ class Fit(ReadOnlyArrays):
             step = np.zeros(self._parameters.size)
             step[k] = _DIFFERENCE * self._spectrum.natural[k]
             ends = [
-                self._parameters.move_within_bounds(self._point, sign * step)
+                self._parameters.add_step_within_bounds(self._point, sign * step)
                 for sign in (1.0, -1.0)
             ]
             lengths = [min(1.0, self._compute_distance_to_lower_bound(k) / step[k]), 1.0]
@@ -171,7 +171,9 @@ class Fit(ReadOnlyArrays):
         steps = self._spectrum.draw_parameter_changes(np.random.default_rng(key), count)
         return Ensemble.of(
             [
-                self._parameters.to_scene(self._parameters.move_within_bounds(self._point, step))
+                self._parameters.to_scene(
+                    self._parameters.add_step_within_bounds(self._point, step)
+                )
                 for step in steps
             ]
         )

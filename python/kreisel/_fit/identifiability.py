@@ -66,7 +66,7 @@ def _yield_unobservable_changes(p: Parameters, point: FitPoint) -> Iterator[tupl
         )
     heading = "the heading: a rotation of the start about the vertical"
     yield from _yield_change_of_free_parameters(p, heading, {"attitude": vertical})
-    if not _has_gravity_torque(point):
+    if not _has_gravity_or_shaking_torque(point):
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
             yield from _yield_change_of_free_parameters(p, sentence, {"attitude": axis})
@@ -96,7 +96,7 @@ def _average_equal_parameters(columns: Array, values: Array) -> Array:
     return made
 
 
-def _has_gravity_torque(point: FitPoint) -> bool:
+def _has_gravity_or_shaking_torque(point: FitPoint) -> bool:
     amplitude, rate, _ = point.shaking
     pull = abs(point.gravity) + abs(amplitude) * rate**2
     return bool(point.mass * pull * np.linalg.norm(point.com))
@@ -114,7 +114,7 @@ def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[s
             others.append(name)
         elif value.any():
             is_scalable = False
-    if is_scalable and not _has_gravity_torque(point):
+    if is_scalable and not _has_gravity_or_shaking_torque(point):
         words = " and ".join(others)
         sentence = f"the scale of the moments: only their ratios, and {words} over moments, matter"
         yield from _yield_change_of_free_parameters(p, sentence, size)

@@ -149,9 +149,9 @@ class ShootingModel:
                 )
         return SegmentStartStates(tuple(points[float(t)] for t in edges))
 
-    def move_within_bounds(self, pieces: SegmentStartStates, step: Array) -> SegmentStartStates:
+    def add_step_within_bounds(self, pieces: SegmentStartStates, step: Array) -> SegmentStartStates:
         moved = [
-            model.move_within_bounds(point, step[columns])
+            model.add_step_within_bounds(point, step[columns])
             for model, point, columns in zip(self.models, pieces.points, self.columns, strict=True)
         ]
         return SegmentStartStates(tuple(moved))

@@ -332,7 +332,7 @@ class Parameters:
     def find_parameter_columns(self, name: str) -> slice:
         return self.slices[name, -1, ""]
 
-    def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
+    def add_step_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
         """Move the point by `step`, an array of shape (size,), and clip it to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
@@ -547,7 +547,7 @@ class Parameters:
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
 
     def _evaluate_parameter_group(self, name: str, point: FitPoint, rows: Array) -> Array:
-        """Return the values of a block of the motion, and write their derivatives to `rows`."""
+        """Return the values of one group of parameters, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
         at = self.find_parameter_columns(name)
         if name == "attitude":

@@ -133,8 +133,8 @@ class ResidualModel:
     def estimate_parameter_scales(self, point: FitPoint) -> Array:
         return self.parameters.estimate_parameter_scales(point, self.span)
 
-    def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
-        return self.parameters.move_within_bounds(point, step)
+    def add_step_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
+        return self.parameters.add_step_within_bounds(point, step)
 
     def compute_distances_to_bounds(self, point: FitPoint) -> Array:
         return self.parameters.compute_distances_to_bounds(point)

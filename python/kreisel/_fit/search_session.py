@@ -86,10 +86,8 @@ class SubspaceModel:
     def __init__(self, model: ResidualModel, allowed: Array) -> None:
         self._model, self._allowed, self.evaluations = model, allowed, 0
         self.size = model.size
-        self.estimate_parameter_scales, self.move_within_bounds = (
-            model.estimate_parameter_scales,
-            model.move_within_bounds,
-        )
+        self.estimate_parameter_scales = model.estimate_parameter_scales
+        self.add_step_within_bounds = model.add_step_within_bounds
         self.compute_distances_to_bounds = model.compute_distances_to_bounds
 
     def evaluate(self, point: FitPoint) -> ResidualEvaluation:
@@ -374,7 +372,7 @@ class SearchSession:
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
-            settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_minimum)
+            settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum)
             found = minimize_cost(self.model, alias, settings)
             turned = found.point
             assert isinstance(turned, FitPoint)
@@ -395,7 +393,7 @@ class SearchSession:
         by_rate[:, self.parameters.find_parameter_columns("velocity")] = np.eye(3)
         return bool(np.isfinite(spectrum.propagate_errors(by_rate)[1]).all())
 
-    def _report_minimum(self, found: Minimum) -> None:
+    def _report_cost_of_minimum(self, found: Minimum) -> None:
         self._report_cost(found.cost)
 
     def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
@@ -416,7 +414,9 @@ class SearchSession:
         return point
 
     def _fit_point_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
-        settings = SearchSettings(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_minimum)
+        settings = SearchSettings(
+            self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_cost_of_minimum
+        )
         found = minimize_cost(part, point, settings)
         self.evaluations += part.evaluations
         assert isinstance(found.point, FitPoint)

@@ -160,7 +160,7 @@ def measure_cost_nonlinearity(
         if (-sign * step > room).any():
             continue
         there = model.evaluate(
-            model.move_within_bounds(point, sign * step), has_jacobian=False
+            model.add_step_within_bounds(point, sign * step), has_jacobian=False
         ).residuals
         with np.errstate(invalid="ignore"):
             rise = float(there @ there - residuals @ residuals)

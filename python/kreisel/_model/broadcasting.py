@@ -139,14 +139,14 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     """Cache the results of `change`, so that arrays sharing memory are converted only once."""
     made: dict[tuple[object, ...], Column] = {}
 
-    def apply_cached_change(held: Column) -> Column:
+    def change_once_per_buffer(held: Column) -> Column:
         data = held.__array_interface__["data"][0]
         key = data, held.shape, held.strides, held.dtype.str
         if key not in made:
             made[key] = change(held)
         return made[key]
 
-    return apply_cached_change
+    return change_once_per_buffer
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:

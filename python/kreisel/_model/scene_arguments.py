@@ -1,6 +1,6 @@
 """Validation of the constructor arguments of a scene.
 
-Plain numbers are validated by the core. Arguments other than plain numbers are validated one by one
+The C library validates arguments that are Python numbers. Other arguments are validated one by one
 in Python.
 """
 

@@ -239,7 +239,7 @@ def _draw_random_starts(
         left = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
             drawn = _draw_uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
-            at, chance = cover.draw_points_in_cells(drawn), drawn[:, 3] ** 2
+            at, chance = cover.draw_points_over_cells(drawn), drawn[:, 3] ** 2
             even = chance * (at * at @ surface.moments) <= surface.moments.min()
             taken = even & (surface.potential(at) <= surface.energy)
             P[left[taken]], alpha[left[taken]] = at[taken], math.tau * drawn[taken, 4]
@@ -273,7 +273,7 @@ class _SphereCells(NamedTuple):
     tall: Array
     wide: Array
 
-    def draw_points_in_cells(self, drawn: Array) -> Array:
+    def draw_points_over_cells(self, drawn: Array) -> Array:
         """Draw uniformly distributed points in the cells, each from three random numbers."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")

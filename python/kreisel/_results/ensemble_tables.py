@@ -30,7 +30,7 @@ def build_state_dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     coordinates, variables = _build_top_variables(paths), {}
     own = paths.t.ndim > 1
     for quantity, values in rows:
-        inner = _name_array_dimensions(quantity)
+        inner = _name_component_dimensions(quantity)
         coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
         variables[quantity.name] = (
             (*along, "time", *inner),
@@ -50,7 +50,7 @@ def build_reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
     along = reduced.tops.axes
     coordinates, variables = _build_top_variables(reduced), {}
     for name, quantity, values in _yield_reductions_with_units(kept):
-        inner = _name_array_dimensions(quantity) if values.ndim > reduced.ndim else {}
+        inner = _name_component_dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
         variables[name] = ((*along, *inner), np.array(values), _make_unit_attributes(quantity))
     return xr.Dataset(variables, coordinates, _list_run_attributes(reduced))
@@ -102,7 +102,7 @@ def _yield_reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity,
             yield f"{name}_{kind}", of._replace(name=name, dimension=dimension, text=text), values
 
 
-def _name_array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
+def _name_component_dimensions(quantity: Quantity) -> dict[str, list[str]]:
     """Return the names of a quantity's component dimensions, together with their labels."""
     own = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, own)

@@ -156,7 +156,7 @@ class Path(ReadOnlyArrays, Tables):
     def _compute_max_angle_to(self, second: SolveOptions) -> float:
         """Return the largest angle [rad] between the attitudes of this path and of a second run.
 
-        The comparison includes the low-order words of both paths.
+        The comparison includes the digits of both paths beyond double precision.
         """
         result = record_states_at_unordered_times(self.scene, second, self.t, self._origin)
         other = build_path_or_raise(self.scene, second, result, self._origin)

@@ -441,7 +441,7 @@ def exact(
     top = check_type("scene", scene, Scene)
     refuse_turning_support(top)
     if map is not None:
-        return _build_exact_map(top, map, step)
+        return _build_bobenko_suris_closed_form(top, map, step)
     if step is not None:
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
     if has_torus_closed_form(top):
@@ -452,7 +452,7 @@ def exact(
     return Exact(top, period, precession, spin, plan)
 
 
-def _build_exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
+def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None) -> ExactMap:
     if map != _MAP:
         raise ValueError(f"the only map with a closed form is {_MAP!r}, not {short_repr(map)}")
     h = as_float("step", step)

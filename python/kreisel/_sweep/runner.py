@@ -26,7 +26,9 @@ def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartTable:
     """Compute the results of the tops with the given indices."""
-    return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
+    return tabulate_part(
+        store.plan, tops, store.plan.compute_results_of_tops(tops, threads, progress)
+    )
 
 
 def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
@@ -46,7 +48,7 @@ class PartRunner:
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
         self.left = list(parts)
-        self.tops = store.plan.count_tops_of_parts(parts)
+        self.tops = store.plan.count_all_tops_of_parts(parts)
         self.done, self._reported = 0, 0.0
         self._stopped = threading.Event()
 

@@ -27,7 +27,7 @@ from .._options.ensemble_options import format_index, unravel_index
 from .._utils.errors import refuse_attribute_assignment
 from .._utils.validation import as_bool, as_int, check_type, short_repr
 from .start_parameters import FLAGS, parse_start_parameter
-from .start_table import read_start_parameters
+from .start_table import read_start_table
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
@@ -191,7 +191,7 @@ class Source:
         ValueError if a column is neither a parameter nor a component, or has invalid values. Raises
         OSError if the file cannot be read, and ImportError if pyarrow is not installed.
         """
-        arguments = read_start_parameters(os.fspath(file))
+        arguments = read_start_table(os.fspath(file))
         parameters, flags = _split_parameters_and_flags(
             scene, {**arguments, "degrees": degrees, "steady": steady, "fast": fast}
         )
@@ -297,7 +297,7 @@ class Source:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
             widths = momentum, attitude, gravity
             return scatter(Ensemble, self.scene, at.size, random.seed, *widths, begin=first)
-        arguments: dict[str, Any] = _select_parameter_values(self._parameters, self.shape, at)
+        arguments: dict[str, Any] = _select_parameters_of_tops(self._parameters, self.shape, at)
         if random is not None:
             arguments |= _draw_uniform_parameters(random, first, at.size)
         if "unphysical" in arguments:
@@ -312,7 +312,7 @@ class Source:
 
         `tops` is the ensemble of the tops in the slice.
         """
-        rows = _select_parameter_values(
+        rows = _select_parameters_of_tops(
             self._varied, self.shape, np.arange(begin, end, dtype=np.int64)
         )
         if self._random is not None:
@@ -380,7 +380,7 @@ def _collapse_broadcast_columns(
     }
 
 
-def _select_parameter_values(
+def _select_parameters_of_tops(
     arguments: Parameters, shape: Shape, at: Places
 ) -> dict[str, Parameter]:
     """Return the values of the given parameters for the tops with the indices `at`."""

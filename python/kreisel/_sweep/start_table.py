@@ -16,7 +16,7 @@ PARQUET = "'kreisel[sweep]'"
 _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
 
 
-def read_start_parameters(file: str) -> dict[str, Array]:
+def read_start_table(file: str) -> dict[str, Array]:
     """Read parameters from a table, and return each as an array with one row per top.
 
     Raises ValueError if a column is not a parameter, and ImportError if pyarrow is not installed.
@@ -24,10 +24,10 @@ def read_start_parameters(file: str) -> dict[str, Array]:
     ending = Path(file).suffix.lower()
     if ending not in (".parquet", ".csv"):
         raise ValueError(f"{file}: a table of starts ends in .parquet or .csv")
-    return _join_vector_components(file, _read_start_table(file, ending))
+    return _join_vector_components(file, _read_start_table_columns(file, ending))
 
 
-def _read_start_table(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
+def _read_start_table_columns(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
     with optional_dependency(PARQUET):
         import pyarrow as pa
         import pyarrow.csv as text

@@ -60,7 +60,7 @@ class SweepPlan:
         begin = i * self.part_size
         return range(begin, min(begin + self.part_size, self.source.size))
 
-    def count_tops_of_parts(self, parts: Sequence[int]) -> int:
+    def count_all_tops_of_parts(self, parts: Sequence[int]) -> int:
         """Return the total number of tops in the given parts."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
@@ -118,14 +118,18 @@ class SweepPlan:
                 return ensemble
         return self.source[tops.start : tops.stop]
 
-    def compute_tops(self, tops: range, threads: int, progress: Progress | None) -> TaskResult:
+    def compute_results_of_tops(
+        self, tops: range, threads: int, progress: Progress | None
+    ) -> TaskResult:
         """Compute the results of the tops with the given indices.
 
         Raises TypeError or ValueError for the first invalid top; the message states its index.
         """
         try:
             some = self.ensemble(tops)
-            return self.task.compute_tops(some, self.options, self.times, threads, progress)
+            return self.task.compute_results_of_tops(
+                some, self.options, self.times, threads, progress
+            )
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
             raise self.source._find_error_of_first_invalid_top(

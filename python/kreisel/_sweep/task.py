@@ -54,7 +54,7 @@ class SweepTask(Protocol):
         TypeError or ValueError for an invalid argument.
         """
 
-    def compute_tops(
+    def compute_results_of_tops(
         self,
         some: Ensemble,
         options: EnsembleOptions,
@@ -111,7 +111,7 @@ class SolveTask(NamedTuple):
         options = parse_ensemble_arguments(some, self.method, self.arguments)
         return options, parse_ensemble_times(some, self.t, options)
 
-    def compute_tops(
+    def compute_results_of_tops(
         self,
         some: Ensemble,
         options: EnsembleOptions,
@@ -149,7 +149,7 @@ class ChaosTask(NamedTuple):
         times, _ = parse_indicator_arguments(some, *self[1:])
         return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
-    def compute_tops(
+    def compute_results_of_tops(
         self,
         some: Ensemble,
         options: EnsembleOptions,
@@ -191,7 +191,7 @@ class SectionTask(NamedTuple):
         waits, options = parse_section_arguments(some, *self)
         return options, waits[0]
 
-    def compute_tops(
+    def compute_results_of_tops(
         self,
         some: Ensemble,
         options: EnsembleOptions,
