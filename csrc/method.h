@@ -6,7 +6,7 @@
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* The state of motion of a top, in the axes and units that the methods use. These working axes are
+/* The state of motion of a top, in the axes and units that the methods use. These internal axes are
  * the principal axes, in the order that the methods need. For a symmetric body, the third axis T is
  * the symmetry axis; otherwise, the second axis B has the intermediate moment. The internal units
  * are powers of two times the user's units. In internal units, the largest moment of inertia and

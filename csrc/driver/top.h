@@ -12,7 +12,7 @@ struct kr_top {
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
-    kr_quat axes;         /* working axes -> frame of description */
+    kr_quat axes;         /* internal axes -> frame of description */
     int is_turned;        /* nonzero unless `axes` is the identity */
     double time_unit;     /* unit of time of the motions [T] */
     double momentum_unit; /* unit of momentum of the motions [M L^2 T^-1] */
@@ -33,7 +33,7 @@ struct kr_top {
     kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
     double *tangents;   /* memory of the tangents; NULL: no tangents */
-    kr_vec3 apex;       /* unit vector to the centre of mass in working axes, for events */
+    kr_vec3 apex;       /* unit vector to the centre of mass in internal axes, for events */
     int is_carried;     /* nonzero: the driver turns the states with the support */
     size_t extra;       /* number of doubles after the method's work and the tangents */
     double memory[];    /* work of the motions and tangents */

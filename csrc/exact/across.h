@@ -24,7 +24,7 @@ typedef struct across_way {
     double momentum, own_momentum; /* unit of momentum: in the user's units, in units of `units` */
     kr_units units;
     kr_quat attitude; /* attitude of the closed form's axes at the start */
-    kr_quat turn;     /* closed form's axes -> working axes */
+    kr_quat turn;     /* closed form's axes -> internal axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } across_way;
 /* The initial state of a scene, in the axes and units of the closed-form solution. */

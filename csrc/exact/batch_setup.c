@@ -24,7 +24,7 @@ typedef struct body_data {
     double per_inertia; /* 1 / I1 */
     double mass, reach; /* mass and |com| without powers of two */
     int power;          /* sum of the exponents of these powers */
-    int turned;         /* 1 if `axes`, working axes -> frame of description, is not the identity */
+    int turned;         /* 1 if `axes` (internal axes -> frame of description) is not 1 */
     kr_quat axes;
     int framed[2]; /* 1 if frame[0], or frame[1] with up and down exchanged, is set */
     kr_quat frame[2][4];

@@ -84,7 +84,7 @@ static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 }
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
-    (void)start; /* not used: the conversion to working axes has rounded it */
+    (void)start; /* not used: the conversion to internal axes has rounded it */
     const kr_torus_form *form = find_torus_form(kr_scene_kind(motion->scene));
     const kr_status status =
         form ? reset_torus(motion, form)

@@ -1,5 +1,5 @@
 /* Conversion of a scene to the axes and units in which the closed-form solution is computed. The
- * internal axes are the working axes defined in method.h. The error of a state must not grow with
+ * internal axes are defined in method.h. The error of a state must not grow with
  * time. No value that determines a rate is therefore rounded to double precision: the attitude and
  * mass * gravity * com are double-double products, and the units are powers of two. This header is
  * compiled once for each instruction set, because double-doubles are faster with fused
@@ -13,7 +13,7 @@
 typedef struct described_top {
     exact_top own;
     dd half_turn; /* half of -rotor / I3, the change of the rate of the spin by the rotor */
-    kr_quat axes; /* working axes -> frame of description */
+    kr_quat axes; /* internal axes -> frame of description */
     kr_units units;
 } described_top;
 

@@ -9,7 +9,7 @@
 /* Internal units, in which the largest moment of inertia and the rate of rotation are about one. */
 typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
-    kr_vec3 lever;       /* mass * gravity * com in these units, along working axes */
+    kr_vec3 lever;       /* mass * gravity * com in these units, along internal axes */
 } kr_units;
 /* The factors of lever = mass * gravity * com * 2^power. The factors are stored separately, because
  * their product may exceed the range of doubles. */

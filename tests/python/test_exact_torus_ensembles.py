@@ -16,7 +16,7 @@ def scene(moments, com, momentum):
     return kr.Scene(body, momentum=momentum, attitude=ATTITUDE, gravity=9.81)
 
 
-# The centres of mass are not along a principal axis, so that working axes are not those given.
+# The centres of mass are not along a principal axis, so that internal axes are not those given.
 KOWALEWSKI = scene((1.4, 1.4, 0.7), (0.72, 0.54, 0.0), (0.3, 1.1, 0.8))
 CHAPLYGIN = scene((2.8, 0.7, 2.8), (0.72, 0.0, -0.54), (0.9, 2.1, 0.0))
 LAGRANGE = scene((0.7, 1.4, 1.4), (0.9, 0.0, 0.0), (0.3, 1.1, 0.8))
