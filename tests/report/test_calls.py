@@ -137,7 +137,7 @@ def test_the_page_names_the_processor_and_unreached_errors(findings):
     assert "Abacus, 2 cores; of today. Medians of 3 rounds" in section["body"]
     row = "<td>s, 5</td><td>1e-9</td><td>10.0</td><td>5.0</td><td>30.0</td>"
     assert f"{row}<td>3.00 (3.00)</td><td>6.00 (6.00)</td><td>50%</td>" in section["body"]
-    assert "4 billion operations a second" in section["body"]
+    assert "4 billion operations per second" in section["body"]
     assert section["shown"] == ""  # long tables are folded
     assert "<td>1.00</td><td>never</td><td>\N{EN DASH}</td>" in section["body"]
     assert section["conclusion"].count("times as long") == 2

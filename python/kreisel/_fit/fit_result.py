@@ -266,9 +266,7 @@ def build_fit_from_session(session: SearchSession) -> Fit:
     spectrum = analyse_parameter_space(best.jacobian, best.natural, statistics.inflation, p.size)
     names, units, values, by_step = p.list_names_units_and_values(best.point)
     covariance, errors = spectrum.propagate_errors(by_step)
-    unidentified = describe_undetermined_directions(
-        p, best.point, spectrum.natural, spectrum.blind, names
-    )
+    blind = describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names)
     residuals, sigma = _collect_residuals_by_record(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
     return Fit(
@@ -287,7 +285,7 @@ def build_fit_from_session(session: SearchSession) -> Fit:
         statistics.correlation,
         statistics.inflation,
         _measure_fit_nonlinearity(session, best, spectrum, statistics.inflation),
-        unidentified,
+        blind,
         () if session.alias is None else (describe_alternative_spin(best.point, session.alias),),
         session.measure_relative_residual(),
         session.measure_residual_excess(),
