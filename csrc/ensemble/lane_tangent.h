@@ -220,8 +220,8 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
 }
 /* Writes the relative errors of the changes in energy and vertical momentum due to a tangent. For
- * an exact tangent, the changes of both integrals are constant in time. Each error is relative to the largest value
- * possible for a tangent of the same norm. */
+ * an exact tangent, the changes of both integrals are constant in time. Each error is relative to
+ * the largest value possible for a tangent of the same norm. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);
