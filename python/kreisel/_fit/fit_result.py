@@ -267,7 +267,7 @@ def build_fit_from_session(session: SearchSession) -> Fit:
     names, units, values, by_step = p.list_names_units_and_values(best.point)
     covariance, errors = spectrum.propagate_errors(by_step)
     blind = describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names)
-    residuals, sigma = _collect_residuals_by_record(session, best.residuals)
+    residuals, sigma = _collect_residuals_and_sigmas(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
     return Fit(
         p.to_scene(best.point),
@@ -307,7 +307,7 @@ def _compute_moment_ratios(
     """Return the ratio of each free moment to the last free moment, and its standard deviation."""
     if not p.has_free("moments"):
         return {}
-    *others, last = range(*p.find_parameter_columns("moments").indices(p.size))
+    *others, last = range(*p.get_parameter_slice("moments").indices(p.size))
     made = {}
     for k in others:
         ratio = values[k] / values[last]
@@ -326,7 +326,7 @@ def _measure_fit_nonlinearity(
     return measure_cost_nonlinearity(*own, spectrum, inflation)
 
 
-def _collect_residuals_by_record(
+def _collect_residuals_and_sigmas(
     session: SearchSession, residuals: Array
 ) -> tuple[tuple[dict[str, Array], ...], tuple[dict[str, Array], ...]]:
     found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
@@ -347,7 +347,7 @@ def _describe_reached_bounds(p: Parameters, point: FitPoint, natural: Array) -> 
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
         if not p.has_free(name):
             continue
-        at = p.find_parameter_columns(name)
+        at = p.get_parameter_slice(name)
         for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
             axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
             sentences.append(_describe_reached_bound(name, axes))

@@ -86,7 +86,7 @@ def _yield_change_of_free_parameters(
         return
     change = np.zeros(p.size)
     for name, value in blocks.items():
-        change[p.find_parameter_columns(name)] = value
+        change[p.get_parameter_slice(name)] = value
     yield sentence, change
 
 

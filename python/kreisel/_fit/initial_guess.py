@@ -459,9 +459,9 @@ def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Arra
     allowed = np.eye(parameters.size)
     for name in parameters.free:
         if name not in ("attitude", "velocity"):
-            allowed[:, parameters.find_parameter_columns(name)] = 0.0
+            allowed[:, parameters.get_parameter_slice(name)] = 0.0
     if parameters.has_free("velocity"):
-        at = parameters.find_parameter_columns("velocity")
+        at = parameters.get_parameter_slice("velocity")
         allowed[at, at] -= np.outer(axis, axis)
     return allowed
 

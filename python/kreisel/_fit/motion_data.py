@@ -73,7 +73,7 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
             t, w = _select_longest_gapless_samples(record.t, table[name])
             up = table.get("body_vertical")
             first = (
-                _find_vertical_nearest_in_time(record.t, up, t)
+                _find_measured_vertical_near_time(record.t, up, t)
                 if up is not None and len(t)
                 else None
             )
@@ -204,7 +204,7 @@ def _reconstruct_motion_from_gyroscope(
     return [MotionSamples(t, attitude, rate, source)]
 
 
-def _find_vertical_nearest_in_time(t: Array, series: Series, since: Array) -> Array | None:
+def _find_measured_vertical_near_time(t: Array, series: Series, since: Array) -> Array | None:
     """Return the measured vertical that is nearest in time to the first element of `since`."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:

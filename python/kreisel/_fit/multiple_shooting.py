@@ -201,21 +201,21 @@ class ShootingModel:
         by_rate -= cross_matrix(support) @ end.by[:3]
         if p.has_free("moments"):
             whole = (rate + support) / moments
-            by_rate[:, p.find_parameter_columns("moments")] -= (
+            by_rate[:, p.get_parameter_slice("moments")] -= (
                 whole[:, None] * p.compute_moments_jacobian()
             )
         if p.has_free("rotor"):
-            by_rate[:, p.find_parameter_columns("rotor")] -= np.diag(1.0 / moments)
+            by_rate[:, p.get_parameter_slice("rotor")] -= np.diag(1.0 / moments)
         if p.has_free("turning"):
-            by_rate[:, p.find_parameter_columns("turning")] -= rotation.T
+            by_rate[:, p.get_parameter_slice("turning")] -= rotation.T
         made = np.zeros((6, self.width))
         made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
         made[3:, self.columns[k]] = -by_rate / scale
         q, columns = self.models[k + 1].parameters, self.columns[k + 1]
         if q.has_free("attitude"):
-            made[:3, columns[q.find_parameter_columns("attitude")]] += inverse_left_jacobian(-turn)
+            made[:3, columns[q.get_parameter_slice("attitude")]] += inverse_left_jacobian(-turn)
         if q.has_free("velocity"):
-            made[3:, columns[q.find_parameter_columns("velocity")]] += np.eye(3) / scale
+            made[3:, columns[q.get_parameter_slice("velocity")]] += np.eye(3) / scale
         return gap, made / self.gap
 
 

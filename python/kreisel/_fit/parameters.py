@@ -329,7 +329,7 @@ class Parameters:
     def has_free(self, name: str) -> bool:
         return (name, -1, "") in self.slices
 
-    def find_parameter_columns(self, name: str) -> slice:
+    def get_parameter_slice(self, name: str) -> slice:
         return self.slices[name, -1, ""]
 
     def add_step_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
@@ -391,9 +391,9 @@ class Parameters:
             ("damping", self.damping, point.damping),
         ):
             if self.has_free(name):
-                made[self.find_parameter_columns(name)] = columns.T @ values / columns.sum(axis=0)
+                made[self.get_parameter_slice(name)] = columns.T @ values / columns.sum(axis=0)
         if self.has_free("friction"):
-            made[self.find_parameter_columns("friction")] = point.friction
+            made[self.get_parameter_slice("friction")] = point.friction
         return made
 
     def compute_moments_jacobian(self) -> Array:
@@ -549,7 +549,7 @@ class Parameters:
     def _evaluate_parameter_group(self, name: str, point: FitPoint, rows: Array) -> Array:
         """Return the values of one group of parameters, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
-        at = self.find_parameter_columns(name)
+        at = self.get_parameter_slice(name)
         if name == "attitude":
             rows[:, at] = turned
             back = conjugate_quaternions(point.axes)
@@ -561,7 +561,7 @@ class Parameters:
             vector = getattr(point, _VECTORS[name])
             rows[:, at] = turned
             if self.has_free("axes"):
-                rows[:, self.find_parameter_columns("axes")] = -turned @ cross_matrix(vector)
+                rows[:, self.get_parameter_slice("axes")] = -turned @ cross_matrix(vector)
             made: Array = turned @ vector
             return made
         if name == "axes":

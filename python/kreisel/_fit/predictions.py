@@ -151,7 +151,7 @@ class MotionPredictor:
             return seen
         by = self.rotation_to_described_frame @ seen.by if seen.by.size else seen.by
         if by.size and self.parameters.has_free("axes"):
-            by[:, :, self.parameters.find_parameter_columns("axes")] -= (
+            by[:, :, self.parameters.get_parameter_slice("axes")] -= (
                 self.rotation_to_described_frame @ cross_matrix(seen.values)
             )
         rate = seen.rate @ self.rotation_to_described_frame.T if seen.rate.size else seen.rate
@@ -176,7 +176,7 @@ class MotionPredictor:
         if change.by.size:
             by = by_change @ change.by + by_rate @ rate.by + weight[:, None, None] * up.by
             for name, gain in self._differentiate_vertical_acceleration(t):
-                by[:, :, self.parameters.find_parameter_columns(name)] += (
+                by[:, :, self.parameters.get_parameter_slice(name)] += (
                     up.values[:, :, None] * gain[:, None]
                 )
         if self.has_rate:
@@ -209,7 +209,7 @@ class MotionPredictor:
         if self.tangents.shape[2]:
             by = cross_matrix(found) @ self.attitude_derivatives
             if self.parameters.has_free("turning"):
-                by[:, :, self.parameters.find_parameter_columns("turning")] += np.swapaxes(
+                by[:, :, self.parameters.get_parameter_slice("turning")] += np.swapaxes(
                     rotation, 1, 2
                 )
         rate = (
@@ -262,11 +262,11 @@ class MotionPredictor:
         if self.tangents.shape[2]:
             by = by_turn @ self.attitude_derivatives
             if p.has_free("com"):
-                by[:, :, p.find_parameter_columns("com")] += by_com
+                by[:, :, p.get_parameter_slice("com")] += by_com
             if p.has_free("lever"):
-                by[:, :, p.find_parameter_columns("lever")] += by_com @ p.lever[:, None]
+                by[:, :, p.get_parameter_slice("lever")] += by_com @ p.lever[:, None]
             if p.has_free("axes"):
-                by[:, :, p.find_parameter_columns("axes")] -= by_turn + by_com @ cross_matrix(
+                by[:, :, p.get_parameter_slice("axes")] -= by_turn + by_com @ cross_matrix(
                     self.point.com
                 )
         if self.has_rate:

@@ -235,7 +235,7 @@ class ResidualModel:
         made = np.zeros((begin, p.size))
         rotation = rotation_matrix(point.attitude)
         for name in p.free:
-            at = p.find_parameter_columns(name)
+            at = p.get_parameter_slice(name)
             if name == "attitude":
                 made[:3, at] = np.eye(3)
                 made[3:6, at] = -rotation @ cross_matrix(point.momentum)
@@ -257,9 +257,9 @@ class ResidualModel:
             elif name != "axes":
                 made[places[name], at] = np.eye(at.stop - at.start)
         if p.has_free("turning"):
-            made[3:6, p.find_parameter_columns("turning")] = (rotation * point.moments) @ rotation.T
+            made[3:6, p.get_parameter_slice("turning")] = (rotation * point.moments) @ rotation.T
         if p.has_free("shaking"):  # the phase at the origin depends on the rate
-            made[places["shaking"].stop - 1, p.find_parameter_columns("shaking").start + 1] = (
+            made[places["shaking"].stop - 1, p.get_parameter_slice("shaking").start + 1] = (
                 self.origin
             )
         return made
@@ -339,7 +339,7 @@ class _ResidualBuilder:
         left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
         made: Array = left @ self.motion.attitude_derivatives
         if p.has_free("axes"):
-            made[:, :, p.find_parameter_columns("axes")] -= right
+            made[:, :, p.get_parameter_slice("axes")] -= right
         mounting, delay = (
             self._get_instrument_parameter_columns("mounting"),
             self._get_instrument_parameter_columns("delay"),

@@ -390,7 +390,7 @@ class SearchSession:
     def _can_determine_velocity(self, best: BestFit) -> bool:
         spectrum = analyse_parameter_space(best.jacobian, best.natural, 1.0, self.parameters.size)
         by_rate = np.zeros((3, self.parameters.size))
-        by_rate[:, self.parameters.find_parameter_columns("velocity")] = np.eye(3)
+        by_rate[:, self.parameters.get_parameter_slice("velocity")] = np.eye(3)
         return bool(np.isfinite(spectrum.propagate_errors(by_rate)[1]).all())
 
     def _report_cost_of_minimum(self, found: Minimum) -> None:

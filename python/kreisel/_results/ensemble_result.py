@@ -223,7 +223,7 @@ class EnsembleResult(ReadOnlyArrays):
             return replace(path, _tangent_data=self._tangent_data(i))
         if buffers.columns:
             columns = {name: column[i, :done] for name, column in buffers.columns.items()}
-            path = replace_states_by_columns(
+            path = store_quantities_instead_of_states(
                 path, {"t": self._select_times_of_top(i)[:done].copy()} | columns
             )
         return (
@@ -269,7 +269,7 @@ class EnsembleResult(ReadOnlyArrays):
         if path._columns is None:
             return self._build_path_of_top(i, np.vstack([path.states, state]), low)
         more = self._build_path_of_top(i, state, None).only(path.want or ())
-        return replace_states_by_columns(
+        return store_quantities_instead_of_states(
             path,
             {
                 name: np.concatenate([column, getattr(more, name)])
@@ -301,7 +301,7 @@ class EnsembleResult(ReadOnlyArrays):
         return f"{self.method}{controls}, {failures}"
 
 
-def replace_states_by_columns(path: Path, columns: dict[str, Array]) -> Path:
+def store_quantities_instead_of_states(path: Path, columns: dict[str, Array]) -> Path:
     """Return a copy of the path that stores the quantities `columns` instead of states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)

@@ -63,7 +63,7 @@ def build_reduction_data_frame(reduced: EnsembleResult, kept: Reduced) -> DataFr
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
     for name, (dims, values, about) in _build_top_variables(reduced).items():
-        columns[name] = broadcast_to_tops(reduced.tops, dims, values)
+        columns[name] = list_values_per_top(reduced.tops, dims, values)
         units[name] = str(about["units"])
     for column, values, unit in list_reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
@@ -147,7 +147,7 @@ def build_parameter_variables(tops: Ensemble) -> dict[str, Variable]:
     return rows
 
 
-def broadcast_to_tops(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
+def list_values_per_top(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
     """Broadcast values to the ensemble, and return a list with one value per top.
 
     Vector values are returned as tuples.

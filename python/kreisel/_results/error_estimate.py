@@ -91,7 +91,7 @@ def estimate_attitude_error(
     return angle_to(LONGEST_SERIES) if digits or is_unsure else error
 
 
-def compute_rounding_effects(scene: Scene, digits: int = 16) -> Array:
+def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
     """Return, as columns, the changes of attitude and momentum caused by rounding the state.
 
     Each column is divided by the relative rounding error. For at most 16 digits, the rounding error
@@ -145,7 +145,7 @@ def estimate_rounding_growth(
     is infinite if a tangent overflows. Returns the core result of the run used for the estimate,
     and the amplification. If the run fails, the states after the failure are missing.
     """
-    directions, most = compute_rounding_effects(scene, digits), 1.0
+    directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):

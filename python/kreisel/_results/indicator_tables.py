@@ -9,7 +9,7 @@ import numpy as np
 from .._model.scene import Ensemble
 from .._options.quantities import TIME
 from .._utils.optional import optional_dependency
-from .ensemble_tables import Variable, broadcast_to_tops, build_parameter_variables
+from .ensemble_tables import Variable, build_parameter_variables, list_values_per_top
 from .tables import TABLES
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def build_indicator_data_frame(indicator: IndicatorWithClasses, tops: Ensemble |
     units: dict[str, str] = {}
     if tops is not None:
         for name, (dims, values, about) in build_parameter_variables(tops).items():
-            columns[name] = broadcast_to_tops(tops, dims, values)
+            columns[name] = list_values_per_top(tops, dims, values)
             units[name] = str(about["units"])
     columns[indicator.name] = np.atleast_1d(indicator.value).ravel()
     for name in _TEXTS:

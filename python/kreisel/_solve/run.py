@@ -134,7 +134,7 @@ class Run:
         own["events"] = options.events
         own["step"], own["tol"], own["digits"] = options.step, options.tol, options.digits
         own["t"], own["stats"] = origin.begin, Stats(0, 0, 0, 0)
-        own["_origin"], own["_top"] = origin, _create_motion(scene, options, back, origin)
+        own["_origin"], own["_top"] = origin, _start_core_motion(scene, options, back, origin)
 
     def __repr__(self) -> str:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
@@ -382,7 +382,7 @@ class Run:
             "stats": Stats(0, 0, 0, 0),
             "_fresh": True,
             "_origin": origin,
-            "_top": _create_motion(scene, self._options, self._back, origin),
+            "_top": _start_core_motion(scene, self._options, self._back, origin),
         }
         if self._top is not now.motion or now.motion.t != now.t:
             raise RuntimeError(_UNDER_WAY)
@@ -436,7 +436,7 @@ class Run:
         atomic_write(file, self.checkpoint)
 
 
-def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunStart) -> Motion:
+def _start_core_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunStart) -> Motion:
     """Create the C object of a run.
 
     Raises an exception if the C library rejects the scene.
