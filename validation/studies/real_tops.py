@@ -28,6 +28,7 @@ from dataclasses import dataclass, field
 
 import kreisel as kr
 import numpy as np
+from kreisel._results.tangent_data import collect_scene_numbers
 
 from ..references.support_equations import (
     SupportIntegrator,
@@ -150,18 +151,7 @@ def differ(one, other, scale):
 
 def bound_conditioning(scene, t, scale):
     """Return the largest change of the state if each number of the scene is rounded once."""
-    numbers = {
-        "start": (2.0, 2.0, 2.0, *scene.momentum),  # as in `path.conditioning`
-        "moments": scene.body.moments,
-        "com": scene.body.principal_com,
-        "gravity": (scene.gravity,),
-        "mass": (scene.body.mass,),
-        "damping": scene.damping,
-        "rotor": scene.body.principal_rotor,
-        "turning": scene.turning,
-        "shaking": scene.shaking,
-        "friction": (scene.friction,),
-    }
+    numbers = collect_scene_numbers(scene)
     by = tuple(name for name, values in numbers.items() if any(values))
     path = kr.solve(scene, [t], "taylor", tangents=by)
     sizes = np.abs([number for name in by for number in numbers[name]])

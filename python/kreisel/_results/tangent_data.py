@@ -61,22 +61,27 @@ class TangentData(NamedTuple):
         tangents with respect to a required parameter are missing. Tangents with respect to
         parameters that are zero are not required, because zero is represented exactly.
         """
-        data = {
-            # a change of a unit quaternion rotates by twice its size
-            "start": (2.0, 2.0, 2.0, *scene.momentum),
-            "moments": scene.body.moments,
-            "com": scene.body.principal_com,
-            "gravity": (scene.gravity,),
-            "mass": (scene.body.mass,),
-            "damping": scene.damping,
-            "rotor": scene.body.principal_rotor,
-            "turning": scene.turning,
-            "shaking": scene.shaking if scene._is_shaken else (0.0, 0.0, 0.0),
-            "friction": (scene.friction,),
-        }
+        data = collect_scene_numbers(scene)
         if any(name not in self.by and any(numbers) for name, numbers in data.items()):
             hint = TANGENT_ATTRIBUTES["conditioning"]
             raise AttributeError(f"this path has no 'conditioning': {hint}")
         sizes = np.abs([number for name in self.by for number in data[name]])
         moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
         return read_only(_ROUNDING * (moved * sizes).sum(axis=1))
+
+
+def collect_scene_numbers(scene: Scene) -> dict[str, tuple[float, ...]]:
+    """Return the numbers that define a scene, by the name of the tangents with respect to them."""
+    return {
+        # a change of a unit quaternion rotates by twice its size
+        "start": (2.0, 2.0, 2.0, *scene.momentum),
+        "moments": scene.body.moments,
+        "com": scene.body.principal_com,
+        "gravity": (scene.gravity,),
+        "mass": (scene.body.mass,),
+        "damping": scene.damping,
+        "rotor": scene.body.principal_rotor,
+        "turning": scene.turning,
+        "shaking": scene.shaking if scene._is_shaken else (0.0, 0.0, 0.0),
+        "friction": (scene.friction,),
+    }
