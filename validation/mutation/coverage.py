@@ -23,6 +23,7 @@ WITHOUT_BROWSER = ("tests/python", "tests/report/test_references.py", "tests/rep
 C_FLAGS = "--coverage -fprofile-update=atomic -O0 -w -DKR_ROLLED -Dalways_inline=noinline"
 UNTAKEN = r".*/\* untaken: \w.*"
 FUZZ = ("1", "10000")  # the seed and the number of rounds
+ON_ALL_PROCESSORS = ("--numprocesses", "auto", "--dist", "worksteal")
 
 
 def make_parser():
@@ -52,10 +53,12 @@ def measure_core(tests):
     (extension,) = objects.glob("_core*.so")
     shutil.copy(extension, tree / "python/kreisel")
     quiet = {"stdout": subprocess.DEVNULL}
-    run_command("ctest", "--test-dir", objects, "--exclude-regex", "^fuzz$", **quiet)
+    jobs = str(len(os.sched_getaffinity(0)))
+    ctest = ("ctest", "--test-dir", objects, "--parallel", jobs)
+    run_command(*ctest, "--exclude-regex", "^fuzz$", **quiet)
     run_command(objects / "fuzz", *FUZZ, **quiet)  # takes about a minute
     how = {"cwd": tree, "env": make_environment(tree)}
-    words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
+    words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE", *ON_ALL_PROCESSORS)
     run_command(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
     return report_branches(tree, objects)
 
@@ -107,6 +110,7 @@ def measure_package(tests):
         "pytest",
         "-q",
         "--tb=short",
+        *ON_ALL_PROCESSORS,
         *(tests or ("tests/python", "tests/report", "tests/viewer")),
     )
     run_command(*run, "run", "-m", *words, **how)
