@@ -56,8 +56,8 @@ typedef struct kr_chaplygin_plan {
      * step, only a rounding error remains. */
     double most_slip, slip, rounding, tolerance;
     int guess_terms[GUESSES];
-    /* The initial value of psi/2 [turns] in two words, and the initial value of the series for
-     * psi/2. */
+    /* The initial value of psi/2, in turns, as the sum of two doubles, and the initial value of the
+     * series for psi/2. */
     double heading_start, heading_more, heading_value;
     int is_even; /* psi is an odd function of both angles */
     int wide;    /* terms of the longest row, counted from the first multiple */

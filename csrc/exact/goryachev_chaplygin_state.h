@@ -267,7 +267,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     const wide c1 = part[0], c2 = part[1], s1 = other[0], s2 = other[1],
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
     const wide grown = (sum_heading(plan, a) - plan->heading_value) + sum_slow_terms(plan, a, tau);
-    /* psi/2 [turns]. The low word of the product is smaller than the rounding error of the
+    /* psi/2 in turns. The low-order part of the product is smaller than the rounding error of the
      * series. */
     const wide half = 0.5 * (grown * turn.hi);
     dd heading = two_sum(wide_splat(plan->heading_start), half - nearest(half));

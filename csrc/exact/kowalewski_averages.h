@@ -141,7 +141,8 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
     }
     return 0;
 }
-/* The determinant of the averages, and the rates of the two torus angles and of the heading. */
+/* The determinant of the matrix of averages, and the rates of the two torus angles and of the
+ * heading. */
 typedef struct kowalewski_rates {
     dd det, rate[2], heading;
 } kowalewski_rates;

@@ -118,8 +118,8 @@ static double set_momentum(kr_exact_map_form *map, const map_link *k)
     return across + k->l.hi * k->l.hi;
 }
 /* Sets the initial phases. The phase of the momentum is the sum of the phases of alpha and beta.
- * The phases of the two largest quantities are computed directly; the third phase follows from
- * them. */
+ * For the two largest of alpha, beta and the momentum, the phase is computed directly; the third
+ * phase follows from these two. */
 static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
@@ -233,14 +233,14 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     map_link k;
     int below = top.own.lever.hi < 0.0;
     /* The first pass determines whether up and down are exchanged, and the second pass uses the
-     * result. More than two passes would not change the result. */
+     * result. Additional passes through the loop would not change the result. */
     for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
-        return KR_ERR_ARGUMENT; /* Powers of the step size could underflow or overflow. */
+        return KR_ERR_ARGUMENT; /* Powers of such a step size could underflow or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) {
         turn_over(&r.curve);

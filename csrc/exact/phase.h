@@ -48,7 +48,7 @@ static inline phase_lanes phase_of(dd rate)
     const phase_lanes r = {.fast = f.hi, .slow = f.lo};
     return r;
 }
-/* Sets the initial value of a phase [turns], reduced by whole turns to the range 1 +- 1/2, as
+/* Sets the initial value of a phase, in turns, reduced by whole turns to the range 1 +- 1/2 that
  * phase_at requires. */
 static inline void phase_start(phase_lanes *phase, dd start)
 {
