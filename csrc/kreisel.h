@@ -406,13 +406,13 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
                                kr_top **top);
 /* Frees a top; NULL is ignored. */
 KR_API void kr_top_free(kr_top *top);
-/* Advances to the end of the next step. On failure, the top keeps its last valid state. */
+/* Advances the top to the end of the next step. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_step(kr_top *top);
-/* Advances to time t [T]. On failure, the top keeps its last valid state, at or before t. */
+/* Advances the top to time t [T]. On failure, it keeps its last valid state, at or before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
-/* Advances to the times t[0], t[1], ... in the direction of the step, and writes the states. `done`
- * (may be NULL) receives the number of valid states; later elements of `out` are unchanged. On
- * failure, the top keeps its last valid state. */
+/* Advances the top to the times t[0], t[1], ... in the direction of the step, and writes the
+ * states. `done` (may be NULL) receives the number of valid states; later elements of `out` are
+ * unchanged. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
 /* Does the same as kr_top_record, but also writes the digits beyond double precision to `low`. The
@@ -423,8 +423,9 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
  * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Restarts the top as kr_top_reset does, but with another scene. To push a moving top or change its
- * body, set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
- * KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create allocated. */
+ * body, set scene->start to kr_top_state(top). The time grid and the tangents are also reset.
+ * Returns KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create
+ * allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
  * 16 digits (see kr_top_low). The sum must round to scene->start, and low.t must be 0. */
@@ -526,8 +527,8 @@ typedef struct kr_event_hit {
  * methods other than taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on
  * the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-/* Advances to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event lies in a
- * step that is shorter than doubles can resolve. */
+/* Advances the top to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event
+ * lies in a step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Many tops. A worker integrates any number of tops with one method, one by one or in parallel SIMD

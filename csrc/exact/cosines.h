@@ -23,7 +23,7 @@ static void begin_cosines(cosine_table *t)
     t->c[GRID / 2] = dd_of(0.0);
     t->c[GRID] = dd_of(-1.0);
 }
-/* Refines the table to the given stride. */
+/* Refines the table of cosines to the given stride. */
 static void refine_cosines(cosine_table *t, int stride)
 {
     while (t->stride > stride) {

@@ -27,8 +27,8 @@ static inline void fill_frame_below(kr_quat frame[4])
 {
     fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Composes a frame with the conversion from internal axes to the user's axes. `axes` must not be
- * the identity. If `framed` is 0, the frame is initialized to the identity. */
+/* Composes the linear map `frame` with the conversion from internal axes to the user's axes. `axes`
+ * must not be the identity rotation. If `framed` is 0, the map is first set to the identity. */
 static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
 {
     if (!framed) fill_frame(frame, q_one(), q_one());

@@ -263,7 +263,7 @@ typedef struct heading_pair {
 } heading_pair;
 
 /* Appends a slow term for the sum (`way` = 1) or the difference (`way` = -1) of the multiples.
- * Returns 0 if the array is full. */
+ * Returns 0 if the array of slow terms is full. */
 static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
                        int way, const dd half[2])
 {
@@ -283,8 +283,8 @@ static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const
     n->sine = s;
     return 1;
 }
-/* Integrates a pair of terms, and writes the cosine and sine coefficients. Returns 0 if the array
- * of slow terms is full. */
+/* Integrates a pair of terms of the heading rate, and writes the resulting cosine and sine
+ * coefficients. Returns 0 if the array of slow terms is full. */
 static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const int order[2],
                      const dd half[2], double out[2])
 {

@@ -101,7 +101,8 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
 /* Performs one Newton step for the periodic part of tau, starting from `slip`. The error in time
- * before the step is written to `value`. Each series is truncated to its first `terms` terms. */
+ * before the Newton step is written to `value`. Each series is truncated to its first `terms`
+ * terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
                          wide *value)
 {

@@ -133,8 +133,8 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the i-th real root in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* The accurate difference between a root e of phi and a nearby branch point a, which is k or -k.
- * Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+/* The difference between a root e of phi and a nearby branch point a (k or -k), computed
+ * accurately. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
  * The member `resolution` measures the cancellation in e + h and in e + h - l^2/2. */
 typedef struct close_roots {
@@ -203,9 +203,9 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Refines approximate distances from the ends of the arcs by iteration. The array `product`
- * contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each arc. The three equations for
- * the distances are solved in the order that gives the fastest convergence. */
+/* Refines approximate distances of w1 and w2 from the ends of their arcs by iteration. The array
+ * `product` contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each arc. The three
+ * equations for the distances are solved in the order that gives the fastest convergence. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -379,7 +379,7 @@ static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Returns the scale for which the complex branch points have Re x = pi/2. */
+/* Returns the scale of an arc for which the complex branch points have Re x = pi/2. */
 static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),

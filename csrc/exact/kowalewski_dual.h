@@ -60,7 +60,7 @@ static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1,
     return eighth_turn(k1 * b->first[i] + k2 * b->second[i] +
                        (is_imaginary(sum, b->second[i]) ? 2 : 0));
 }
-/* Appends a combination if it is linearly independent of the previous ones. */
+/* Appends a linear combination of classes if it is linearly independent of the previous ones. */
 static void append_combination(dual_basis *b, int *found, const double weight[])
 {
     double rest[CLASSES], size = 0.0, left = 0.0;

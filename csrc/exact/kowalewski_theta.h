@@ -200,7 +200,7 @@ static cx weigh(const cx column[CLASSES], const double constant[CLASSES])
 static const int spinor_sums[2] = {SUM_S, SUM_T};
 
 /* Subsets of the samples used for fitting. The subset THIRD_OF_SAMPLES contains samples from all
- * rows and columns. A third of the samples suffices to reject a wrong value of b. */
+ * rows and columns of the grid. A third of the samples suffices to reject a wrong value of b. */
 typedef enum sample_choice { THIRD_OF_SAMPLES, OTHER_SAMPLES, ALL_SAMPLES } sample_choice;
 static int is_chosen(int i, sample_choice choice)
 {

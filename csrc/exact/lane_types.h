@@ -77,7 +77,7 @@ INLINE mask is_dual(const kr_exact_form *e)
 }
 #endif
 /* Copies the lanes that the mask m selects from `from` to `to`, and leaves the other lanes of `to`
- * unchanged. Both arguments must point to structures whose members are all vectors. */
+ * unchanged. Both arguments must point to structures whose members are all SIMD vectors. */
 INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {

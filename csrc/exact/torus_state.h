@@ -1,4 +1,4 @@
-/* Functions shared by the state evaluation of Kowalewski and Goryachev-Chaplygin tops.
+/* Functions used to compute the states of both Kowalewski and Goryachev-Chaplygin tops.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_EXACT_TORUS_STATE_H
