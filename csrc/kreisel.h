@@ -423,9 +423,8 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
  * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Restarts the top as kr_top_reset does, but with another scene. To push a moving top or change its
- * body, set scene->start to kr_top_state(top). The time grid and the tangents are also reset.
- * Returns KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create
- * allocated. */
+ * body, set scene->start to kr_top_state(top). Also resets the time grid and the tangents. Returns
+ * KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
  * 16 digits (see kr_top_low). The sum must round to scene->start, and low.t must be 0. */

@@ -162,8 +162,8 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
 
 /* Returns the initial phase of the nutation, in turns. The elliptic functions cn and sn are
  * proportional to the momentum components M1 and M2. Near the intermediate axis, where sn = +-1,
- * the phase is measured from this axis by sn(K - x) = cn/dn. Measured from another axis, the phase
- * would be the difference of two large numbers. */
+ * the phase is measured from this axis by sn(K - x) = cn/dn. If it were measured from another axis,
+ * the phase would be the difference of two large numbers. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;

@@ -19,9 +19,8 @@
 #include "kowalewski_state.h"
 #include "kowalewski_theta.h"
 
-/* Linear combinations of the classes into which the terms of a sum are divided. The element
- * weight[b][i] is the weight of class i in combination b. The number of combinations equals the
- * number of classes. */
+/* Linear combinations of the classes of terms in a theta sum. The element weight[b][i] is the
+ * weight of class i in combination b. The number of combinations equals the number of classes. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
@@ -99,7 +98,8 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Classes can be combined only if their lattices have equal shifts. */
+                    /* Two classes of terms can be combined only if their lattices have equal
+                     * shifts. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -236,7 +236,7 @@ static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which,
         }
     }
 }
-/* Evaluates the linear combinations of two sums at the selected samples. */
+/* Evaluates the linear combinations of classes for two theta sums at the selected samples. */
 static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2],
                               sample_choice choice)
 {

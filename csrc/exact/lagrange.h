@@ -324,8 +324,8 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the axis is at rest at a pole. The function kr_exact_resolves excludes tops that are
- * nearly at rest at a pole. */
+/* Returns 1 if the symmetry axis is at rest at a pole. The function kr_exact_resolves excludes tops
+ * that are nearly at rest at a pole. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;

@@ -145,9 +145,9 @@ static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve 
     phase_start(&curve->first, first);
     phase_start(&curve->second, second);
 }
-/* Returns 1 if the axis is at rest. A top is considered at rest at a pole if its tilt and its
- * velocity are both below 1e-100. Without gravity and momentum, a top is at rest in every
- * attitude. */
+/* Returns 1 if the symmetry axis of the top is at rest. A top is considered at rest at a pole if
+ * its tilt and its velocity are both below 1e-100. Without gravity and momentum, a top is at rest
+ * in every attitude. */
 static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,

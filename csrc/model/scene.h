@@ -69,7 +69,7 @@ typedef struct kr_swing {
 } kr_swing;
 /* Returns the constants that determine the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* The smallest permitted unit; the reciprocal of a smaller unit might overflow. */
+/* The smallest permitted internal unit; the reciprocal of a smaller unit might overflow. */
 static const double kr_min_unit = 0x1p-1020;
 /* Determines the exponent `power` of the unit of time, 2^power. `momentum` is the magnitude of the
  * largest component of the momentum. Returns 0 if the units exceed the range of doubles. */
