@@ -10,7 +10,7 @@
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The values cos(pi * i / GRID). Only the entries at multiples of `stride` have been computed. */
+/* The values cos(pi * i / GRID). Only the cosines at multiples of `stride` have been computed. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];

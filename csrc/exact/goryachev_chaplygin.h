@@ -4,8 +4,8 @@
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|).
  * Here c1 and s1 are Fourier series in alpha1, and c2 and s2 are Fourier series in alpha2. Moreover
  * |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). The heading psi is a Fourier
- * series in both angles. The time t is a multiple of tau plus a sine series in alpha1 and another
- * in alpha2. Computing tau from t requires the numerical solution of a scalar equation. */
+ * series in alpha1 and alpha2. The time t is a multiple of tau plus a sine series in alpha1 and
+ * another in alpha2. Computing tau from t requires the numerical solution of a scalar equation. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #include "torus.h"

@@ -17,9 +17,10 @@
 
 enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u */ };
 
-/* An integral counts as converged if a refinement changes it by less than SETTLED or WELL_SETTLED,
- * relative to its size. With the limit SETTLED, errors can reach 1e-12, but only if a weak
- * singularity is close to the path. With the limit WELL_SETTLED, only rounding errors remain. */
+/* An integral counts as converged if a refinement changes it by less than a limit, SETTLED or
+ * WELL_SETTLED, relative to its size. With the limit SETTLED, errors can reach 1e-12, but only if a
+ * weak singularity is close to the path. With the limit WELL_SETTLED, only rounding errors
+ * remain. */
 #define SETTLED 1e-9
 #define WELL_SETTLED 1e-14
 

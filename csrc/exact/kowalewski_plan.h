@@ -415,8 +415,8 @@ static double least_size(const theta_work *t)
     }
     return least / most;
 }
-/* Sets the rates and the initial phases of the angles. The caller sets the initial phase of the
- * factor e. */
+/* Sets the rates and the initial phases of the two torus angles. The caller sets the initial phase
+ * of the factor e. */
 static void set_phases(const kowalewski_work *w, dd heading, kr_theta_sums *plan)
 {
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};

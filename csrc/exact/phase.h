@@ -6,9 +6,9 @@
 #include "kernel.h"
 
 /* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
- * and the horizontal momentum. The phase factors are included, but q is not yet normalized and the
- * frame is not yet applied. Only factors_of_kind requires that all lanes use series of the same
- * kind. */
+ * and the horizontal momentum. The phase factors are included, but the attitude q is not yet
+ * normalized or transformed by the frame. Only factors_of_kind requires that all lanes use series
+ * of the same kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {

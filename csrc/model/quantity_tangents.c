@@ -325,7 +325,7 @@ static void set_change(const quantity_point *at, const double column[6], quantit
                    ? v_scale(1.0 / at->reach, v_axpy(-v_dot(at->apex, by->com), at->apex, by->com))
                    : v3(NAN, NAN, NAN);
 }
-/* Sets the change of a parameter that each column of the tangent matrix describes. */
+/* Sets the parameter change that corresponds to each column of the tangent matrix. */
 static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
 {
     if (tangents & KR_TANGENT_START) by += 6;
