@@ -168,8 +168,8 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Multiplies the attitudes by rotations; an identity rotation leaves an attitude bitwise
- * unchanged. */
+/* Multiplies the attitude in each lane by a rotation; an identity rotation leaves the attitude
+ * bitwise unchanged. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),

@@ -224,7 +224,8 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
 /* Determines the signs of the square roots and the initial angles on the torus. The signs are
  * determined from the first state whose points are not close to the ends of the arcs. If w1 or w2
  * changes slowly, points closer to the ends are accepted. The returned error is divided by the
- * state's rate of change, because a slow motion hides errors in the angles. */
+ * state's rate of change, because errors in the angles of a slow motion change the state only
+ * slightly. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

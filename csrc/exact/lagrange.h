@@ -371,8 +371,8 @@ static void set_angles(setting *s)
 }
 /* Computes n closed-form solutions in internal units, after begin_setting has been called for each.
  * No axis may be at rest at a pole, and weight * |com| must be positive. Each stage is completed
- * for all tops before the next, because the code of all stages exceeds the first-level instruction
- * cache. */
+ * for all tops before the next, because the code of all stages does not fit into the first-level
+ * instruction cache. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);
