@@ -107,7 +107,7 @@ typedef struct kr_body {
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
     /* Relative tolerance of the triangle inequality, for rounded values from the literature: the
      * largest moment may exceed the sum of the other two by this fraction. The moments are used as
-     * given. The tolerance is in [0, 1); values below 1e-12 are treated as 1e-12. */
+     * given. The tolerance must lie in [0, 1); values below 1e-12 are treated as 1e-12. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
      * L^2 T^-1]. The momentum m includes that of the rotors. `inertia` assumes locked rotors. */
@@ -153,21 +153,21 @@ typedef struct kr_scene {
 /* Makes a homogeneous cuboid from its density [M L^-3], its half-edge lengths [L], and its fixed
  * point relative to the centre [L]. */
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
-/* Makes a body with the symmetry axis T. The moments at the fixed point are i3 about T, and i1
- * about axes normal to T [M L^2]. `height` is the position of the centre of mass on T [L]. */
+/* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
+ * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
 /* Smallest permitted ratio of the smallest to the largest moment, for tensors that are not
  * diagonal. If the ratio were smaller, the smallest moment would have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
-/* Makes a body from its inertia tensor at the fixed point, stored by rows [M L^2]. Returns
+/* Makes a body from its inertia tensor [M L^2] at the fixed point, stored by rows. Returns
  * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
 /* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
-/* Makes a body from a rounded inertia tensor at the fixed point, with the relative tolerance
- * `rounded` (see kr_body.rounded). */
+/* Makes a body from an inertia tensor at the fixed point with rounded elements; the argument
+ * `rounded` becomes kr_body.rounded. */
 KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                              double rounded, kr_body *body);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
@@ -233,7 +233,7 @@ KR_API const char *kr_quantity_name(const kr_quantity *quantity);
 KR_API const char *kr_quantity_text(const kr_quantity *quantity);
 /* Returns the dimension of a quantity, such as "M L^2 T^-1". */
 KR_API const char *kr_quantity_dimension(const kr_quantity *quantity);
-/* Returns the number of doubles of a quantity: 1, 3, 4 or 9. */
+/* Returns the number of doubles in a value of a quantity: 1, 3, 4 or 9. */
 KR_API size_t kr_quantity_doubles(const kr_quantity *quantity);
 /* Returns the flags of a quantity: a sum of KR_QUANTITY_TURNS, KR_QUANTITY_CONSERVED and
  * KR_QUANTITY_IN_EVENTS. */
@@ -406,13 +406,13 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
                                kr_top **top);
 /* Frees a top; NULL is ignored. */
 KR_API void kr_top_free(kr_top *top);
-/* Advances to the end of the next step. On failure, the top keeps its last valid state. */
+/* Advances the top to the end of the next step. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_step(kr_top *top);
-/* Advances to time t [T]. On failure, the top keeps its last valid state, at or before t. */
+/* Advances the top to time t [T]. On failure, it keeps its last valid state, at or before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
-/* Advances to the times t[0], t[1], ... in the direction of the step, and writes the states. `done`
- * (may be NULL) receives the number of valid states; later elements of `out` are unchanged. On
- * failure, the top keeps its last valid state. */
+/* Advances the top to the times t[0], t[1], ... in the direction of the step, and writes the
+ * states. `done` (may be NULL) receives the number of valid states; later elements of `out` are
+ * unchanged. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
 /* Does the same as kr_top_record, but also writes the digits beyond double precision to `low`. The
@@ -423,7 +423,7 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
  * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Restarts the top as kr_top_reset does, but with another scene. To push a moving top or change its
- * body, set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
+ * body, set scene->start to kr_top_state(top). Also resets the time grid and the tangents. Returns
  * KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
@@ -522,12 +522,12 @@ typedef struct kr_event_hit {
     int direction;   /* 1 or -1 */
 } kr_event_hit;
 /* Sets the events at which kr_top_seek stops. `events` must remain valid until the next call, or
- * until the top is freed. Events do not affect the path. Returns KR_ERR_NO_EVENTS for methods other
- * than taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on the
- * heading. */
+ * until the top is freed. Events do not affect the computed states. Returns KR_ERR_NO_EVENTS for
+ * methods other than taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on
+ * the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-/* Advances to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event lies in a
- * step that is shorter than doubles can resolve. */
+/* Advances the top to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event
+ * lies in a step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Many tops. A worker integrates any number of tops with one method, one by one or in parallel SIMD
@@ -535,8 +535,8 @@ KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
  * NULL, the closed-form solution is used for tops that kr_exact_plan accepts, and taylor for all
  * others. The results for a top depend only on this top and its times, not on other tops, their
  * order, the number of calls, or failures. Results are bitwise equal to those of kr_exact_state or
- * of a kr_top, unless taylor integrates undamped tops in SIMD lanes (up to 16 digits). Results from
- * SIMD lanes are bitwise equal on all instruction sets with fused multiply-add. */
+ * of a kr_top, unless taylor integrates undamped tops in SIMD lanes (with at most 16 digits).
+ * Results from SIMD lanes are bitwise equal on all instruction sets with fused multiply-add. */
 typedef struct kr_worker kr_worker;
 /* Reductions over time of one component of a quantity, listed as X(kind, name). VARIANCE is the
  * population variance; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is
@@ -614,9 +614,9 @@ KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, siz
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections: for each top, the first `times` states at which an event occurs (see
  * kr_top_watch). The time t is the maximum waiting time for each event, and is negative for motion
- * backward in time. All tops have the same waiting time, or each has its own if own_times is
- * nonzero. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time. Returns
- * KR_ERR_NO_EVENTS for methods other than taylor; see kr_worker_run for other statuses. */
+ * backward in time. Each top has its own waiting time if own_times is nonzero; otherwise, all tops
+ * share one. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time.
+ * Returns KR_ERR_NO_EVENTS for methods other than taylor; see kr_worker_run for other statuses. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* Returns the name of the instruction set that the SIMD lanes use, or "" if no lanes are used.
  * Writes the order of the method to `order`. */
@@ -693,8 +693,8 @@ KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *m
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Returns the state at given angles on the invariant torus [turns]. During the motion, the angles
- * increase at the rates `first` and `second`. Time and heading keep their initial values. */
+/* Returns the state at given angles, in turns, on the invariant torus. During the motion, the
+ * angles increase at the rates `first` and `second`. Time and heading keep their initial values. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states that are bitwise equal to those of kr_kowalewski_state, but computed faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
@@ -745,7 +745,7 @@ KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, 
 /* Returns the state at two torus angles, like kr_kowalewski_state_at; the heading is arbitrary. */
 KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
                                                 double second);
-/* Writes n states bitwise equal to those of kr_goryachev_chaplygin_state, but computed faster. */
+/* Writes n states, bitwise equal to those of kr_goryachev_chaplygin_state but computed faster. */
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);
 

@@ -12,7 +12,8 @@
 #include "single.h"
 #include "torus.h"
 
-/* The distinct principal axis of a body, and the position of its centre of mass. */
+/* The principal axis whose moment differs from the other two, and the position of the centre of
+ * mass. */
 typedef struct across_body {
     int distinct;
     double com[2];  /* components along the two other axes, divided by a power of two */
@@ -66,8 +67,8 @@ static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, d
     out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
     out[2] = r[2];
 }
-/* Converts a validated scene to the axes and units of the closed-form solution. The unit of the
- * moments of inertia is the moment about axis 3 times `factor`, a power of two. */
+/* Converts a validated scene to the axes and units of the closed-form solution. The unit of inertia
+ * is the moment about axis 3 multiplied by `factor`, which is a power of two. */
 static kr_status read_across(const kr_scene *scene, double side, double factor, across_start *start,
                              across_way *way)
 {

@@ -7,8 +7,8 @@
 #  include <emmintrin.h>
 #endif
 
-/* The states at a block of times, stored as one array per component. A block fits into the
- * first-level cache. */
+/* The states of one top at a block of times, with one array for each component. A block fits into
+ * the first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -29,7 +29,7 @@ INLINE void frame(const kr_exact_form *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Converts a block of arrays to an array of states. */
+/* Converts states stored as one array per component to an array of kr_state structures. */
 INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
@@ -62,8 +62,8 @@ INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out
 INLINE void stream(const batch *b, int n, kr_state *out) { write(b, n, out); }
 INLINE void end_stream(void) {}
 #endif
-/* Computes the states of a block. The number of states is rounded up to a multiple of eight to
- * avoid a remainder loop. */
+/* Computes the states of one top at the times b->t[i]. The number of states is rounded up to a
+ * multiple of eight to avoid a remainder loop. */
 static void states(const kr_exact_form *exact, batch *b, int count)
 {
     /* The compiler can keep a local copy in registers, because no store through a pointer can
@@ -80,9 +80,9 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 1, b, n);
     if (e.framed != 0.0) frame(&e, b, n);
 }
-/* Recomputes the states at times beyond the range of the vectorized code. The function state_beyond
- * computes the new states. Because times beyond this range are rare, a branch-free loop first
- * checks whether a block contains any. */
+/* Uses state_beyond to recompute the states at times beyond the range of the vectorized code.
+ * Because such times are rare, a branch-free loop first checks whether a block contains any of
+ * them. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

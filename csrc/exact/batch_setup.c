@@ -9,7 +9,7 @@
 #include "math/exponent.h"
 
 /* If more than FEW_TIMES times are requested, the states of each top are evaluated separately.
- * GROUPS is the number of vectors that are set up together. */
+ * GROUPS is the number of SIMD vectors of tops (one top per lane) that are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
 /* Number of doubles in a kr_exact_form before the members `framed` and `frame`. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
@@ -57,7 +57,7 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Computes the data that depend only on the body. */
+/* Sets the members of `known` that depend only on the body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -79,8 +79,9 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the transformation of the attitudes of a body. Returns 0 if no transformation is needed.
- * If `below` is nonzero, the solution was computed with up and down interchanged. */
+/* Writes the map (frame.h) that converts the computed attitudes of a body to the user's axes.
+ * Returns 0, without writing the map, if it is the identity. If `below` is nonzero, the solution
+ * was computed with up and down interchanged. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -109,7 +110,7 @@ static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *kn
     w->turned[0] |= !is_one(body);
     w->turned[1] |= !is_one(work);
 }
-/* Computes the data that depend only on the body and on gravity. */
+/* Sets the members of `known` that depend on gravity. */
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
@@ -167,8 +168,8 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Multiplies the attitudes by rotations; an identity rotation leaves an attitude bitwise
- * unchanged. */
+/* Multiplies the attitude in each lane by a rotation; an identity rotation leaves the attitude
+ * bitwise unchanged. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
@@ -206,7 +207,7 @@ INLINE exact_top read_lanes(group w)
     return top;
 }
 /* Returns a mask of the heavy tops whose tilt or momentum is large enough for the vectorized
- * set-up. The threshold is stricter than that of kr_exact_resolves, which therefore need not be
+ * set-up. Because the threshold is larger than that of kr_exact_resolves, that function need not be
  * called. */
 INLINE mask is_moving(const exact_top *top)
 {
@@ -217,8 +218,9 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* The result of setting up a group, as bit masks with one bit per lane. `alone` marks tops that
- * must be set up individually. `refused` marks tops for which a rate overflows. */
+/* The results of setting up a group of tops, as bit masks with one bit per lane. `alone` marks tops
+ * that must be set up individually. `refused` marks tops for which the rate of a phase
+ * overflows. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;
@@ -233,7 +235,7 @@ static void begin_group(group w, setting *s)
     }
     begin_setting(s);
 }
-/* Converts the solutions of a group to the user's units. */
+/* Converts the closed-form solutions for a group of tops to the user's units. */
 static group_result end_group(group w, setting *s)
 {
     const wide time = in_lanes(w, TIME);
@@ -251,7 +253,8 @@ static group_result end_group(group w, setting *s)
     return r;
 }
 
-/* A batch computation, and the scalar functions for tops that must be processed individually. */
+/* The arguments of a batch computation, and the scalar functions for tops that must be processed
+ * individually. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;
@@ -261,8 +264,8 @@ typedef struct forms {
     double form[FORM][LANES];
 } forms;
 
-/* Extracts the closed-form solution of a single top from those of its group. The argument `place`
- * is the index of this top in the queue. */
+/* Extracts the closed-form solution for one top from the solutions for a group of tops. The
+ * argument `place` is the index of this top in the queue. */
 static void put_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
 {
     const int lane = place % LANES;
@@ -352,7 +355,8 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
     }
     for (size_t k = 0; k < request->times && !many; k++) read_states(j, g, exact, good, k);
 }
-/* Converts the results of a group to the user's units, and writes them. */
+/* Converts the closed-form solutions for a group of tops to the user's units, and writes the
+ * requested results. */
 static void finish_group(const batch_job *j, group g, setting *s)
 {
     const group_result b = end_group(g, s);

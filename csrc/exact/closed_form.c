@@ -46,7 +46,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     kr_exact_form made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own, top.half_turn)
                                                  : lagrange_closed_form(&top.own, top.half_turn);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
-    /* Extreme moments of inertia may cause the rates to overflow. */
+    /* Extreme moments of inertia may cause the rates of the phases to overflow. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     memcpy(exact, &made, sizeof made);
     return KR_OK;

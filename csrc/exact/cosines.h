@@ -10,7 +10,7 @@
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The values cos(pi * i / GRID). Only the entries at multiples of `stride` have been computed. */
+/* The values cos(pi * i / GRID). Only the cosines at multiples of `stride` have been computed. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];
@@ -23,7 +23,7 @@ static void begin_cosines(cosine_table *t)
     t->c[GRID / 2] = dd_of(0.0);
     t->c[GRID] = dd_of(-1.0);
 }
-/* Refines the table to the given stride. */
+/* Refines the table of cosines to the given stride. */
 static void refine_cosines(cosine_table *t, int stride)
 {
     while (t->stride > stride) {

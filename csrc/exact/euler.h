@@ -109,9 +109,9 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
 }
-/* Returns the rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. The argument
- * `flat` is 1 - c^2. For small c, the sum starts from p0^2 = 1 + c^2 k^2 / flat, which avoids a
- * division by c. */
+/* Returns the common rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. The
+ * arguments `c2` and `flat` are c^2 and 1 - c^2. For small c, the sum starts from p0^2 = 1 + c^2
+ * k^2 / flat, which avoids a division by c. */
 static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -125,9 +125,9 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-/* Sets the theta series of alpha and beta. The imaginary part of the argument of both series is an
- * incomplete elliptic integral of the first kind. The scale factors of the series follow from the
- * largest values of |alpha| and |beta|. */
+/* Sets the coefficients of the theta series for alpha and beta. The imaginary part of the argument
+ * of both series is an incomplete elliptic integral of the first kind. The scale factors of the
+ * series follow from the largest values of |alpha| and |beta|. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -160,10 +160,10 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
 
-/* Returns the initial phase [turns]. The elliptic functions cn and sn are proportional to the
- * momentum components M1 and M2. Near the intermediate axis, where sn = +-1, the phase is measured
- * from this axis by sn(K - x) = cn/dn. Measured from another axis, the phase would be the
- * difference of two large numbers. */
+/* Returns the initial phase of the nutation, in turns. The elliptic functions cn and sn are
+ * proportional to the momentum components M1 and M2. Near the intermediate axis, where sn = +-1,
+ * the phase is measured from this axis by sn(K - x) = cn/dn. If it were measured from another axis,
+ * the phase would be the difference of two large numbers. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;

@@ -34,7 +34,7 @@ int kr_exact_resolves(const kr_scene *scene)
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
-/* Returns the table entry for bodies of the given kind, or NULL if there is none. */
+/* Returns the entry of torus_forms for bodies of the given kind, or NULL if there is none. */
 static const kr_torus_form *find_torus_form(kr_kind kind)
 {
     const kr_torus_form *const *form = torus_forms;

@@ -7,7 +7,7 @@
 #include "math/su2.h"
 
 static inline int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
-/* Applies the frame f to the attitude q. */
+/* Applies the linear map f (a frame) to the quaternion q. */
 INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
@@ -22,13 +22,13 @@ static inline void fill_frame(kr_quat frame[4], kr_quat left, kr_quat right)
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
-/* Writes the frame q -> -i q, which interchanges up and down. */
+/* Writes the linear map q -> -i q, which interchanges up and down. */
 static inline void fill_frame_below(kr_quat frame[4])
 {
     fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Composes a frame with the conversion from internal axes to the user's axes. `axes` must not be
- * the identity. If `framed` is 0, the frame is initialized to the identity. */
+/* Composes the linear map `frame` with the conversion from internal axes to the user's axes. `axes`
+ * must not be the identity rotation. If `framed` is 0, the map is first set to the identity. */
 static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
 {
     if (!framed) fill_frame(frame, q_one(), q_one());

@@ -34,9 +34,9 @@ static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
     }
     return 1;
 }
-/* Computes Chaplygin's separation variables u1 and u2, and two complex square roots. With A(u) = g1
- * u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The sign of the second square
- * root follows from L1 - i L2 = -2i * product of the two square roots. */
+/* Computes Chaplygin's separation variables u1 and u2, and for each of them a square root of |u|
+ * exp(i chi). With A(u) = g1 u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The
+ * sign of the second square root follows from L1 - i L2 = -2i * product of the two square roots. */
 static void separate(chaplygin_top *y)
 {
     const dd square = dd_times(0.25, dd_add(dd_square(y->L[0]), dd_square(y->L[1]))),
@@ -58,7 +58,7 @@ static void separate(chaplygin_top *y)
     if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
         y->root[1] = cdd_neg(y->root[1]);
 }
-/* Pads the series of both angles with zeros to equal length. */
+/* Pads the Fourier series in the two torus angles with zeros to equal lengths. */
 static void equalise_series(kr_angle_series angle[2])
 {
     int parts = 0, times = 0;
@@ -74,8 +74,8 @@ static void equalise_series(kr_angle_series angle[2])
             while (e->count[i] < parts) e->part[i][e->count[i]++] = 0.0;
     }
 }
-/* Returns half of the initial angle [turns] that corresponds to the separation variable u. Writes
- * the periodic part of the time at the initial angle to `time`. Sets the signs of the series
+/* Returns, in turns, half of the initial torus angle that corresponds to the separation variable u.
+ * Writes the periodic part of the time at the initial angle to `time`. Sets the signs of the series
  * coefficients in `e`. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
                       kr_angle_series *e, double *time)
@@ -117,7 +117,7 @@ static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2]
     plan->rounding = 0x1p-53 / rate;
     plan->tolerance = sqrt(0.25 * plan->rounding * (2.0 * least / bend));
 }
-/* Sets the rates of both angles with respect to tau and to time. */
+/* Sets the rates of the two torus angles with respect to tau and to time. */
 static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2], dd rate[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));

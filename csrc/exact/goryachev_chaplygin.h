@@ -4,8 +4,8 @@
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|).
  * Here c1 and s1 are Fourier series in alpha1, and c2 and s2 are Fourier series in alpha2. Moreover
  * |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). The heading psi is a Fourier
- * series in both angles. The time t is a multiple of tau plus one sine series in each angle.
- * Computing tau from t requires the numerical solution of a scalar equation. */
+ * series in alpha1 and alpha2. The time t is a multiple of tau plus a sine series in alpha1 and
+ * another in alpha2. Computing tau from t requires the numerical solution of a scalar equation. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #include "torus.h"
@@ -19,7 +19,7 @@ enum {
     GUESSES = 3 /* steps of Newton's method with the first terms of the series of the time */
 };
 
-/* The Fourier series in one of the two angles. The terms are cosines or sines of k times the angle,
+/* The Fourier series in alpha1 or in alpha2. The terms are cosines or sines of k times the angle,
  * or of k + 1/2 times the angle, for integers k >= 0. */
 typedef struct kr_angle_series {
     int count[2], times; /* numbers of terms: of c and s, and of the time */
@@ -36,8 +36,8 @@ typedef struct kr_angle_series {
 typedef struct kr_heading_row {
     int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;
-/* A term of the heading series whose frequency is close to zero. The integral of a slow term is
- * computed from the initial time, because its Fourier coefficient would be very large. */
+/* A term of the heading series whose frequency is close to zero. Slow terms are integrated from the
+ * initial time, because their Fourier coefficients in the integral would be very large. */
 typedef struct kr_slow_term {
     int first, second;          /* multiples of half of each angle */
     double rate, value, over;   /* over = value/rate */
@@ -56,8 +56,8 @@ typedef struct kr_chaplygin_plan {
      * step, only a rounding error remains. */
     double most_slip, slip, rounding, tolerance;
     int guess_terms[GUESSES];
-    /* The initial value of psi/2 [turns] in two words, and the initial value of the series for
-     * psi/2. */
+    /* The initial value of psi/2, in turns, as the sum of two doubles, and the initial value of the
+     * series for psi/2. */
     double heading_start, heading_more, heading_value;
     int is_even; /* psi is an odd function of both angles */
     int wide;    /* terms of the longest row, counted from the first multiple */

@@ -3,8 +3,8 @@
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
  * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
- * distinct principal axis (moment 1/4), directed such that G is not negative. With the momentum L
- * in the body frame, g = e3 in the body frame, and <L, g> = 0,
+ * principal axis with moment 1/4, directed such that G is not negative. With the momentum L in the
+ * body frame, g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
@@ -103,8 +103,8 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* Sets up the arc between two adjacent real roots. The argument `low` is the index of the lower
- * root in ascending order. The scale C is chosen to keep the neighbouring roots as far from the arc
- * as possible. */
+ * root in ascending order. The coefficient C is chosen to keep the neighbouring roots as far from
+ * the arc as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -178,7 +178,7 @@ static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, doubl
         out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
     }
 }
-/* Samples and weighted sums of the two integrands on an arc. */
+/* Samples of the integrands P and |u| P on an arc, and their weighted sums. */
 typedef struct arc_samples {
     dd v[2][GRID + 1]; /* P and |u| P */
     dd sum[2];

@@ -1,7 +1,8 @@
-/* Set-up of the Fourier series for a Goryachev-Chaplygin top. Both angles grow at constant rates
- * with respect to the rescaled time tau. Functions of an angle are sampled at the multiples of pi/M
- * between 0 and pi. Each function is even or odd about 0, and even or odd about pi. Each series
- * therefore contains only sines or only cosines, either of k or of k + 1/2 times the angle.
+/* Set-up of the Fourier series for a Goryachev-Chaplygin top. The angles alpha1 and alpha2 grow at
+ * constant rates with respect to the rescaled time tau. Functions of an angle are sampled at the
+ * multiples of pi/M between 0 and pi. Each function is even or odd about 0, and even or odd about
+ * pi. Each series therefore contains only sines or only cosines, either of k or of k + 1/2 times
+ * the angle.
  *
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integrating a
  * term divides it by its frequency, a sum or difference of multiples of the two rates. Terms with a
@@ -137,7 +138,8 @@ static double arc_time(const chaplygin_arc *arc, double sine, double cosine)
     return sum_arc_sines(arc, 1, sine, cosine) -
            arc->q.hi / arc->p.hi * sum_arc_sines(arc, 0, sine, cosine);
 }
-/* Computes the Fourier series in one of the angles. Returns 0 if a series converges too slowly. */
+/* Computes the Fourier series in one of the angles alpha1 and alpha2. Returns 0 if a series
+ * converges too slowly. */
 static int make_angle_series(const chaplygin_curve *o, series_work *w, const chaplygin_arc *arc,
                              kr_angle_series *e)
 {
@@ -179,7 +181,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
     }
     return 0;
 }
-/* Evaluates the series in one angle at M + 1 points. */
+/* Evaluates c, s and c^2 + s^2 at M + 1 values of one angle, from 0 to pi. */
 static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
 {
     refine_cosines(&w->table, GRID / (2 * M));
@@ -261,7 +263,7 @@ typedef struct heading_pair {
 } heading_pair;
 
 /* Appends a slow term for the sum (`way` = 1) or the difference (`way` = -1) of the multiples.
- * Returns 0 if the array is full. */
+ * Returns 0 if the array of slow terms is full. */
 static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
                        int way, const dd half[2])
 {
@@ -281,8 +283,8 @@ static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const
     n->sine = s;
     return 1;
 }
-/* Integrates a pair of terms, and writes the cosine and sine coefficients. Returns 0 if the array
- * of slow terms is full. */
+/* Integrates a pair of terms of the heading rate, and writes the resulting cosine and sine
+ * coefficients. Returns 0 if the array of slow terms is full. */
 static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const int order[2],
                      const dd half[2], double out[2])
 {
@@ -301,7 +303,7 @@ static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const in
     return 1;
 }
 /* Integrates the heading rate, and writes the terms of the heading series. The array `half`
- * contains half of each initial angle [turns]. Returns 0 if the series has too many terms. */
+ * contains half of each initial angle, in turns. Returns 0 if the series has too many terms. */
 static int fill_heading_rows(kr_chaplygin_plan *plan, const series_work *w, const int M[2],
                              const dd rate[2], const dd half[2])
 {

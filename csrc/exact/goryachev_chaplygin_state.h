@@ -8,8 +8,8 @@
 #include "goryachev_chaplygin.h"
 #include "torus_state.h"
 
-/* Half of an angle [turns], and the cosines and sines of its multiples. Element i of `c` or `s` is
- * the cosine or sine of i/2 times the angle. */
+/* Half of an angle, in turns, and the cosines and sines of its multiples. Element i of `c` or `s`
+ * is the cosine or sine of i/2 times the angle. */
 typedef struct angle_lanes {
     dd half;
     wide c[5], s[5];
@@ -35,8 +35,8 @@ INLINE angle_lanes angle_of(dd half)
     return a;
 }
 /* Clenshaw's recurrence for a single series, with separate sums for even and odd indices. Splitting
- * the series halves the number of dependent steps. The members hold the two most recent values of
- * each recurrence. */
+ * the series halves the number of dependent steps. The arrays `last` and `before` hold the two most
+ * recent values of each recurrence. */
 typedef struct clenshaw_sum {
     wide last[2], before[2];
 } clenshaw_sum;
@@ -81,8 +81,9 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     for (int k = e->count[which] - 2; k >= 0; k -= 2) step_sum(&p, twice, e->part[which] + k);
     return finish_part(e, which, &p, a);
 }
-/* Evaluates the series c and s of both angles. All four series have the same length, and are summed
- * in parallel to hide the latency of the recurrences. */
+/* Evaluates the Fourier series c1 and s1 in the first angle, and c2 and s2 in the second. All four
+ * series have the same length, and are summed in parallel to hide the latency of the
+ * recurrences. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
@@ -100,7 +101,8 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
 /* Performs one Newton step for the periodic part of tau, starting from `slip`. The error in time
- * before the step is written to `value`. Each series is truncated to its first `terms` terms. */
+ * before the Newton step is written to `value`. Each series is truncated to its first `terms`
+ * terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
                          wide *value)
 {
@@ -121,10 +123,11 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
     return slip - *value / slope;
 }
 /* Returns the slip, which is the periodic part of tau. The array `half` contains half of each mean
- * angle [turns]. The first Newton steps use truncated series. Later steps are confined to a
+ * angle, in turns. The first Newton steps use truncated series. Later steps are confined to a
  * bracket, which exists because t increases monotonically with tau. A Newton step longer than half
  * the previous one is replaced by bisection. Newton's method could otherwise alternate between two
- * points on opposite sides of the solution. The two true angles are written to the array `a`. */
+ * points on opposite sides of the solution. The angles that correspond to the returned slip are
+ * written to the array `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -265,7 +268,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     const wide c1 = part[0], c2 = part[1], s1 = other[0], s2 = other[1],
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
     const wide grown = (sum_heading(plan, a) - plan->heading_value) + sum_slow_terms(plan, a, tau);
-    /* psi/2 [turns]. The low word of the product is smaller than the rounding error of the
+    /* psi/2 in turns. The low-order part of the product is smaller than the rounding error of the
      * series. */
     const wide half = 0.5 * (grown * turn.hi);
     dd heading = two_sum(wide_splat(plan->heading_start), half - nearest(half));

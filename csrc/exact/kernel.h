@@ -35,15 +35,16 @@ INLINE wide nearest(wide x)
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* Returns the phase at time t [turns], modulo whole turns. The high word of the result lies between
- * 0 and 2. The condition |start| >= 1/2 makes two_sum_ordered exact. The low word holds the
- * rounding error of the high word. Without the low word, states would be about half as accurate. */
+/* Returns the phase at time t in turns, up to a whole number of turns. The high-order part of the
+ * result lies between 0 and 2. The condition |start| >= 1/2 makes two_sum_ordered exact. The
+ * low-order part is the rounding error of the high-order part. Without the low-order part, the
+ * errors of the states would be about twice as large. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
     return dd_make(s.hi, ((p.lo + f->more) + (t.hi * f->slow + t.lo * f->fast)) + s.lo);
 }
-/* Returns x + extra. The low word of the result need not be normalized. */
+/* Returns x + extra. The result is not necessarily a normalized double-double. */
 INLINE dd phase_plus(dd x, wide extra)
 {
     const dd s = two_sum(x.hi, extra);
@@ -125,7 +126,7 @@ INLINE wide poly5(const wide a[], wide s, wide ss)
 }
 
 /* The values of the theta functions for alpha, beta and the horizontal momentum. The phases of
- * alpha and beta [turns] are stored separately. */
+ * alpha and beta, in turns, are stored separately. */
 typedef struct factors {
     wide a_re, a_im, b_re, b_im, h_re, h_im;
     dd first, second;
@@ -173,9 +174,9 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
     return f;
 }
-/* Returns the state at `time`, which is the initial time plus `span`. The caller applies the frame
- * of the solution. For a torque-free body (`euler`), the momentum is constant, and alpha and beta
- * have the same phase. */
+/* Returns the state at `time`, which is the initial time plus `span`. The caller must apply the map
+ * `frame` of the solution to the attitude. For a torque-free body (`euler`), the momentum is
+ * constant, and alpha and beta have the same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = theta_factors(e, dual, euler, span);

@@ -7,7 +7,8 @@
 
 /* Number of points on the torus at which solutions are tested. */
 enum { POINTS = 256 };
-/* A solution is tested if its error exceeds DOUBTFUL, or if min D / max D is below CANCELLING. */
+/* A solution is tested if its error exceeds DOUBTFUL, or if the ratio of the smallest to the
+ * largest denominator D is below CANCELLING. */
 #define DOUBTFUL 5e-15
 #define CANCELLING 0.05
 /* The set-up is repeated with more nodes if the error exceeds INACCURATE. */

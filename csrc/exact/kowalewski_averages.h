@@ -141,7 +141,8 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
     }
     return 0;
 }
-/* The determinant of the averages, and the rates of the two torus angles and of the heading. */
+/* The determinant of the matrix of averages, and the rates of the two torus angles and of the
+ * heading. */
 typedef struct kowalewski_rates {
     dd det, rate[2], heading;
 } kowalewski_rates;
@@ -169,8 +170,8 @@ static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, d
         arc[j].sine[1][k] = (p1 * v - q1 * u) / det;
     }
 }
-/* Computes the averages over both arcs and the rates of the motion. Returns 0 if an average is not
- * accurate enough. */
+/* Computes the averages of the integrands over both arcs, and the frequencies of the motion.
+ * Returns 0 if an average is not accurate enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples *v, kowalewski_rates *out)
 {

@@ -1,9 +1,9 @@
 /* The algebraic curve of a Kowalewski top and its two arcs, in double-double precision.
  *
  * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points away
- * from the centre of mass if gravity is positive, and towards it otherwise. Axis 3 is the distinct
- * principal axis (moment 1). With the angular velocity (p, q, r) in the body frame, and e3 = (g1,
- * g2, g3) in the body frame,
+ * from the centre of mass if gravity is positive, and towards it otherwise. Axis 3 is the principal
+ * axis with moment 1. With the angular velocity (p, q, r) in the body frame, and e3 = (g1, g2, g3)
+ * in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
@@ -133,11 +133,10 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the i-th real root in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* The accurate difference between a root e of phi and a nearby branch point a, which is k or -k.
- * Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+/* The difference between a root e of phi and a nearby branch point a (k or -k), computed
+ * accurately. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * The member `resolution` measures the cancellation in the smallest factor on the left-hand
- * side. */
+ * The member `resolution` measures the cancellation in e + h and in e + h - l^2/2. */
 typedef struct close_roots {
     int apply; /* 1 if this loses fewer digits to cancellation than a - e */
     dd apart;
@@ -204,9 +203,9 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Refines approximate distances from the ends of the arcs by iteration. The array `product`
- * contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each arc. The equations for the
- * distances are solved in the order that gives the fastest convergence. */
+/* Refines approximate distances of w1 and w2 from the ends of their arcs by iteration. The array
+ * `product` contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each arc. The three
+ * equations for the distances are solved in the order that gives the fastest convergence. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -233,7 +232,8 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the distances of w1 and w2 from the ends of their arcs in the state p, q, r, g1, g2, g3.
  * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * These two products and the result of product_at_end determine the distances to full precision. */
+ * The two products above and the result of product_at_end determine the distances to full
+ * precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -259,7 +259,8 @@ static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
         arc->b[i] = root_apart(o, arc->high, i);
     }
 }
-/* Sets the coefficients of an arc for the given scale. */
+/* Sets the coefficients A, B, C and E of an arc; `scale` is C, or -A if the arc extends to
+ * infinity. */
 static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     const int infinite = arc->low == NO_ROOT;
@@ -329,8 +330,8 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
 }
 /* Moves the singularities by a Landen transformation of modulus m. Let u be cos x, or sin x if
  * `crosswise` is nonzero, and let v be the same function of the new variable. Then m u v^2 - (1 +
- * m) v + u = 0. The transformation removes a singularity u if both solutions v of this equation
- * coincide. The transformation adds a singularity at v = 1/m. */
+ * m) v + u = 0. The transformation removes a singularity u if both solutions v of this quadratic
+ * equation coincide. The transformation adds a singularity at v = 1/m. */
 static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
@@ -378,7 +379,7 @@ static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Returns the scale for which the complex branch points have Re x = pi/2. */
+/* Returns the scale of an arc for which the complex branch points have Re x = pi/2. */
 static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),

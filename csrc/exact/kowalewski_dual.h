@@ -7,9 +7,9 @@
  * because the factor e includes it. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the
  * remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * The constants are fitted for linear combinations of the classes, because these contain fewer
- * terms. Poisson summation is exact. The rules that assign classes and signs to terms were found
- * numerically and have not been proved (kowalewski_theta.h). The study
+ * The constant factors are fitted for linear combinations of the classes of terms, because these
+ * combinations contain fewer terms. Poisson summation is exact. The rules that assign classes and
+ * signs to terms were found numerically and have not been proved (kowalewski_theta.h). The study
  * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
  * of separatrix.
  *
@@ -19,9 +19,8 @@
 #include "kowalewski_state.h"
 #include "kowalewski_theta.h"
 
-/* Linear combinations of the classes into which the terms of a sum are divided. The element
- * weight[b][i] is the weight of class i in combination b. There are as many combinations as
- * classes. */
+/* Linear combinations of the classes of terms in a theta sum. The element weight[b][i] is the
+ * weight of class i in combination b. The number of combinations equals the number of classes. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
@@ -60,7 +59,7 @@ static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1,
     return eighth_turn(k1 * b->first[i] + k2 * b->second[i] +
                        (is_imaginary(sum, b->second[i]) ? 2 : 0));
 }
-/* Appends a combination if it is linearly independent of the previous ones. */
+/* Appends a linear combination of classes if it is linearly independent of the previous ones. */
 static void append_combination(dual_basis *b, int *found, const double weight[])
 {
     double rest[CLASSES], size = 0.0, left = 0.0;
@@ -99,7 +98,8 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Classes can be combined only if their lattices have equal shifts. */
+                    /* Two classes of terms can be combined only if their lattices have equal
+                     * shifts. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -153,7 +153,7 @@ static dd exponent_of_term(const dual_work *d, const dual_term *n)
     return dd_add(dd_add(a, c), b);
 }
 /* Chooses a common scale factor that keeps the smallest term within the range of doubles. Returns 0
- * if growth factors or squared sums would overflow. */
+ * if the growth factors or the squares of the sums would overflow. */
 static int scale_dual_terms(dual_work *d)
 {
     const double across = fabs(d->bend[1]), first = d->bend[0] + across,
@@ -236,7 +236,7 @@ static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which,
         }
     }
 }
-/* Evaluates the linear combinations of two sums at the selected samples. */
+/* Evaluates the linear combinations of classes for two theta sums at the selected samples. */
 static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2],
                               sample_choice choice)
 {
@@ -245,7 +245,7 @@ static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2
     for (int i = 0; i < d->count; i++)
         for (int j = 0; j < 2; j++) add_dual_term(w, d, sum[j], j, &d->term[i], choice);
 }
-/* Computes the magnitude of the sums at each sample. */
+/* Computes a measure of the magnitude of the sums at each selected sample. */
 static void size_dual_samples(theta_work *w, sample_choice choice)
 {
     for (int i = 0; i < SAMPLES; i++) {

@@ -17,9 +17,10 @@
 
 enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u */ };
 
-/* An integral counts as converged if a refinement changes it by less than SETTLED or WELL_SETTLED,
- * relative to its size. With the limit SETTLED, errors can reach 1e-12, but only if a weak
- * singularity is close to the path. With the limit WELL_SETTLED, only rounding errors remain. */
+/* An integral counts as converged if a refinement changes it by less than a limit, SETTLED or
+ * WELL_SETTLED, relative to its size. With the limit SETTLED, errors can reach 1e-12, but only if a
+ * weak singularity is close to the path. With the limit WELL_SETTLED, only rounding errors
+ * remain. */
 #define SETTLED 1e-9
 #define WELL_SETTLED 1e-14
 
@@ -116,9 +117,9 @@ typedef struct path_part {
     double most;
 } path_part;
 
-/* Adds the contribution of one node u of the double exponential rule to both integrals. With y =
- * exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 + y) on a segment. Returns 0
- * if the contribution of the node is negligible. */
+/* Adds the contribution of one node u of the double exponential rule to the integrals of dt/dx and
+ * (w - base) dt/dx. With y = exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 +
+ * y) on a segment. Returns 0 if the contribution of the node is negligible. */
 static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2], double size[2])
 {
     const double pi = 3.14159265358979323846;
@@ -298,8 +299,8 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
     return p;
 }
 /* Adds to b the integral from the arc of w1 to a real pole. The path starts at the root above the
- * pole. If the pole lies to the left of the complex pair, the path starts at a complex root
- * instead. The integral from the arc to the start of the path is zero or half a row of B. */
+ * pole. If the pole lies to the left of a pair of complex roots, the path starts at one of these
+ * roots instead. The integral from the arc to the start of the path is zero or half a row of B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {

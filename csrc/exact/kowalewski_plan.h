@@ -159,7 +159,7 @@ static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], c
 }
 /* Appends a theta sum to the solution, row by row. Negligible terms at the ends of a row are
  * omitted. A real sum stores only half of its terms, multiplied by two, because the terms form
- * complex conjugate pairs. Returns 0 if the array of terms or rows is full. */
+ * complex conjugate pairs. Returns 0 if the array of terms or the array of rows is full. */
 static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
                        int *rows, int *terms)
 {
@@ -231,8 +231,8 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
     }
     return 1;
 }
-/* Appends a dual sum to the solution, row by row. Returns 0 if the array of terms or rows is
- * full. */
+/* Appends a dual sum to the solution, row by row. Returns 0 if the array of terms or the array of
+ * rows is full. */
 static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual_work *d, int sum,
                             int *rows, int *terms)
 {
@@ -287,7 +287,7 @@ static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx su
     }
 }
 /* Computes and stores all dual sums for one value of beta. The constants of S and T must already be
- * known for this value of beta. Returns 0 if the array of terms or rows is full. */
+ * known for this value of beta. Returns 0 if the array of terms or the array of rows is full. */
 static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -415,8 +415,8 @@ static double least_size(const theta_work *t)
     }
     return least / most;
 }
-/* Sets the rates and the initial phases of the angles. The caller sets the initial phase of the
- * factor e. */
+/* Sets the rates and the initial phases of the two torus angles. The caller sets the initial phase
+ * of the factor e. */
 static void set_phases(const kowalewski_work *w, dd heading, kr_theta_sums *plan)
 {
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};

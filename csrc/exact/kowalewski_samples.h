@@ -64,8 +64,8 @@ static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc,
     if (i == arc->high) return cdd_scale(s, cdd_sqrt(a));
     return cdd_sqrt(cdd_add(cdd_scale(dd_square(s), a), cdd_scale(dd_square(c), b)));
 }
-/* Computes the factors of arc j at a point, given the sine and cosine of x/2. The caller must set
- * the members `theta` and `angle`. */
+/* Computes all members of an arc_point except `theta` and `angle`, given the sine and cosine of
+ * x/2. */
 static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c,
                        arc_point *out)
 {
@@ -84,7 +84,7 @@ static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd 
 }
 static cdd with_sign(double sign, cdd a) { return sign < 0.0 ? cdd_neg(a) : a; }
 
-/* Computes the denominator a and the products a p and a q. */
+/* Computes the denominator a in the formulas for the state, and the products a p and a q. */
 static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_point *two, dd *a,
                     dd *p, dd *q)
 {
@@ -151,8 +151,8 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
 }
 /* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
  * end. If the lower end is finite, `rest` is the distance from this end. The direction of motion
- * follows from `next`, the value of `gap` at a later time. Returns 0 if sin(x/2) or cos(x/2) is at
- * most `least`, as near an end of the arc. */
+ * follows from `next`, the value of `gap` at a later time. Returns 0 if the point is so close to an
+ * end of the arc that sin(x/2) or cos(x/2) is at most `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
                          dd next, double least, arc_point *out)
 {
@@ -211,9 +211,9 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
     memcpy(k->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the points on both arcs that correspond to the state `at`. The directions of motion of
- * w1 and w2 are inferred from a later state. Returns 0 if a point is too close to an end of its
- * arc. */
+/* Computes the points on the two arcs that correspond to a given state of the top. The directions
+ * of motion of w1 and w2 are inferred from a later state. Returns 0 if a point is too close to an
+ * end of its arc. */
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {
@@ -224,7 +224,8 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
 /* Determines the signs of the square roots and the initial angles on the torus. The signs are
  * determined from the first state whose points are not close to the ends of the arcs. If w1 or w2
  * changes slowly, points closer to the ends are accepted. The returned error is divided by the
- * state's rate of change, because a slow motion hides errors in the angles. */
+ * state's rate of change, because errors in the angles of a slow motion change the state only
+ * slightly. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

@@ -68,8 +68,8 @@ INLINE void fill_growth_powers(dd a, int most, wide out[])
         up[-k] = up[-(k / 2)] * up[k / 2 - k];
     }
 }
-/* Computes the powers of both growth factors. The array x contains half of each angle [turns].
- * `bend` has the elements of 2 pi^2 B^-1. */
+/* Computes the powers of both growth factors. The array x contains half of each torus angle, in
+ * turns. `bend` has the elements of 2 pi^2 B^-1. */
 INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], growth_lanes *w)
 {
     wide power[2 * WIDE_MOST + 1];
@@ -80,8 +80,8 @@ INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], 
     for (int k = -most[1]; k <= most[1]; k++)
         w->two[k & 3][(k + WIDE_MOST) / 4] = power[k + WIDE_MOST];
 }
-/* Evaluates a dual sum whose coefficients start at `term`. Each coefficient of a complex sum is
- * stored as two numbers. Returns a pointer past the last coefficient. */
+/* Evaluates a dual sum whose coefficients start at `term`. The coefficients of a complex sum are
+ * stored as pairs of real and imaginary parts. Returns a pointer past the last coefficient. */
 INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_complex,
                                    const double *term, const growth_lanes *w, wide *re, wide *im)
 {
@@ -160,7 +160,7 @@ INLINE void sum_all(const kr_theta_sums *plan, const dd phase[2], wide re[], wid
         row += plan->rows[i];
     }
 }
-/* Returns the state at `time`, given half of each torus angle and the phase of e [turns]. */
+/* Returns the state at `time`, given half of each torus angle and the phase of e, all in turns. */
 INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, const dd phase[3])
 {
     wide re[SUMS], im[SUMS], s, c;

@@ -17,8 +17,9 @@
 #include "kowalewski_samples.h"
 #include "least_squares.h"
 
-/* The equations count as satisfied if the ratio of the two smallest singular values is below
- * SATISFIED. NEARLY_SATISFIED is the looser limit for a fit to only a third of the samples. */
+/* The equations for the constants of S and T count as satisfied if the ratio of the two smallest
+ * singular values of their matrix is below SATISFIED. NEARLY_SATISFIED is the looser limit for a
+ * fit to only a third of the samples. */
 #define SATISFIED 1e-8
 #define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
@@ -26,8 +27,8 @@ enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
  * the six orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* A term of a theta sum, excluding the constant factor of its class. A separate value is stored for
- * each of two sums, because the signs may differ. */
+/* A term of a theta sum, excluding the constant factor of its class. The array `value` has one
+ * element for each of two theta sums, because the sign of the term may differ between the sums. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
@@ -119,8 +120,8 @@ static double decay(dd x)
     const exponential e = exponential_of(dd_neg(x));
     return e.plus * (e.even + e.odd);
 }
-/* Lists the terms of two sums that are larger than e^-40 times the largest possible term. Returns 0
- * if there are too many terms. */
+/* Lists the terms of two theta sums whose magnitude is at least e^-40 times the largest possible
+ * magnitude. Returns 0 if there are too many terms. */
 static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], const double beta[2],
                       sum_terms *out)
 {
@@ -199,7 +200,7 @@ static cx weigh(const cx column[CLASSES], const double constant[CLASSES])
 static const int spinor_sums[2] = {SUM_S, SUM_T};
 
 /* Subsets of the samples used for fitting. The subset THIRD_OF_SAMPLES contains samples from all
- * rows and columns. A third of the samples suffices to reject a wrong value of b. */
+ * rows and columns of the grid. A third of the samples suffices to reject a wrong value of b. */
 typedef enum sample_choice { THIRD_OF_SAMPLES, OTHER_SAMPLES, ALL_SAMPLES } sample_choice;
 static int is_chosen(int i, sample_choice choice)
 {
@@ -211,9 +212,9 @@ static void fill_columns(theta_work *w, const int sum[2], sample_choice choice)
     for (int i = 0; i < SAMPLES; i++)
         if (is_chosen(i, choice)) sum_classes(w, sum, w->sample[i].theta, w->column[i]);
 }
-/* Fits the constants of S and T to some or all samples. Each equation is divided by the approximate
- * magnitude of the sums at its sample. Returns the ratio of the smallest singular value to the
- * second smallest. */
+/* Fits the constants of S and T to some or all samples. The equation for each sample is divided by
+ * the approximate magnitude of S and T at this sample. Returns the ratio of the smallest singular
+ * value to the second smallest. */
 static double solve_spinor(theta_work *w, sample_choice choice)
 {
     lsq *m = &w->lsq;
@@ -248,9 +249,9 @@ static void find_sizes(theta_work *w)
         w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
                                         cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
 }
-/* Fits the constants of S and T to all samples. The fit is repeated with equations divided by D, so
- * that errors are small relative to D everywhere. Returns the ratio of the smallest singular value
- * to the second smallest. */
+/* Fits the constants of S and T to all samples. The fit is repeated after each equation has been
+ * divided by D, so that all errors are small relative to D. Returns the ratio of the smallest
+ * singular value to the second smallest. */
 static double solve_spinor_twice(theta_work *w)
 {
     const double ratio = solve_spinor(w, ALL_SAMPLES);
@@ -293,9 +294,9 @@ static double try_spinor_class(theta_work *w, int i, int thorough)
     find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta, thorough);
 }
-/* Tries the four candidates for b until one satisfies the equations to high accuracy. If no
- * candidate is accurate, the best one is used. Returns 0 if no candidate satisfies the
- * equations. */
+/* Tries the four candidates for b until the equations for S and T are satisfied to high accuracy.
+ * If no candidate is accurate, the best one is used. Returns 0 if the equations are not satisfied
+ * for any candidate. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;

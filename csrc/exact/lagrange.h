@@ -166,7 +166,7 @@ static turning turning_heights(const initial *s)
 /* Writes the rates nu, k1 and k2, and returns agm(1, k'). The rate k1 is
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
  * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. The sum
- * for k2 starts from u2 or u3, whichever is farther from the pole. */
+ * in the expression for k2 starts from u2 or u3, whichever is farther from the upper pole. */
 static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
@@ -276,8 +276,8 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
-/* Returns the initial phase [turns], between 0 and 1/4. The phase is computed from the distance to
- * the nearer of the two extreme heights. */
+/* Returns the initial phase of the nutation in turns, a number between 0 and 1/4. The phase is
+ * computed from the distance to the nearer of the two extreme heights. */
 static inline dd phase_at_start(const turning *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
@@ -324,8 +324,8 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the axis is at rest at a pole. The function kr_exact_resolves excludes tops that are
- * nearly at rest at a pole. */
+/* Returns 1 if the symmetry axis is at rest at a pole. The function kr_exact_resolves excludes tops
+ * that are nearly at rest at a pole. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
@@ -371,8 +371,8 @@ static void set_angles(setting *s)
 }
 /* Computes n closed-form solutions in internal units, after begin_setting has been called for each.
  * No axis may be at rest at a pole, and weight * |com| must be positive. Each stage is completed
- * for all tops before the next, because the code of all stages exceeds the first-level instruction
- * cache. */
+ * for all tops before the next, because the code of all stages does not fit into the first-level
+ * instruction cache. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);

@@ -76,8 +76,8 @@ INLINE mask is_dual(const kr_exact_form *e)
     return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
 }
 #endif
-/* Copies the lanes that the mask m selects, and leaves the other lanes of `to` unchanged. Both
- * arguments must point to structures whose members are all vectors. */
+/* Copies the lanes selected by the mask m to `to`, and leaves the other lanes of `to` unchanged.
+ * Both arguments must point to structures whose members are all SIMD vectors. */
 INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {

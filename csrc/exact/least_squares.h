@@ -126,7 +126,7 @@ static inline double lsq_normalise(double *x, int n)
     for (int i = 0; i < n; i++) x[i] /= size;
     return size;
 }
-/* Replaces x by (R^t R)^-1 x, scaled to unit length. Returns the length of the result before
+/* Replaces x by (R^t R)^-1 x, scaled to unit length. Returns the length of the vector before
  * scaling. */
 static inline double lsq_iterate(const lsq *m, double *x)
 {

@@ -118,8 +118,8 @@ static double set_momentum(kr_exact_map_form *map, const map_link *k)
     return across + k->l.hi * k->l.hi;
 }
 /* Sets the initial phases. The phase of the momentum is the sum of the phases of alpha and beta.
- * The phases of the two largest quantities are computed directly; the third phase follows from
- * them. */
+ * For the two largest of alpha, beta and the momentum, the phase is computed directly; the third
+ * phase follows from these two. */
 static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
@@ -145,9 +145,9 @@ static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve 
     phase_start(&curve->first, first);
     phase_start(&curve->second, second);
 }
-/* Returns 1 if the axis is at rest. A top is considered at rest at a pole if its tilt and its
- * velocity are both below 1e-100. Without gravity and momentum, a top is at rest in every
- * attitude. */
+/* Returns 1 if the symmetry axis of the top is at rest. A top is considered at rest at a pole if
+ * its tilt and its velocity are both below 1e-100. Without gravity and momentum, a top is at rest
+ * in every attitude. */
 static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,
@@ -233,14 +233,14 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     map_link k;
     int below = top.own.lever.hi < 0.0;
     /* The first pass determines whether up and down are exchanged, and the second pass uses the
-     * result. More than two passes would not change the result. */
+     * result. Additional passes through the loop would not change the result. */
     for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
-        return KR_ERR_ARGUMENT; /* Powers of the step size could underflow or overflow. */
+        return KR_ERR_ARGUMENT; /* Powers of such a step size could underflow or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) {
         turn_over(&r.curve);

@@ -6,9 +6,9 @@
 #include "kernel.h"
 
 /* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
- * and the horizontal momentum. The phase factors are included, but q is not yet normalized and the
- * frame is not yet applied. Only factors_of_kind requires that all lanes use series of the same
- * kind. */
+ * and the horizontal momentum. The phase factors are included, but the attitude q is not yet
+ * normalized or transformed by the frame. Only factors_of_kind requires that all lanes use series
+ * of the same kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -48,7 +48,7 @@ static inline phase_lanes phase_of(dd rate)
     const phase_lanes r = {.fast = f.hi, .slow = f.lo};
     return r;
 }
-/* Sets the initial value of a phase [turns], reduced by whole turns to the range 1 +- 1/2, as
+/* Sets the initial value of a phase, in turns, reduced by whole turns to the range 1 +- 1/2 that
  * phase_at requires. */
 static inline void phase_start(phase_lanes *phase, dd start)
 {

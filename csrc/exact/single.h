@@ -22,8 +22,8 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = framed(e->frame, r.q);
     return r;
 }
-/* If t is too large for the phases to be computed, returns the initial state. The integrals of
- * motion of the initial state are correct. Returns NaN if t is not finite. */
+/* Returns the initial state, whose integrals of motion are correct, if t is too large for the
+ * phases to be computed. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};

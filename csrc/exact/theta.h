@@ -133,7 +133,8 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Refines a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision by
- * two Newton steps. The slope at the initial guess is accurate enough for both Newton steps. */
+ * two Newton steps. Both Newton steps use the slope at the initial guess, which is accurate
+ * enough. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,

@@ -60,8 +60,8 @@ kr_torus_evaluate kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2,
 kr_torus_evaluate kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2,
     kr_chaplygin_evaluate_avx512;
 
-/* Returns the widest instruction set of `form` that the processor supports. The last instruction
- * set in the table is supported by every processor. */
+/* Returns the widest instruction set in form->isas that the processor supports. The last
+ * instruction set in the table is supported by every processor. */
 static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
 {
     const kr_torus_isa *isa = form->isas;

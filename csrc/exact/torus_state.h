@@ -1,4 +1,4 @@
-/* Functions shared by the state evaluation of Kowalewski and Goryachev-Chaplygin tops.
+/* Functions used to compute the states of both Kowalewski and Goryachev-Chaplygin tops.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_EXACT_TORUS_STATE_H
@@ -7,7 +7,8 @@
 #include "kernel.h"
 #include "torus.h"
 
-/* Returns a phase of a closed-form solution [turns] at the time `span` after the initial time. */
+/* Returns the i-th phase of a closed-form solution, in turns, at the time `span` after the initial
+ * time. */
 INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
 {
     const kr_phase *p = &torus->turn[i];
@@ -15,7 +16,7 @@ INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
                                wide_splat(p->more)};
     return phase_at(&phase, span);
 }
-/* Returns the fractional part of an angle [turns], or NaN if the angle is not finite. */
+/* Returns the fractional part of an angle in turns, or NaN if the angle is not finite. */
 INLINE double fraction_of_turns(double turns)
 {
     return isfinite(turns) ? turns - floor(turns) : NAN;
@@ -52,8 +53,8 @@ INLINE wide load_time_lanes(size_t n, const double t[])
     for (size_t i = 0; i < LANES; i++) times[i] = t[i < n ? i : 0];
     return wide_load(times);
 }
-/* Writes the states of the first n lanes, or of all lanes if n is larger. States at non-finite
- * times are set to NaN. */
+/* Writes the states of the first n lanes, or of all lanes if there are fewer than n. States at
+ * non-finite times are set to NaN. */
 INLINE void store_state_lanes(const state_lanes *s, size_t n, kr_state out[])
 {
     double rows[8][LANES];

@@ -21,7 +21,7 @@ kr_working kr_body_working(const kr_body *body);
 /* Returns the index of the principal axis that the methods use as the third axis. For a spherical
  * body, the axis nearest to the direction of the centre of mass is chosen. */
 int kr_body_last_axis(const kr_body *body);
-/* Returns the principal axes in their given order. */
+/* Returns working axes that coincide with the principal axes N, B, T, in this order. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);
 /* Returns 1 if the body has a rotor. */
 static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body->rotor) > 0.0; }

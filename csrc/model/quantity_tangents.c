@@ -303,8 +303,8 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     const double by_phase = by->amplitude * square * sine;
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Computes the changes of all vectors from the changes of the state and the parameters. `column` is
- * one column of the tangent matrix. */
+/* Computes the changes of all derived vectors from those of the state and the parameters. `column`
+ * is one column of the tangent matrix. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -325,7 +325,7 @@ static void set_change(const quantity_point *at, const double column[6], quantit
                    ? v_scale(1.0 / at->reach, v_axpy(-v_dot(at->apex, by->com), at->apex, by->com))
                    : v3(NAN, NAN, NAN);
 }
-/* Sets the parameter changes that belong to the columns of the tangent matrix. */
+/* Sets the parameter change that corresponds to each column of the tangent matrix. */
 static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
 {
     if (tangents & KR_TANGENT_START) by += 6;

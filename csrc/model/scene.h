@@ -11,8 +11,8 @@ typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along internal axes */
 } kr_units;
-/* The factors of lever = mass * gravity * com * 2^power. The factors are stored separately, because
- * their product may exceed the range of doubles. */
+/* The factors of lever = mass * gravity * com * 2^power. The mass, gravity and `com` are stored
+ * separately, because their product may exceed the range of doubles. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;
@@ -69,7 +69,7 @@ typedef struct kr_swing {
 } kr_swing;
 /* Returns the constants that determine the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* The smallest permitted unit; the reciprocal of a smaller unit might overflow. */
+/* The smallest permitted internal unit; the reciprocal of a smaller unit might overflow. */
 static const double kr_min_unit = 0x1p-1020;
 /* Determines the exponent `power` of the unit of time, 2^power. `momentum` is the magnitude of the
  * largest component of the momentum. Returns 0 if the units exceed the range of doubles. */
