@@ -1,8 +1,8 @@
 /* Implements the Taylor series declared in lane_state.h: computes the coefficients, chooses the
- * step size, and evaluates the series. This source is compiled once for each instruction set. Every
- * convolution sum starts with its middle terms, so that it can begin before the latest coefficients
- * are known. On all hardware with fused multiply-add, the results in a lane are bitwise equal,
- * whatever the vector width. */
+ * step size, and evaluates the series. This source file is compiled once for each instruction set.
+ * Every convolution sum starts with its middle terms, so that it can begin before the latest
+ * coefficients are known. On all hardware with fused multiply-add, the results in a lane are
+ * bitwise equal, whatever the vector width. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -169,7 +169,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
         const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
-        /* In measurements, adding the independent sums in this order was fastest. */
+        /* The independent sums are added in the order that was fastest in measurements. */
         add_turn(&a, wm, pj);
         add_turn(&a, wj, pm);
         add_torque(&a, wj, wm);
@@ -251,8 +251,8 @@ INLINE wide approx_exp2_lanes(wide x)
     return power *
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
-/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. The heading has a
- * larger weight, because the omitted terms of its series can all have the same sign and add up. */
+/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. The heading is
+ * given more weight, because the omitted terms of its series may all have the same sign. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);

@@ -6,12 +6,13 @@
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
- * Taylor coefficients. A Taylor series of the quaternion q would need 21 products per order. Only 2
- * of the 12 products are needed for the inner product (W, P), because (AW + h, P) is constant. The
- * torque of a rotor is included by modifying the coefficient W_0, as described in taylor.h. The
- * constant d is the value of the vertical P at the beginning of a step. The expression for f' has a
- * pole at P = -d, and the distance from this pole limits the step size. Time is scaled so that |W|
- * < 1. Energy and angular momentum are conserved only up to the tolerance. */
+ * Taylor coefficients. With a Taylor series of the quaternion q, each order would need 21 products.
+ * Only 2 of the 12 products are needed for the inner product (W, P), because (AW + h, P) is
+ * constant. The torque of a rotor is included by modifying the coefficient W_0, as described in
+ * taylor.h. The constant d is the value of the vertical P at the beginning of a step. The
+ * expression for f' has a pole at P = -d, and the distance from this pole limits the step size.
+ * Time is scaled so that |W| < 1. Energy and angular momentum are conserved only up to the
+ * tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"

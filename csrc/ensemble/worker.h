@@ -1,6 +1,7 @@
-/* Declaration of the worker shared by the source files in ensemble/. Tops are dispatched by
- * worker.c, evaluated in batches of closed-form solutions by exact_batch.c, and integrated in lanes
- * by lane_scheduler.c. Events are found by section.c, and states are reduced by reduce.c. */
+/* Declaration of the worker shared by the source files in ensemble/. The file worker.c dispatches
+ * the tops: exact_batch.c evaluates closed-form solutions in batches, and lane_scheduler.c
+ * integrates other tops in SIMD lanes. Events are found by section.c, and states are reduced by
+ * reduce.c. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"

@@ -1,11 +1,11 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
- * series. This source is compiled for single tangents (deviation_single.h) and for batches
- * (deviation_batch.h), each in doubles and in double-double. The headers for single tangents and
- * for batches define four types. The type `triple` holds one vector for each tangent. The type
- * `turned` is a triple whose components are permuted for multiplication by a path coefficient. A
- * path coefficient has the type `path_term`. The type `halves` holds two sums of products; their
- * difference is a cross product. In each sum, the latest coefficient is added last, because all
- * other terms can be added before it is known. */
+ * series. This source file is compiled for single tangents (deviation_single.h) and for batches
+ * (deviation_batch.h), each in double and in double-double precision. The headers for single
+ * tangents and for batches define four types. The type `triple` holds one vector for each tangent.
+ * The type `turned` is a triple whose components are permuted for multiplication by a path
+ * coefficient. A path coefficient has the type `path_term`. The type `halves` holds two sums of
+ * products; their difference is a cross product. In each sum, the latest coefficient is added last,
+ * because all other terms can be added before it is known. */
 #include "tangents.h"
 
 /* Taylor coefficients with their components permuted for multiplication. The coefficients of the
@@ -121,8 +121,8 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of `few` tangents. Even and odd terms are summed
- * separately. */
+/* Computes the Taylor coefficients of order n + 1 of the first `few` tangents or batches in `g`.
+ * Even and odd terms are summed separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
 {
@@ -147,8 +147,8 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }
-/* Computes all Taylor coefficients of `many` tangents or batches, given the coefficients of order
- * 0. */
+/* Computes all Taylor coefficients of the first `many` tangents or batches in `g`, given the
+ * coefficients of order 0. */
 INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
 {
     turned_path path;

@@ -1,15 +1,15 @@
 /* Implements the Taylor series declared in taylor.h: computes the coefficients, chooses the step
- * size, and evaluates the series. This source is compiled twice for each instruction set, in
- * doubles (quat_simd.h) and in double-double (quat_simd_dd.h). Three optimizations make the
- * recurrence fast. Every convolution sum starts with its middle terms, so that it can begin before
- * the latest coefficients are known. Two terms that differ by an exchange of indices are added in
- * parallel. The order is a compile-time constant, so loops can be unrolled. */
+ * size, and evaluates the series. This source file is compiled twice for each instruction set: in
+ * double precision (quat_simd.h) and in double-double precision (quat_simd_dd.h). Three
+ * optimizations make the recurrence fast. Every convolution sum starts with its middle terms, so
+ * that it can begin before the latest coefficients are known. The two terms with indices (j, m) and
+ * (m, j) are added in parallel. The order is a compile-time constant, so loops can be unrolled. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* Signed factors of the terms in quaternion and cross products, in the lane order of duo_i, duo_j
- * and duo_k. */
+/* Signs and factors of the terms in quaternion and cross products, in the lane order of duo_i,
+ * duo_j and duo_k. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
@@ -48,8 +48,8 @@ INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
-/* Returns half the componentwise product of the two cyclic permutations of a coefficient. The rotor
- * terms are included if j is 0. */
+/* For a vector coefficient (x, y, z), returns half the componentwise product of (y, z, x) and (z,
+ * x, y). The rotor terms are included if j is 0. */
 INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
@@ -88,8 +88,8 @@ INLINE void add_chains(series_sums *a, const series_sums *b, form what)
     }
 }
 
-/* Returns the n-th coefficients of all products of series. Each sum starts with its middle terms,
- * and ends with the products of the latest coefficients. */
+/* Returns the n-th coefficients of all products of Taylor series. Each sum starts with its middle
+ * terms, and ends with the products of the latest coefficients. */
 INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);

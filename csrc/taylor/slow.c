@@ -9,10 +9,11 @@
  * of taylor.h. The radius of convergence is that of the slow motion, so steps can be long. With the
  * explicit recurrence, steps would be limited to about one damping time A / D, because the problem
  * is stiff. The neglected transient decays as exp(-D t / A), and is below the rounding errors
- * (Fenichel 1979). Until the motion reaches the manifold, steps follow the explicit recurrence.
- * Before the manifold is reached, the tolerance is relative to the small angular velocity on the
- * manifold. A top with dry friction has two slow manifolds. While the top slides, friction is a
- * constant torque. The case in which friction holds the top is treated in slow_held.h. */
+ * (Fenichel 1979). Until the motion reaches the slow manifold, steps are computed with the explicit
+ * recurrence. Before the manifold is reached, the tolerance is relative to the small angular
+ * velocity on the manifold. A top with dry friction has two slow manifolds. While the top slides,
+ * friction is a constant torque. The case in which friction holds the top is treated in
+ * slow_held.h. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -39,9 +40,8 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
-/* Returns an upper bound of the angular velocity about an axis with strong damping, relative to
- * the support. Unless the support rotates, the product of two strongly damped components is
- * negligible. */
+/* Returns an upper bound on the angular velocity, relative to the support, about a strongly damped
+ * axis. Unless the support rotates, the product of two strongly damped components is negligible. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -61,8 +61,8 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     return size;
 }
 
-/* Returns the smallest non-negligible angular velocity about an axis with strong damping. Without
- * torques about the axes with strong damping, returns the largest angular velocity. */
+/* Returns the smallest non-negligible angular velocity about an axis with strong damping. If no
+ * torques act about these axes, returns the largest angular velocity instead. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
@@ -260,7 +260,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
-    /* Clear the low words after the head, which are not computed but are read by refine_limit. */
+    /* Clear the low words of the terms after the head, which refine_limit reads although they are
+     * not computed. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;

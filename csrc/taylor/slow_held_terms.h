@@ -1,5 +1,5 @@
 /* Taylor coefficients of the strongly damped motion of a top that friction holds (slow_held.h).
- * This source is included for doubles and for double-doubles, after slow_terms.h. */
+ * This source file is included once for doubles and once for double-doubles, after slow_terms.h. */
 
 static void NAME(read_words)(number *to, const dd *from, int n, double scale)
 {
@@ -38,7 +38,7 @@ static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
     return minus(sum, mul(held->drag[i][1 - i], s->c[ROW_R + 1 - i][n]));
 }
 /* Recomputes the n-th coefficients of the strongly damped velocities, and of U and W. Returns the
- * largest change of a component of the angular velocity. */
+ * largest absolute change of an n-th coefficient of U. */
 static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int n)
 {
@@ -62,7 +62,7 @@ static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
     for (int j = 0; j < 3; j++) moved = fmax(moved, fabs(high(minus(s->c[ROW_U + j][n], last[j]))));
     return moved;
 }
-/* Performs one iteration for all Taylor coefficients. */
+/* Performs one iteration, which recomputes all Taylor coefficients of the motion. */
 static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
                                  const NAME(directions) * held, int order)
 {

@@ -1,5 +1,5 @@
-/* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source is
- * included once for doubles and once for double-doubles. The macro `number` is the type of a
+/* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source file
+ * is included once for doubles and once for double-doubles. The macro `number` is the type of a
  * coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are the operations
  * on coefficients. The macro NAME forms the names of types and functions. */
 
@@ -107,7 +107,8 @@ static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
     return moved;
 }
 /* Performs one iteration: recomputes the strongly damped angular velocities, and all coefficients
- * that depend on them. Returns the largest change of a coefficient of order at most `order` / 2. */
+ * that depend on them. Returns the largest change, in this iteration, of a coefficient of order at
+ * most `order` / 2. */
 static double NAME(improve)(NAME(terms) * s, const slow_axes *slow, int order)
 {
     const int u = U_OF(slow);

@@ -5,8 +5,8 @@
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
  * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g is
- * such that the spin <U, a> of the perturbed motion remains zero. This source is included once for
- * doubles and once for double-doubles. */
+ * chosen such that the spin <U, a> of the perturbed motion remains zero. This source file is
+ * included once for doubles and once for double-doubles. */
 
 /* Taylor coefficients of a vector with three components. */
 typedef struct LOCAL(series) {

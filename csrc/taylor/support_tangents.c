@@ -1,5 +1,5 @@
-/* Tangents of tops with dry friction or on moving supports, in doubles and in double-double. The
- * series are computed by support_deviation.h. */
+/* Tangents of tops with dry friction or on moving supports, in double and in double-double
+ * precision. The series are computed by support_deviation.h. */
 #include <string.h>
 #include "series_words.h"
 #include "support_motion.h"
@@ -96,9 +96,9 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.holds = path->holds != 0.0;
     return data;
 }
-/* Computes the coefficients of the factor k in support_deviation.h. The factor k is the
- * acceleration of the support, or its derivative with respect to the amplitude, rate or phase of
- * the shaking. */
+/* Computes the coefficients that determine the factor k, which is defined in support_deviation.h.
+ * The factor k is the acceleration of the support, or its derivative with respect to the amplitude,
+ * rate or phase of the shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

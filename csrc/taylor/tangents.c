@@ -102,7 +102,7 @@ static size_t count_doubles(int digits, size_t n)
     return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
 }
 
-/* Writes a number. The low word is written only for more than 16 digits. */
+/* Writes a number. The low word is written only if more than 16 digits are requested. */
 static void put_number(const kr_motion *motion, double *high, dd a)
 {
     *high = a.hi;

@@ -38,9 +38,10 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
 /* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
  * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
- * the low words of the numbers. The attitude q and the vertical P share vectors of eight lanes (q |
- * P), so P costs no extra time. Right multiplication by i, j or k permutes the lanes of q and of P
- * in the same way, up to signs. If the heading is skipped, the lanes of q are zero. */
+ * the low words of the double-double numbers. The attitude q and the vertical P share vectors of
+ * eight lanes (q | P), so P costs no extra time. Right multiplication by i, j or k permutes the
+ * lanes of q and of P in the same way, up to signs. If the heading is skipped, the lanes of q are
+ * zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */

@@ -2,7 +2,7 @@
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks. The square of the largest step fits in 64 bits. */
+/* Largest step in ticks, whose square fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
 /* Converts a number of ticks to a time. */
@@ -72,8 +72,8 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Extends the ranges of top i in `row` so that they include the values `low` and `high`; NaN is
- * ignored. */
+/* Extends the recorded ranges of top i in `row` to include the values `low` and `high`, ignoring
+ * NaN. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {

@@ -10,7 +10,7 @@
 
 /* Indices of the measured values of a top. The list begins with the scalar quantities that do not
  * depend on the heading, in the order of quantities.def. The last two values are the attitude error
- * [rad] relative to a reference, and the modified energy that bobenko_suris conserves. */
+ * relative to a reference, in radians, and the modified energy that bobenko_suris conserves. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
