@@ -151,10 +151,10 @@ struct kr_method {
     /* Starts the motion from the attitude and momentum of `start`; the time is ignored. On failure,
      * a method with dense output leaves `work` and `aux` unchanged. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
-    /* Advances by one step of size motion->step. An adaptive method chooses the step size so that
-     * the step does not end after the time `until`. Only a method with dense output may step beyond
-     * `until`. Such a method also checks that its state is finite, and leaves the motion unchanged
-     * on failure. */
+    /* Advances the motion by one step of size motion->step. An adaptive method chooses the step
+     * size so that the step does not end after the time `until`. Only a method with dense output
+     * may step beyond `until`. Such a method also checks that its state is finite, and leaves the
+     * motion unchanged on failure. */
     kr_status (*step)(kr_motion *motion, double until);
     /* Writes the attitude q and momentum m at the end of the last step; q has unit norm. Leaves the
      * motion unchanged. */

@@ -65,7 +65,7 @@ static void project_on_axis(const seed_list *to, int i, double matrix[6])
     const double elements[6] = {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y};
     memcpy(matrix, elements, sizeof elements);
 }
-/* Adds the three columns of the tangent matrix for the principal moments. */
+/* Adds the three columns of the tangent matrix for the principal moments of inertia. */
 static void seed_moments(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->moments);

@@ -501,8 +501,8 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
-/* Advances by one step of an adaptive method. If the last requested time lies within the last step,
- * the top advances only to the end of that step. */
+/* Advances a top by one step of an adaptive method. If the last requested time lies within the last
+ * step, the top advances only to the end of that step. */
 static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, requested = top->requested;

@@ -150,12 +150,12 @@ kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, restores the saved motion and repeats its steps up to the last valid state.
  * Returns the status code of the failure. */
 kr_status kr_steps_recover(kr_top *top);
-/* Advances to grid point `goal` and writes the state there. */
+/* Advances a top to grid point `goal`, and writes the state there to `state`. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
-/* Advances by one step of an adaptive method. */
+/* Advances a top by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Advances by one step of a method with dense output. The end of the step may be later than the
- * time `until`. */
+/* Advances a top by one step of a method with dense output. The end of the step may be later than
+ * the time `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
 /* Integrates from the state `from` over a time `span`, and writes the final state to `end`. All
  * values are in internal units. */

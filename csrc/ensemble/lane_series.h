@@ -116,7 +116,7 @@ INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
     a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
-/* Adds products of Taylor coefficients that are needed only for the heading. */
+/* Adds to `a` the products of Taylor coefficients that only the heading needs. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
@@ -129,7 +129,7 @@ INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
 }
-/* If n is even, adds the products of the middle coefficients (of order n / 2). */
+/* Adds the products of the middle coefficients (of order n / 2) to `a`, for even n. */
 INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
@@ -140,7 +140,7 @@ INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
     add_heading(a, w, p);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
-/* Adds the products of the coefficients of orders 0 and n, including the rotor terms. The
+/* Adds the products of the coefficients of orders 0 and n, including the rotor terms, to `a`. The
  * coefficients of order n are still in registers. */
 INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int headless)
 {

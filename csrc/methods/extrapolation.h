@@ -92,7 +92,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Computes the extrapolated values of a row, which overwrite the previous row. */
+/* Computes the extrapolated values of a table row, which overwrite those of the previous row. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -102,8 +102,8 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Computes a row of the table, its error estimate, and the step size that follows from the
- * estimate. Returns 0 if the extrapolation diverges or its result is not finite. */
+/* Computes a row of the extrapolation table, its error estimate, and the step size that follows
+ * from the estimate. Returns 0 if the extrapolation diverges or its result is not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;

@@ -171,8 +171,8 @@ INLINE duo duo_lane_of(duo a, const double *w, int lane)
 #endif
 
 /* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, which hides instruction
- * latency. Newer instruction sets have enough registers for two chains. The function lone_fma
- * computes a multiply-add of scalar doubles. */
+ * latency. Newer instruction sets have enough registers for two parallel chains. The function
+ * lone_fma computes a multiply-add of scalar doubles. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }

@@ -8,7 +8,7 @@
 #include "quat_simd.h"
 #include "taylor.h"
 
-/* Return the address of the low words that belong to the high words at p. */
+/* Each function returns the address of the low words that belong to the high words at p. */
 INLINE const double *low(const double *p)
 {
     return (const double *)((const char *)p + sizeof(kr_series));

@@ -114,7 +114,8 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
     }
 }
 /* Returns 1 if the damped velocities at the end of a series agree with those on the slow manifold.
- * If the motion has not reached the manifold, `wait` receives an estimate of the remaining time. */
+ * If the motion has not reached the slow manifold, `wait` receives an estimate of the remaining
+ * time. */
 static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                      const slow_axes *slow, const NAME(directions) * held,
                                      double least, double near, double *wait)
@@ -131,7 +132,7 @@ static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series seri
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion of a held top on the slow manifold. */
+/* Expands the motion of a held top on the slow manifold in a Taylor series. */
 static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
                              double noise, double *wait, double rate, double friction)
 {

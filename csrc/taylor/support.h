@@ -17,7 +17,7 @@ typedef struct {
     kr_series words[2];
 } support_series;
 /* Taylor coefficients of W, U, O and P with cyclically permuted components. U is stored as (next |
- * prev), and O and P as (prev | next). P is used only in the headless variant. */
+ * prev), and O and P as (prev | next). The vertical P is used only in the headless variant. */
 typedef struct {
     turned_vector w;
     duo u, o, p;

@@ -172,7 +172,8 @@ static void LOCAL(add_pull)(const LOCAL(moving_path) * p, LOCAL(moving_deviation
         d->push_by.c[i][n] = add(d->push_by.c[i][n], minus(mul(sum[j], b[m]), mul(sum[m], b[j])));
     }
 }
-/* Subtracts the inhomogeneous terms due to the derivative of the support's angular velocity. */
+/* Subtracts the terms due to the derivative of the support's angular velocity from the variational
+ * equations. */
 static void LOCAL(subtract_turning)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                     const support_drive *drive, int order)
 {
@@ -214,8 +215,8 @@ static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviatio
     if (turning[0] != 0.0 || turning[1] != 0.0 || turning[2] != 0.0)
         LOCAL(subtract_turning)(p, d, drive, order);
 }
-/* Adds the derivatives of the apex and of the sliding friction torque with respect to a
- * parameter. */
+/* Sets the derivative of the apex with respect to a parameter, and adds that of the sliding
+ * friction torque to N'. */
 static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                       const support_drive *drive)
 {

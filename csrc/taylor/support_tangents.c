@@ -5,10 +5,10 @@
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Data of the motion in the units of the series. A, D and h have the same meaning as in support.h,
- * and `turning` is the support's angular velocity. `rate`, `base` and `sway` describe the shaking,
- * and `lever` is the lever arm of the effective gravity. `q` is the current attitude, and `cosine`
- * and `sine` give the current phase of the shaking. */
+/* Constants and current state of the motion, in the units of the Taylor series. A, D and h have the
+ * same meaning as in support.h, and `turning` is the support's angular velocity. `rate`, `base` and
+ * `sway` describe the shaking, and `lever` is the lever arm of the effective gravity. `q` is the
+ * current attitude, and `cosine` and `sine` give the current phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;

@@ -70,7 +70,7 @@ typedef struct kr_simulation_slot {
 typedef struct kr_record_row {
     double time;
     double at[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES]; /* NaN: not available */
-    /* Minimum and maximum of each measured value since the previous row. */
+    /* Minimum and maximum of each measured value since the previous row of the record. */
     double low[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES],
         high[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES];
 } kr_record_row;
