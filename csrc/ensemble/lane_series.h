@@ -129,7 +129,8 @@ INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
 }
-/* Adds the products of the middle coefficients (of order n / 2) to `a`, for even n. */
+/* Adds the products of the middle Taylor coefficients (of order n / 2) to `a`. The number n must be
+ * even. */
 INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);

@@ -1,6 +1,7 @@
-/* Elementary functions and Carlson's R_F in double-double. Arguments must be moderate: |a| < 600
- * for dd_exp, |a| < 4 for dd_sincos. The exponential and trigonometric functions reduce the
- * argument, sum a power series, and undo the reduction by repeated squaring or angle doubling. */
+/* Elementary functions and Carlson's R_F in double-double precision. Arguments must be moderate:
+ * |a| < 600 for dd_exp, |a| < 4 for dd_sincos. The exponential and trigonometric functions reduce
+ * the argument, sum a power series, and undo the reduction by repeated squaring or angle
+ * doubling. */
 #ifndef KR_DD_FUNCTIONS_H
 #define KR_DD_FUNCTIONS_H
 #include "dd.h"

@@ -250,7 +250,7 @@ static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
 }
 
 /* Chooses the end of the step according to the tolerance, and evaluates the series there. In
- * double-double, terms after the head are rounded to doubles, so they must be small. */
+ * double-double precision, terms after the head are rounded to doubles, so they must be small. */
 static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                      const slow_axes *slow, double log2_tol)
 {

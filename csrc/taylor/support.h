@@ -12,7 +12,7 @@
  * Without friction, lane 0 is unused. */
 
 /* Auxiliary series: the relative angular velocity (in `w`) and the effective gravity (in all lanes
- * of `x`). In double-double, the second struct holds the low words. */
+ * of `x`). In double-double precision, the second struct holds the low words. */
 typedef struct {
     kr_series words[2];
 } support_series;

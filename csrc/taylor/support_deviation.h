@@ -98,7 +98,7 @@ static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number swa
     }
 }
 /* Sets the friction torque, which is constant while the top slides. While friction holds the top,
- * the torque is lane 0 of W (see support.h). */
+ * the friction torque is stored in lane 0 of W (see support.h). */
 static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2],
                                  const support_data *data, int order)
 {

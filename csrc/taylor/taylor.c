@@ -156,7 +156,7 @@ static kr_quat series_attitude(const kr_motion *motion, const double x[8])
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-/* Converts the values of a series to a state in doubles. */
+/* Converts the values of a series to a state in double precision. */
 static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {
@@ -164,8 +164,8 @@ static void plain_state(const taylor_work *p, const kr_motion *motion, const dou
     s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
-/* Converts the values of a series to a state in double-double. The low words of the state are
- * stored in motion->low. */
+/* Converts the values of a series to a state in double-double precision. The low words of the state
+ * are stored in motion->low. */
 static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,

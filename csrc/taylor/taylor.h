@@ -19,10 +19,10 @@
 #include "math/isa.h"
 
 /* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term in
- * double-double, and LAST is the index of the last term in doubles. Later terms are so small that
- * doubles suffice. A product that is summed in doubles may exceed the tolerance by a factor of at
- * most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were
- * determined by `taylor_kernel_study.py depth` in validation/studies. */
+ * double-double precision, and LAST is that of the last term in double precision. Later terms are
+ * so small that doubles suffice. A product that is summed in doubles may exceed the tolerance by a
+ * factor of at most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values
+ * were determined by `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28

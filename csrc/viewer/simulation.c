@@ -102,8 +102,8 @@ static void halve_record(kr_simulation *simulation)
     simulation->rows /= 2;
     simulation->stride *= 2;
 }
-/* Returns 1 if the current time is a sample time. The interval between two rows has `times`
- * equidistant sample times. */
+/* Returns 1 if the current time is a sample time. Each interval between two rows of the record
+ * contains `times` equidistant sample times. */
 static int is_sample_time(const kr_simulation *simulation, int times)
 {
     const int64_t part = simulation->stride / times;
@@ -133,7 +133,7 @@ void kr_simulation_clear(kr_simulation *simulation)
     simulation->count = 0;
     simulation->clock = simulation->common = simulation->rows = 0;
 }
-/* Stores the current state for the trails in the picture. */
+/* Stores the current state for the trails that the viewer draws. */
 static void store_state(kr_simulation_slot *a)
 {
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
@@ -222,7 +222,7 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
     if (simulation->count) simulation->slots[simulation->count - 1].lowest = lowest;
 }
 
-/* If the apex is now below the floor, stops the top in the state `before`. */
+/* If the apex has fallen below the floor, stops the top in its previous state, `before`. */
 static void check_floor(kr_simulation_slot *a, const kr_state *before)
 {
     const double high = kr_state_apex(&a->scene, before).z,

@@ -107,8 +107,9 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
                                   int against);
 /* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
  * below `lowest`. This limit is the cosine of the nutation at which the rim touches the floor. The
- * top then remains in the last state above the floor. The time of contact is found by interpolation
- * within the next step, and is stored in `stood`. By default, there is no floor. */
+ * top then remains in the last state above the floor. The time of contact with the floor is found
+ * by interpolation within the next step, and is stored in `stood`. By default, there is no
+ * floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
  * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted
