@@ -8,9 +8,10 @@
 
 /* The state of motion of a top, in the axes and units that the methods use. These internal axes are
  * the principal axes, in the order that the methods need. For a symmetric body, the third axis T is
- * the symmetry axis; otherwise, the second axis B has the intermediate moment. The internal units
- * are powers of two times the user's units. In internal units, the largest moment of inertia and
- * the rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's time unit. */
+ * the symmetry axis; otherwise, the second axis B has the intermediate moment of inertia. The
+ * internal units are powers of two times the user's units. In internal units, the largest moment of
+ * inertia and the rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's
+ * time unit. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -65,16 +66,17 @@ typedef struct kr_step_polynomial {
      * stopped. */
     double held;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
-     * more. Elements before the start of b and beyond the ends of a and b must be zero. */
+     * more. The array elements before the start of b and beyond the ends of a and b must be
+     * zero. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
 /* An infinitesimal perturbation of a motion: a rotation vector in the body frame, and a change in
  * the momentum in the space frame. Deviations are expressed in the axes and units that the method
  * uses. A seed contains the initial deviation, and the derivatives of the coefficients of the
- * equations of motion with respect to a parameter. The derivatives of the moments and the damping
- * are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not affect the motion. However,
- * strongly damped motions require short steps if deviations are computed. */
+ * equations of motion with respect to a parameter. The derivatives of the moments of inertia and of
+ * the damping are symmetric matrices, stored as (xx, yy, zz, yz, zx, xy). Deviations do not affect
+ * the motion. However, strongly damped motions require short steps if deviations are computed. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
@@ -138,8 +140,8 @@ struct kr_method {
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
     /* `applies` returns 1 if the method applies to a valid body of the given kind under any
-     * gravity. `suits` returns 1 if the method applies to a valid scene. If NULL, only the flags
-     * are checked. */
+     * gravity. `suits` returns 1 if the method applies to the given scene, which must be valid. If
+     * NULL, only the flags are checked. */
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
@@ -149,10 +151,10 @@ struct kr_method {
     /* Starts the motion from the attitude and momentum of `start`; the time is ignored. On failure,
      * a method with dense output leaves `work` and `aux` unchanged. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
-    /* Advances by one step of size motion->step. An adaptive method chooses the step size so that
-     * the step does not end after the time `until`. Only a method with dense output may step beyond
-     * `until`. Such a method also checks that its state is finite, and leaves the motion unchanged
-     * on failure. */
+    /* Advances the motion by one step of size motion->step. An adaptive method chooses the step
+     * size so that the step does not end after the time `until`. Only a method with dense output
+     * may step beyond `until`. Such a method also checks that its state is finite, and leaves the
+     * motion unchanged on failure. */
     kr_status (*step)(kr_motion *motion, double until);
     /* Writes the attitude q and momentum m at the end of the last step; q has unit norm. Leaves the
      * motion unchanged. */

@@ -1,10 +1,10 @@
 /* Functions that save the state of a top to a block of memory (a checkpoint) and restore it.
  * Checkpoints contain no pointers; loading a checkpoint leaves the pointers of the top unchanged.
- * After a checkpoint is loaded, a fixed-step motion continues on the same time grid. An adaptive
- * motion continues with its most recent step size and order. If the method has dense output, the
- * motion continues within the last step. A checkpoint consists of a header, the saved fields of the
- * top, its work arrays and tangents, and the search state of each event. The search states ensure
- * that a resumed run neither repeats nor misses an event. */
+ * After a checkpoint is loaded, a fixed-step motion continues on the same time grid. A motion with
+ * adaptive steps continues with its most recent step size and order. If the method has dense
+ * output, the loaded motion continues within its last step. A checkpoint consists of a header, the
+ * saved fields of the top, its work arrays and tangents, and the search state of each event. The
+ * search states ensure that a resumed run neither repeats nor misses an event. */
 #include "top.h"
 
 typedef struct checkpoint_header {
@@ -105,7 +105,8 @@ static void save_events(const kr_top *top, unsigned char *to)
         memcpy(to, &saved, sizeof saved);
     }
 }
-/* Copies the pointers of `from` to `motion`, or clears them if `from` is NULL. */
+/* Copies the pointers of `from` to `motion`, or sets those of `motion` to NULL if `from` is
+ * NULL. */
 static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
     motion->scene = from ? from->scene : NULL;
@@ -184,8 +185,8 @@ static int is_valid_search(const kr_event_search *own, int64_t steps)
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Returns 1 if the events in a checkpoint match the events of `top`. Restores the search states of
- * the events if `take` is nonzero. */
+/* Returns 1 if the events in a checkpoint match the events of `top`. If `take` is nonzero, also
+ * restores the search states of the events. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {

@@ -1,7 +1,7 @@
-/* Unit conversion for computations in extended precision (more than 16 digits). For up to 16
- * digits, see top.c. Input values are treated as exact. Quaternions are normalized in double-double
- * arithmetic. The moments of inertia need no rotation, because the methods use the principal
- * axes. */
+/* Unit conversion for computations in extended precision (more than 16 digits). Computations with
+ * up to 16 digits use the conversion in top.c. Input values are treated as exact. Quaternions are
+ * normalized in double-double arithmetic. The inertia tensor need not be rotated, because the
+ * methods use the principal axes. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
@@ -10,8 +10,8 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the change in q* m q if the digits of q and m beyond double precision are included. The
- * norm of q is arbitrary. */
+/* Returns the contribution of the digits of q and m beyond double precision to q* m q. The norm of
+ * q is arbitrary. */
 static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -25,8 +25,8 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
 /* Returns the body-frame components of the momentum. If `low` is NULL, the relative error of each
- * component is about one rounding error. Errors that are small only relative to the norm would be
- * amplified by the small moment of inertia of a thin rod. */
+ * component is about one rounding error of double-double arithmetic. Errors that are small only
+ * relative to the norm would be amplified by the small moment of inertia of a thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),

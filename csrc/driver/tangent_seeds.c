@@ -34,7 +34,7 @@ typedef struct {
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
-/* Appends an element filled with zeros and returns its address. */
+/* Appends a seed filled with zeros to the list, and returns its address. */
 static kr_seed *add_seed(seed_list *to)
 {
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
@@ -57,14 +57,15 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Writes the matrix of the orthogonal projection onto principal axis i, in the method's axes. */
+/* Writes the matrix of the orthogonal projection onto principal axis i, in the axes that the method
+ * uses. */
 static void project_on_axis(const seed_list *to, int i, double matrix[6])
 {
     const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
     const double elements[6] = {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y};
     memcpy(matrix, elements, sizeof elements);
 }
-/* Adds the three columns of the tangent matrix for the principal moments. */
+/* Adds the three columns of the tangent matrix for the principal moments of inertia. */
 static void seed_moments(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->moments);

@@ -166,7 +166,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     const int adaptive = is_adaptive(top);
     kr_status status;
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
-    /* The next grid point, which is the most common case, needs no further checks. */
+    /* Most calls request the next grid point, which needs no further checks. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
@@ -259,9 +259,9 @@ static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
         kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
     return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
 }
-/* Returns 0 if a requested derivative does not exist because of dry friction. The derivative with
- * respect to friction is undefined at zero friction. With dry friction, the derivative with respect
- * to the centre of mass is undefined at `com` = 0. */
+/* Returns 0 if a requested derivative does not exist because of dry friction, else 1. The
+ * derivative with respect to friction is undefined at zero friction. With dry friction, the
+ * derivative with respect to the centre of mass is undefined at `com` = 0. */
 static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
 {
     if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);
@@ -368,8 +368,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The
- * initialization of `begun` has used the spare work array of `top`. */
+/* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The top `begun`
+ * was initialized in the spare work array of `top`. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -501,8 +501,8 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
-/* Advances by one step of an adaptive method. If the last requested time lies within the last step,
- * advances only to the end of that step. */
+/* Advances a top by one step of an adaptive method. If the last requested time lies within the last
+ * step, the top advances only to the end of that step. */
 static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, requested = top->requested;

@@ -64,7 +64,7 @@ static inline void kr_event_reset_search(kr_event *event)
 }
 
 /* The byte offset of each checkpoint field on machines with 64-bit pointers. Pointers are stored as
- * zeros. The work arrays follow after the last field. Reordering the fields changes the checkpoint
+ * zeros. The work arrays follow the last field. Reordering the fields changes the checkpoint
  * format. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
@@ -85,8 +85,8 @@ static inline void kr_event_reset_search(kr_event *event)
     X(momentum_unit, 280)
 /* clang-format on */
 
-/* Returns the axes that the method uses, and the inertia, centre of mass, damping and rotor along
- * these axes. */
+/* Returns the axes that the method uses, and the components of the inertia, centre of mass, damping
+ * and rotor momentum along these axes. */
 kr_working kr_top_working_axes(const kr_top *top);
 /* Returns the initial state `start` in the axes and units that the method uses. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
@@ -150,11 +150,12 @@ kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, restores the saved motion and repeats its steps up to the last valid state.
  * Returns the status code of the failure. */
 kr_status kr_steps_recover(kr_top *top);
-/* Advances to grid point `goal` and writes the state there. */
+/* Advances a top to grid point `goal`, and writes the state there to `state`. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
-/* Advances by one step of an adaptive method. */
+/* Advances a top by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Advances by one step of a method with dense output. The step may end after the time `until`. */
+/* Advances a top by one step of a method with dense output. The end of the step may be later than
+ * the time `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
 /* Integrates from the state `from` over a time `span`, and writes the final state to `end`. All
  * values are in internal units. */

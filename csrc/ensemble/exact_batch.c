@@ -19,7 +19,7 @@ static double lower_bound_of_horizon(const kr_scene *s)
     return 0x1p52 / fmax(turning, swing);
 }
 /* Returns 1 if the output times of a top are monotonic and within the limits on their magnitude and
- * number. For a closed-form solution, each time counts as one step. */
+ * number. For a closed-form solution, each requested time counts as one step. */
 static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];

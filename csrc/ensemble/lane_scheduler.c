@@ -132,7 +132,7 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns the difference `apart` between two moments of inertia. With a rotor, a difference near
+/* Returns `apart`, the difference between two moments of inertia. With a rotor, a difference near
  * zero is replaced by a tiny nonzero number, because the rotor terms are divided by the
  * difference. */
 static double product_factor(double apart, double moment, double h1, double h2)

@@ -1,8 +1,8 @@
 /* Implements the Taylor series declared in lane_state.h: computes the coefficients, chooses the
- * step size, and evaluates the series. This source is compiled once for each instruction set. Every
- * convolution sum starts with its middle terms, so that it can begin before the latest coefficients
- * are known. On all hardware with fused multiply-add, the results in a lane are bitwise equal,
- * whatever the vector width. */
+ * step size, and evaluates the series. This source file is compiled once for each instruction set.
+ * Every convolution sum starts with its middle terms, so that it can begin before the latest
+ * coefficients are known. On all hardware with fused multiply-add, the results in a lane are
+ * bitwise equal, whatever the vector width. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -116,7 +116,7 @@ INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
     a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
-/* Adds products of Taylor coefficients that are needed only for the heading. */
+/* Adds to `a` the products of Taylor coefficients that only the heading needs. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
@@ -129,7 +129,8 @@ INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
 }
-/* If n is even, adds the products of the middle coefficients (of order n / 2). */
+/* Adds the products of the middle Taylor coefficients (of order n / 2) to `a`. The number n must be
+ * even. */
 INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
@@ -140,7 +141,7 @@ INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
     add_heading(a, w, p);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
-/* Adds the products of the coefficients of orders 0 and n, including the rotor terms. The
+/* Adds the products of the coefficients of orders 0 and n, including the rotor terms, to `a`. The
  * coefficients of order n are still in registers. */
 INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int headless)
 {
@@ -169,7 +170,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
         const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
-        /* In measurements, adding the independent sums in this order was fastest. */
+        /* The independent sums are added in the order that was fastest in measurements. */
         add_turn(&a, wm, pj);
         add_turn(&a, wj, pm);
         add_torque(&a, wj, wm);
@@ -251,8 +252,8 @@ INLINE wide approx_exp2_lanes(wide x)
     return power *
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
-/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. The heading has a
- * larger weight, because the omitted terms of its series can all have the same sign and add up. */
+/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. The heading is
+ * given more weight, because the omitted terms of its series may all have the same sign. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);

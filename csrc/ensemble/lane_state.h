@@ -6,8 +6,8 @@
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
- * Taylor coefficients. A Taylor series of the quaternion q would need 21 products per order. Only 2
- * of the 12 products are needed for the inner product (W, P), because (AW + h, P) is constant. The
+ * Taylor coefficients. With a Taylor series of the quaternion q, each order would need 21 products.
+ * The inner product (W, P) takes only 2 of the 12 products, because (AW + h, P) is constant. The
  * torque of a rotor is included by modifying the coefficient W_0, as described in taylor.h. The
  * constant d is the value of the vertical P at the beginning of a step. The expression for f' has a
  * pole at P = -d, and the distance from this pole limits the step size. Time is scaled so that |W|
@@ -40,8 +40,8 @@ typedef struct kr_lanes {
     /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector part;
     /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
-     * cyclically. The sums of the rotor terms and W_0 are stored in `prev` and `next`. Without a
-     * rotor, the terms are -0, because adding -0 leaves every number unchanged. */
+     * cyclically. `prev` and `next` hold prev(W_0) and next(W_0) with the rotor terms added.
+     * Without a rotor, the terms are -0, because adding -0 leaves every number unchanged. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */

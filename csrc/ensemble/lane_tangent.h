@@ -1,5 +1,5 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each lane. Computing the
- * tangents may require shorter steps, but does not otherwise change the path. This source is
+ * tangents may require shorter steps, but does not otherwise change the path. This source file is
  * compiled once for each instruction set. The variational equations are those of taylor/tangents.h,
  * but have no damping and no parameters. Two solutions of these equations are trivial: the flow and
  * the rotation about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x
@@ -219,9 +219,10 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
 }
-/* Writes the relative errors of the changes in energy and vertical momentum due to a tangent. For
- * an exact tangent, the changes of both integrals are constant in time. Each error is relative to
- * the largest value possible for a tangent of the same norm. */
+/* Writes the relative errors of the changes in energy and vertical momentum that a tangent causes.
+ * For an exact solution of the variational equations, the changes in energy and momentum are
+ * constant in time. Each error is relative to the largest value possible for a tangent of the same
+ * norm. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);
@@ -271,9 +272,9 @@ INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the growth integrals over a substep of length h. `d` is the tangent at the end of the
- * substep, after removal of the trivial solutions. The Lobatto rule is used because the logarithm
- * has a sharp minimum where the tangent is small. */
+/* Adds the contribution of a substep of length h to the growth integrals. `d` is the tangent at the
+ * end of the substep, after removal of the trivial solutions. The Lobatto rule is used because the
+ * logarithm has a sharp minimum where the tangent is small. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
@@ -424,7 +425,8 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->end.scale, wide_load(g->begin.scale) * power);
     return reached;
 }
-/* Writes the growth at the times `at`, or NaN where a tangent cannot be propagated that far. */
+/* Writes the growth of the tangents up to the times `at`, or NaN where a tangent cannot be
+ * propagated that far. */
 INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
@@ -442,8 +444,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_form_errors(g, &here, d);
 }
-/* Sets the limit on the truncation error and, for each quadrature node, the number of Taylor terms
- * that exceed 2^-24. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
+/* Sets the limit on the truncation error, and the number of Taylor terms that exceed 2^-24 at each
+ * quadrature node. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
  * factor of x^n at a node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {

@@ -1,6 +1,7 @@
 /* A worker computes the motion of many tops. The worker allocates memory once, dispatches each top,
- * and writes the outcomes. Each top is computed in a lane, in a batch of closed-form solutions, or
- * alone in a scalar run (kr_top). The results for a top do not depend on other tops. */
+ * and writes the outcomes. Tops with closed-form solutions are evaluated in batches if possible;
+ * all others are processed in vector lanes or by the scalar code (kr_top). The results for a top do
+ * not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include "model/scene.h"
@@ -123,8 +124,9 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return KR_ERR_TURNING;
 }
-/* Chooses the kr_top object that integrates a top outside the lanes. Closed-form solutions for tops
- * on rotating supports are computed one by one, because batches do not support them. */
+/* Chooses the kr_top object that integrates a top outside the lanes. The closed-form solutions of
+ * tops on rotating supports are computed one by one, because the batch code does not handle such
+ * supports. */
 static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
@@ -148,7 +150,8 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else
         kr_worker_run_scalar(worker, choose_top(worker, scene), i);
 }
-/* Dispatches n tops, starting at index `from`. Tops with closed-form solutions come first. */
+/* Dispatches n tops, starting at index `from`. Tops with closed-form solutions are evaluated
+ * first. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];

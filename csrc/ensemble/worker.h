@@ -1,6 +1,7 @@
-/* Declaration of the worker shared by the source files in ensemble/. Tops are dispatched by
- * worker.c, evaluated in batches of closed-form solutions by exact_batch.c, and integrated in lanes
- * by lane_scheduler.c. Events are found by section.c, and states are reduced by reduce.c. */
+/* Declaration of the worker shared by the source files in ensemble/. The file worker.c dispatches
+ * the tops: exact_batch.c evaluates closed-form solutions in batches, and lane_scheduler.c
+ * integrates other tops in SIMD lanes. Events are found by section.c, and states are reduced by
+ * reduce.c. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"
@@ -44,8 +45,8 @@ void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
                            const kr_state *state);
 /* Returns 1 if the worker propagates tangents. */
 int kr_worker_has_tangents(const kr_worker *worker);
-/* Stores the growth of a lane's tangent for the next requested time. If `row` is NULL, zeros are
- * stored. */
+/* Stores the growth of a lane's tangent for the next requested time. If `row` is NULL, stores zeros
+ * instead. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
 /* Writes the outcome and the reductions of a top, and fills the unused output with NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,

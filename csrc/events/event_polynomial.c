@@ -1,8 +1,8 @@
 /* Event functions expressed as polynomials in time over one step. An event function is a sum of
  * products of two state components. Each product is the Cauchy product of the Taylor series of its
- * two factors. Components along body axes are linear in the attitude q, the vertical P or the
- * angular velocity W. For components along a unit vector e in space, with a vector v in the body
- * frame,
+ * two factors. Components of the attitude are linear in the quaternion q, and body-frame components
+ * of vectors are linear in the vertical P or in the angular velocity W. For components along a unit
+ * vector e in space, with a vector v in the body frame,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
  * All numbers are scaled by powers of two such that every component has magnitude at most one. */
 #include "model/quantities.h"
@@ -25,8 +25,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, which is a power of two. Momenta have a dimension that begins
- * with M, and rates have one that begins with T. */
+/* Returns the unit of a state component, which is a power of two. The dimension string of a
+ * momentum begins with M, and that of a rate begins with T. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -58,22 +58,23 @@ static void multiply_series(const step_view *v, const double *a, const double *b
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* Adds a linear combination of the attitude components, with coefficients `weight`. */
+/* Adds a linear combination of the attitude components, with coefficients `weight`, to c. */
 static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
 }
-/* Adds a linear combination of the body-frame components of the vertical. */
+/* Adds a linear combination of the body-frame components of the vertical to c. */
 static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
 }
-/* Adds a linear combination of the body-frame components of the angular velocity. */
+/* Adds a linear combination of the body-frame components of the angular velocity to c. */
 static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
 }
-/* Returns an axis of the user's body frame, with components along the axes that the method uses. */
+/* Returns a coordinate axis of the user's body frame, expressed in the axes that the method
+ * uses. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));
@@ -108,7 +109,8 @@ static kr_quat multiply_by_axis(int axis, kr_quat q)
         {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
     return products[axis];
 }
-/* Adds the component of the body-fixed vector `body` along a space axis (0, 1 or 2). */
+/* Adds the component of the body-fixed vector `body` along a space axis (0, 1 or 2) to the power
+ * series c. */
 static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
@@ -120,9 +122,9 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds a multiple of the angular momentum about a space axis. The momentum about an axis e is
- * computed as <e q, q M>, where M is the momentum in the body frame. The formula <e q, q M> holds
- * even for damped motions and moving supports. */
+/* Adds a multiple of the angular momentum about a space axis to the power series c. The momentum
+ * about an axis e is computed as <e q, q M>, where M is the momentum in the body frame. The formula
+ * <e q, q M> holds even for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -153,7 +155,7 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         multiply_series(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
-/* Adds a multiple of the vertical component of the angular momentum. */
+/* Adds a multiple of the vertical component of the angular momentum to the power series c. */
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
 {
     padded_series P[4], M[4];
@@ -165,8 +167,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds a multiple of a component of the attitude quaternion. Every quantity that events can use
- * (KR_QUANTITY_IN_EVENTS) requires its own add_ function. */
+/* Adds a multiple of a component of the attitude quaternion to the power series c. Every quantity
+ * that events can use (KR_QUANTITY_IN_EVENTS) requires its own add_ function. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -203,7 +205,8 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds a multiple of a component of the angular velocity relative to the support. */
+/* Adds a multiple of a component of the angular velocity relative to the support to the power
+ * series c. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;
@@ -234,8 +237,8 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_relative_velocity(v, factor, v->top->apex, c);
 }
-/* Adds a multiple of the component with index `number`. The table must contain every quantity that
- * events can use (KR_QUANTITY_IN_EVENTS). */
+/* Adds a multiple of the state component with index `number` to the power series c. The table
+ * `adds` must contain every quantity that events can use (KR_QUANTITY_IN_EVENTS). */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
@@ -254,9 +257,9 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns an upper bound on the magnitude of a component, in the unit of the component. Angular
- * velocities are divided by an upper bound that follows from the energy. About axes with larger
- * moments of inertia, the energy permits only slower rotation. */
+/* Returns an upper bound on the magnitude of a state component, in the unit of the component.
+ * Angular velocities are divided by an upper bound that follows from the energy. About axes with
+ * larger moments of inertia, the energy permits only slower rotation. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -291,8 +294,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the sum of the terms from `t` up to `end`, all of which must have the same first
- * component. */
+/* Adds the terms from `t` up to (but not including) `end` to the power series c. All these terms
+ * must have the same first component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;

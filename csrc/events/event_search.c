@@ -1,7 +1,7 @@
 /* Functions that advance a top from event to event. Each step is first computed without regard to
  * events, and then searched for events. Events therefore never change the path. For each event, the
- * next sign change of its function in the last step is stored. Once the top has passed a stored
- * sign change, the search resumes from there. */
+ * next sign change of its event function in the last step is stored. Once the top has passed a
+ * stored sign change, the search resumes from there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"

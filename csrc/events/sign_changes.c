@@ -1,12 +1,12 @@
 /* Search for all sign changes of a polynomial on an interval. The coefficients of a polynomial in
  * the Bernstein basis bound its values, and their differences bound its slope. If all coefficients
- * on an interval have the same sign, there is no root in the interval. If all differences have the
- * same sign, there is no extremum in the interval. Undecided intervals are bisected (de Casteljau;
- * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. The sign of a value
- * is considered certain only if its magnitude exceeds the rounding noise. Two roots between which
- * the polynomial stays below the noise are treated as a double root without a sign change. A root
- * at the boundary between two steps is found exactly once, because the last sign is passed on to
- * the next step. */
+ * on an interval have the same sign, there is no root in the interval. If all differences of
+ * successive coefficients have the same sign, there is no extremum in the interval. Undecided
+ * intervals are bisected (de Casteljau; Lane and Riesenfeld 1981) until the values are
+ * indistinguishable from zero. The sign of a value is considered certain only if its magnitude
+ * exceeds the rounding noise. Two roots between which the polynomial stays below the noise are
+ * treated as a double root without a sign change. A root at the boundary between two steps is found
+ * exactly once, because the last sign is passed on to the next step. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;

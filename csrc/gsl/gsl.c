@@ -13,9 +13,9 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* Largest permitted rotation of the top per step [rad]. The semi-implicit method damps rotations
- * that it fails to resolve. If the top made whole turns within a step, the error estimate would be
- * too small. (extrapolation.h needs no such limit.) */
+/* Largest permitted rotation of the top per step, in radians. The semi-implicit method damps
+ * rotations that it fails to resolve. If the top made whole turns within a step, the error estimate
+ * would be too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
 /* Upper limits on h^2 a and h a, where h is the step size and a bounds the angular acceleration due
  * to gravity. For larger steps, rounding may make the matrix 1 - h J singular, where J is the
@@ -131,7 +131,8 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 }
 
 /* Returns the largest permitted step size for the angular velocity W. In the body frame, a rotor
- * with momentum h rotates W at the rate |h| / I. */
+ * with momentum h rotates W at a rate of at most |h| / I, where I is the smallest moment of
+ * inertia. */
 static double longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;

@@ -1,12 +1,13 @@
-/* Elementary functions and Carlson's R_F in double-double. Arguments must be moderate: |a| < 600
- * for dd_exp, |a| < 4 for dd_sincos. The exponential and trigonometric functions reduce the
- * argument, sum a power series, and undo the reduction by repeated squaring or angle doubling. */
+/* Elementary functions and Carlson's R_F in double-double precision. Arguments must be moderate:
+ * |a| < 600 for dd_exp, |a| < 4 for dd_sincos. The exponential and trigonometric functions reduce
+ * the argument, sum a power series, and undo the reduction by repeated squaring or angle
+ * doubling. */
 #ifndef KR_DD_FUNCTIONS_H
 #define KR_DD_FUNCTIONS_H
 #include "dd.h"
 
-/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. Terms
- * whose denominators contain factors greater than `to` are omitted. */
+/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. The sum
+ * omits all terms whose denominators contain factors greater than `to`. */
 static inline dd dd_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;

@@ -74,8 +74,8 @@
  * are tested individually, because some compilers do not recognize level names such as
  * x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
-/* KR_SCALAR_NAME forms the name of the scalar version of a function. AVX-512 uses the AVX2 version,
- * because wider registers would not make scalar code faster. */
+/* KR_SCALAR_NAME forms the name of the scalar version of a function. The AVX-512 code uses the AVX2
+ * versions of scalar functions, because wider registers would not make scalar code faster. */
 #if defined KR_WITH_AVX2
 #  define KR_SCALAR_NAME(thing) thing##_avx2
 #else

@@ -81,7 +81,7 @@ static inline double arc_tangent(double x)
     const double a = fabs(x), inverse = 1.0 / a;
     double t = a > 1.0 ? inverse : a, sum = 0.0, z;
     int k;
-    /* The angle is halved twice, so that |t| < 0.2. */
+    /* The angle arctan(t) is halved twice, so that |t| < 0.2. */
     t = t / (1.0 + sqrt(1.0 + t * t));
     t = t / (1.0 + sqrt(1.0 + t * t));
     z = t * t;

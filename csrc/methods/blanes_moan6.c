@@ -1,8 +1,8 @@
 /* A splitting method of order 6 with 14 kicks and 15 drifts, using the Runge-Kutta-Nystrom
- * coefficients of Blanes and Moan (compose.h). The coefficients require an exact drift, and
- * therefore a body with two equal moments. The method conserves the vertical momentum. For Lagrange
- * tops and torque-free bodies, the method also conserves the momentum about the symmetry axis. The
- * energy error is bounded and O(h^6). */
+ * coefficients of Blanes and Moan (compose.h). The coefficients are valid only if the drift is
+ * exact, which requires two equal moments of inertia. The method conserves the vertical momentum.
+ * For Lagrange tops and torque-free bodies, the method also conserves the momentum about the
+ * symmetry axis. The energy error is bounded and O(h^6). */
 #include "composed.h"
 
 static kr_status blanes_moan6_reset(kr_motion *motion, const kr_state *start)

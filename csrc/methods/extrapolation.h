@@ -3,10 +3,10 @@
  * and Gragg's smoothing. The expansion of the error contains only even powers of 1 / n_j. The
  * Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
- * A step is accepted at row j if the norm of T(j,j) - T(j,j-1) is at most tol. The error norm is
- * defined in the thesis (Bodack 2008, 4.1.1). The target row of the next step is the row with the
- * least work per unit time. The rules and constants of the step-size control follow ODEX (Hairer,
- * Norsett, Wanner, II.9). The method does not conserve the integrals of motion. */
+ * A step is accepted at row j of the table T if the norm of T(j,j) - T(j,j-1) is at most tol. The
+ * error norm is defined in the thesis (Bodack 2008, 4.1.1). The target row of the next step is the
+ * row with the least work per unit time. The rules and constants of the step-size control follow
+ * ODEX (Hairer, Norsett, Wanner, II.9). The method does not conserve the integrals of motion. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -37,8 +37,8 @@ typedef struct {
     gbs_control next;
 } gbs_path;
 enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
-/* A trial step of length h that starts from y. Rows are numbered from 1, as in Hairer, Norsett,
- * Wanner. */
+/* A trial step of length h that starts from y. Rows of the extrapolation table are numbered from 1,
+ * as in Hairer, Norsett, Wanner. */
 typedef struct {
     kr_motion *motion;
     const gbs_form *form;
@@ -51,13 +51,13 @@ typedef struct {
     int row;                              /* the last row that was computed */
 } gbs_attempt;
 
-/* Returns the number of evaluations of the right-hand side for the rows up to `row`. */
+/* Returns the number of evaluations of the right-hand side for the table rows up to `row`. */
 static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
 /* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Dividing the result by the
- * tolerance gives the error norm of the thesis (Bodack 2008). */
+ * tolerance gives the error norm defined in the thesis (Bodack 2008). */
 static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
@@ -92,7 +92,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Computes the extrapolated values of a row, which overwrite the previous row. */
+/* Computes the extrapolated values of a table row, which overwrite those of the previous row. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -102,8 +102,8 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Computes a row of the table, its error estimate, and the step size that follows from the
- * estimate. Returns 0 if the extrapolation diverges or its result is not finite. */
+/* Computes a row of the extrapolation table, its error estimate, and the step size that follows
+ * from the estimate. Returns 0 if the extrapolation diverges or its result is not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -119,9 +119,9 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* Searches the rows `from` to target + 1, and returns the number of the first that meets the
- * tolerance. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the tolerance.
- * Returns GBS_UNSTABLE if the extrapolation diverges. */
+/* Searches the table rows `from` to target + 1, and returns the number of the first row that meets
+ * the tolerance. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the
+ * tolerance. Returns GBS_UNSTABLE if the extrapolation diverges. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {

@@ -58,7 +58,7 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Returns 1 if the rotation of the top per step does not exceed `most` [rad]. The rotation is
+/* Returns 1 if the rotation of the top per step does not exceed `most` radians. The rotation is
  * estimated from the larger of two rates: the maximum permitted by the energy, and the rate due to
  * the rotor. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
@@ -72,9 +72,10 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
     const double carried = v_length(kick->rotor) * v_largest(kick->inverse);
     return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
-/* Applies the processor, or its inverse if `sign` is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
- * (smallest moment) exceeds 2, because then the modification of the potential is not small. The
- * midpoint iteration would fail to converge if h^2 |A| exceeded 12 times the smallest moment. */
+/* Applies the conjugating map (processor), or its inverse if `sign` is -1. Returns KR_ERR_STEP_SIZE
+ * if h^2 |A| exceeds twice the smallest moment of inertia, because then the modification of the
+ * potential is not small. The midpoint iteration would fail to converge if h^2 |A| exceeded 12
+ * times the smallest moment of inertia. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

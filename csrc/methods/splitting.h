@@ -5,10 +5,10 @@
  * other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
  * consists of two rotations. In general, four rotations are needed: about m, about N, about T, and
  * about N again. The local error of the general drift is of third order in the step size. The error
- * is smallest if B is the axis of the intermediate moment. A rotor with momentum h changes the
- * rates of rotation by constants, such as -h_N / I_N about the axis N. A rotor requires an
- * additional rotation about B. For a symmetric body, the drift remains exact if the rotor is along
- * T. Sums are compensated: the rounding error of each sum is stored and added to the next sum
+ * is smallest if B is the axis of the intermediate moment of inertia. A rotor with momentum h
+ * changes the rates of rotation by constants, such as -h_N / I_N about the axis N. A rotor requires
+ * an additional rotation about B. For a symmetric body, the drift remains exact if the rotor is
+ * along T. Sums are compensated: the rounding error of each sum is stored and added to the next sum
  * (Kahan 1965). With compensated sums, rounding errors affect the energy only through the small
  * changes of q and m per step. */
 #ifndef KR_SPLITTING_H

@@ -1,13 +1,13 @@
 /* A splitting method: half a modified kick (modified_kick.h), a discrete Moser-Veselov drift
- * (veselov.h) with modified moments, and half a modified kick. With the moments I~ in place of I,
- * the drift has order 4, where
+ * (veselov.h) with modified moments of inertia, and half a modified kick. With the moments I~ in
+ * place of I, the drift has order 4, where
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
- * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves the magnitude of the momentum and
- * the kinetic energy, whereas a kick changes both. The method conserves the vertical momentum, the
- * axial momentum of Lagrange tops, and the energy of torque-free bodies. Steps in which the top may
- * rotate by more than 1.25 rad are refused, because the series for the modified moments would be
+ * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift, unlike a kick, conserves the magnitude of the
+ * momentum and the kinetic energy. The method conserves the vertical momentum, the axial momentum
+ * of Lagrange tops, and the energy of torque-free bodies. Steps in which the top may rotate by more
+ * than 1.25 rad are refused, because the series for the modified moments of inertia would be
  * inaccurate. */
 #include "modified_kick.h"
 #include "veselov.h"
@@ -19,7 +19,7 @@ typedef struct {
     modified_kick kick;
 } veselov4_state;
 
-/* Returns the modified moments I~, which are defined at the top of this file. */
+/* Returns the modified moments of inertia I~, which are defined at the top of this file. */
 static kr_vec3 preprocess_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);

@@ -1,11 +1,11 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
- * series. This source is compiled for single tangents (deviation_single.h) and for batches
- * (deviation_batch.h), each in doubles and in double-double. The headers for single tangents and
- * for batches define four types. The type `triple` holds one vector for each tangent. The type
- * `turned` is a triple whose components are permuted for multiplication by a path coefficient. A
- * path coefficient has the type `path_term`. The type `halves` holds two sums of products; their
- * difference is a cross product. In each sum, the latest coefficient is added last, because all
- * other terms can be added before it is known. */
+ * series. This source file is compiled for single tangents (deviation_single.h) and for batches
+ * (deviation_batch.h), each in double and in double-double precision. The headers for single
+ * tangents and for batches define four types. The type `triple` holds one vector for each tangent.
+ * The type `turned` is a triple whose components are permuted for multiplication by a path
+ * coefficient. A path coefficient has the type `path_term`. The type `halves` holds two sums of
+ * products; their difference is a cross product. In each sum, the latest coefficient is added last,
+ * because all other terms can be added before it is known. */
 #include "tangents.h"
 
 /* Taylor coefficients with their components permuted for multiplication. The coefficients of the
@@ -59,9 +59,9 @@ INLINE triple rotor_turn(const kr_tangent *g, int n)
     return triple_sub(triple_mul(triple_next(h), triple_prev(turn)),
                       triple_mul(triple_prev(h), triple_next(turn)));
 }
-/* Returns the damping torque on a tangent, which the caller subtracts. `rate` is the time
- * derivative of the rotation vector theta. The cross product of theta and the angular velocity is
- * `plus` - `minus`. */
+/* Returns the damping term of the variational equations, which the caller subtracts. `rate` is the
+ * time derivative of the rotation vector theta. The cross product of theta and the angular velocity
+ * is `plus` - `minus`. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
     const triple drag = triple_of(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
@@ -80,8 +80,8 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Computes the Taylor coefficients of order n + 1 of a tangent. `a` is the sum over the even terms,
- * and `b` is the sum over the odd terms. */
+/* Computes the Taylor coefficients of order n + 1 of a tangent. `a` is the sum of the even terms,
+ * and `b` is the sum of the odd terms. */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
@@ -105,8 +105,8 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     if (g->damped != 0.0) force = triple_sub(force, damping(g, rate, plus, minus));
     set_deviation(g, d, n + 1, rate, force);
 }
-/* Adds every second term to `a`, beginning with the term `first`. If PARTS_AT_ONCE is 2, the terms
- * in between are added to `b`. */
+/* Adds every second term of the sums to `a`, beginning with the term `first`. If PARTS_AT_ONCE is
+ * 2, the other terms are added to `b`. */
 INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
                       const turned_deviation *d, int few, int first, int n)
 {
@@ -121,8 +121,8 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of `few` tangents. Even and odd terms are summed
- * separately. */
+/* Computes the Taylor coefficients of order n + 1 of the first `few` tangents or batches in `g`.
+ * The even and the odd terms of each sum are accumulated separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
 {
@@ -147,8 +147,8 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }
-/* Computes all Taylor coefficients of `many` tangents or batches, given the coefficients of order
- * 0. */
+/* Computes all Taylor coefficients of the first `many` tangents or batches in `g`, given the
+ * coefficients of order 0. */
 INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
 {
     turned_path path;

@@ -4,7 +4,7 @@
 #include "quat_simd.h"
 #include "series.h"
 
-/* The two functions compute the Taylor coefficients with and without the heading. */
+/* The next two functions compute the Taylor coefficients with and without the heading. */
 PER_ORDER void expand_whole(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, WHOLE);

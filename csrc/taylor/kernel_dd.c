@@ -1,4 +1,4 @@
-/* Taylor series at 20 and 30 digits. The leading terms (head) are computed in double-double
+/* Taylor series to 20 and 30 digits. The leading terms (head) are computed in double-double
  * precision, and the remaining terms (tail) in double precision. At 20 digits, the head consists of
  * only a few terms. At 30 digits, the head contains about half of all terms. This file is compiled
  * once for each instruction set. */
@@ -6,7 +6,8 @@
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates a series whose head is in double-double and whose tail is in doubles. */
+/* Evaluates a series whose head is in double-double precision and whose tail is in double
+ * precision. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {

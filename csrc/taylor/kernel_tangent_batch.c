@@ -1,4 +1,4 @@
-/* Batches of tangents in doubles. This file is compiled once for each instruction set. */
+/* Batches of tangents in double precision. This file is compiled once for each instruction set. */
 #include "quat_simd.h"
 enum { WORDS = 1 };
 #include "deviation_batch.h"

@@ -1,10 +1,10 @@
-/* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. Each type is
- * a hardware vector if the instruction set has vectors of this width. Otherwise, the type is a pair
- * of vectors of half the width, down to plain C99 doubles. Hardware vectors have 8 lanes on
- * x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on the baseline and arm64. The operation fma is a
- * fused multiply-add if the hardware has one, and a product followed by a sum otherwise. The
- * results therefore depend only on whether the hardware has a fused multiply-add. This header is
- * compiled once for each instruction set. */
+/* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. Each of the
+ * two types is a hardware vector if the instruction set has vectors of its width. Otherwise, the
+ * type is a pair of vectors of half the width, down to plain C99 doubles. Hardware vectors have 8
+ * lanes on x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on baseline x86-64 and on arm64. The
+ * operation fma is a fused multiply-add if the hardware has one, and a product followed by a sum
+ * otherwise. The results therefore depend only on whether the hardware has a fused multiply-add.
+ * This header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -171,8 +171,8 @@ INLINE duo duo_lane_of(duo a, const double *w, int lane)
 #endif
 
 /* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, which hides instruction
- * latency. Newer instruction sets have enough registers for two chains. The function lone_fma
- * computes a multiply-add of scalar doubles. */
+ * latency. Newer instruction sets have enough registers for two parallel chains. The function
+ * lone_fma computes a multiply-add of scalar doubles. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }

@@ -8,7 +8,7 @@
 #include "quat_simd.h"
 #include "taylor.h"
 
-/* Return the address of the low words that belong to the high words at p. */
+/* Each function returns the address of the low words that belong to the high words at p. */
 INLINE const double *low(const double *p)
 {
     return (const double *)((const char *)p + sizeof(kr_series));
@@ -127,9 +127,9 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 }
 
 /* series.h uses the names of quat_simd.h: duo, quad, and their functions. The macros below redefine
- * the names of quat_simd.h, so that series.h can be compiled in double-double. The macros are
- * listed one by one, because a macro cannot define other macros. Loops are not unrolled, because
- * the loop bodies are too long. */
+ * the names of quat_simd.h, so that series.h can be compiled in double-double precision. The macros
+ * are listed one by one, because a macro cannot define other macros. Loops are not unrolled,
+ * because the loop bodies are too long. */
 #undef UNROLL
 #define UNROLL
 #define duo duo2

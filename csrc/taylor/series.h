@@ -1,15 +1,15 @@
 /* Implements the Taylor series declared in taylor.h: computes the coefficients, chooses the step
- * size, and evaluates the series. This source is compiled twice for each instruction set, in
- * doubles (quat_simd.h) and in double-double (quat_simd_dd.h). Three optimizations make the
- * recurrence fast. Every convolution sum starts with its middle terms, so that it can begin before
- * the latest coefficients are known. Two terms that differ by an exchange of indices are added in
- * parallel. The order is a compile-time constant, so loops can be unrolled. */
+ * size, and evaluates the series. This source file is compiled twice for each instruction set: in
+ * double precision (quat_simd.h) and in double-double precision (quat_simd_dd.h). Three
+ * optimizations make the recurrence fast. Every convolution sum starts with its middle terms, so
+ * that it can begin before the latest coefficients are known. The two terms with indices (j, m) and
+ * (m, j) are added in parallel. The order is a compile-time constant, so loops can be unrolled. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* Signed factors of the terms in quaternion and cross products, in the lane order of duo_i, duo_j
- * and duo_k. */
+/* Signs and factors of the terms in quaternion and cross products, in the lane order of duo_i,
+ * duo_j and duo_k. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
@@ -18,12 +18,12 @@ static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
  * motions keeps the computation of undamped motions fast. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
-/* Both cyclic permutations of a Taylor coefficient: (next | prev) and (prev | next). */
+/* The two cyclic permutations of a vector coefficient: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
 /* The permuted coefficients of W and P are adjacent in memory, so that one instruction can load
- * both. P is used only in the headless variant. */
+ * both. The vertical P is used only in the headless variant. */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
@@ -48,15 +48,15 @@ INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
-/* Returns half the componentwise product of the two cyclic permutations of a coefficient. The rotor
- * terms are included if j is 0. */
+/* For a vector coefficient (x, y, z), returns half the componentwise product of (y, z, x) and (z,
+ * x, y). The rotor terms are included if j is 0. */
 INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds the products of the j-th coefficient of W with the m-th coefficients of the attitude and the
- * vertical. */
+/* Adds to `a` the products of the j-th coefficient of W with the m-th coefficients of the attitude
+ * and the vertical. */
 INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
                      form what)
 {
@@ -88,8 +88,8 @@ INLINE void add_chains(series_sums *a, const series_sums *b, form what)
     }
 }
 
-/* Returns the n-th coefficients of all products of series. Each sum starts with its middle terms,
- * and ends with the products of the latest coefficients. */
+/* Returns the n-th coefficients of all products of Taylor series. Each sum starts with its middle
+ * terms, and ends with the products of the latest coefficients. */
 INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
@@ -146,8 +146,8 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
 
 /* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Two
  * correct digits suffice for a step size. The function approx_log2 replaces the logarithm of the
- * mantissa by the mantissa itself. The resulting error is small, because it is later divided by the
- * order. */
+ * mantissa by the mantissa itself. The error of this approximation is small, because the logarithm
+ * is later divided by the order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -191,7 +191,7 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 /* Returns the step size at which products of the middle Taylor coefficients have the magnitude
  * 2^log2_size. The tail of the series, computed in doubles, begins with a sum of products of middle
  * coefficients. If the products cancel, the tail is small, but the rounding errors of the products
- * are not. A step size based only on the last Taylor term would then be too large. */
+ * are not. A step size based only on the last Taylor term would be too large in this case. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

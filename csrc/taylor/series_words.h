@@ -10,7 +10,7 @@ static inline void set_lanes(double lanes[4], kr_vec3 v)
     lanes[0] = 0.0;
     v_put(lanes + 1, v);
 }
-/* Stores the high and low words of a vector in separate lanes. */
+/* Stores the high and the low words of a double-double vector in two arrays of lanes. */
 static inline void set_vector_words(double high[4], double low[4], vec_dd v)
 {
     set_lanes(high, vdd_high(v));

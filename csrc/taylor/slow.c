@@ -9,10 +9,11 @@
  * of taylor.h. The radius of convergence is that of the slow motion, so steps can be long. With the
  * explicit recurrence, steps would be limited to about one damping time A / D, because the problem
  * is stiff. The neglected transient decays as exp(-D t / A), and is below the rounding errors
- * (Fenichel 1979). Until the motion reaches the manifold, steps follow the explicit recurrence.
- * Before the manifold is reached, the tolerance is relative to the small angular velocity on the
- * manifold. A top with dry friction has two slow manifolds. While the top slides, friction is a
- * constant torque. The case in which friction holds the top is treated in slow_held.h. */
+ * (Fenichel 1979). Until the motion reaches the slow manifold, steps are computed with the explicit
+ * recurrence. Before the slow manifold is reached, the tolerance is relative to the small angular
+ * velocity on the manifold. A top with dry friction has two slow manifolds. While the top slides,
+ * friction is a constant torque. The case in which friction holds the top is treated in
+ * slow_held.h. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -28,9 +29,8 @@ static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
     const double *w = s->end_w + 1;
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
-/* Returns the rotor's contribution to the angular acceleration about an axis with strong damping.
- * For the other axes with strong damping, only the support's angular velocity is taken into
- * account. */
+/* Returns the rotor's contribution to the angular acceleration about a strongly damped axis. For
+ * the other strongly damped axes, only the support's angular velocity is taken into account. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -39,9 +39,8 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
-/* Returns an upper bound of the angular velocity about an axis with strong damping, relative to
- * the support. Unless the support rotates, the product of two strongly damped components is
- * negligible. */
+/* Returns an upper bound on the angular velocity, relative to the support, about a strongly damped
+ * axis. Unless the support rotates, the product of two strongly damped components is negligible. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -61,8 +60,8 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     return size;
 }
 
-/* Returns the smallest non-negligible angular velocity about an axis with strong damping. Without
- * torques about the axes with strong damping, returns the largest angular velocity. */
+/* Returns the smallest non-negligible angular velocity about a strongly damped axis. If no torques
+ * act about these axes, returns the largest angular velocity instead. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
@@ -138,8 +137,8 @@ static double largest_torque(const kr_motion *motion)
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
 /* Inverts a 3 x 3 matrix with ones on its diagonal. The off-diagonal elements of row i are ahead[i]
- * in column i + 1 and behind[i] in column i - 1 (modulo 3). Elements that involve an axis with weak
- * damping are zero. */
+ * in column i + 1 and behind[i] in column i - 1 (modulo 3). Matrix elements that involve a weakly
+ * damped axis are zero. */
 static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
                    double inverse[3][3])
 {
@@ -158,8 +157,7 @@ static void invert(const double ahead[3], const double behind[3], const int is_s
     for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
     for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
 }
-/* Computes the angular velocities that normalized torques cause about the axes with strong
- * damping. */
+/* Computes the angular velocities that normalized torques cause about the strongly damped axes. */
 static void set_gain(const kr_motion *motion, slow_axes *slow)
 {
     double D[3], h[3], ahead[3], behind[3];
@@ -171,8 +169,8 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
     }
     invert(ahead, behind, slow->is_slow, slow->gain);
 }
-/* Returns the largest rate at which a rotor changes the angular velocities about the axes with weak
- * damping. */
+/* Returns the largest rate at which a rotor changes the angular velocities about the weakly damped
+ * axes. */
 static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double weakest)
 {
     const kr_vec3 A = motion->inertia;
@@ -252,7 +250,7 @@ static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
 }
 
 /* Chooses the end of the step according to the tolerance, and evaluates the series there. In
- * double-double, terms after the head are rounded to doubles, so they must be small. */
+ * double-double precision, terms after the head are rounded to doubles, so they must be small. */
 static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                      const slow_axes *slow, double log2_tol)
 {
@@ -260,7 +258,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
-    /* Clear the low words after the head, which are not computed but are read by refine_limit. */
+    /* Clear the low words of the terms after the head, which refine_limit reads although they are
+     * not computed. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -316,8 +315,8 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
                  noise = fmax(near * least_size(p->series, slow), rounding);
     return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
 }
-/* Computes a step on the slow manifold that belongs to a set of axes with strong damping. `strong`
- * is the largest set of axes with strong damping if a step with this set has failed, and NULL
+/* Computes a step on the slow manifold that belongs to a set of strongly damped axes. `strong` is
+ * the largest set of strongly damped axes if a step with this set has failed, and NULL
  * otherwise. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_axes *slow, const slow_axes *strong)
@@ -367,8 +366,8 @@ static int may_be_slow(const kr_motion *motion)
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
-/* Initializes the data that do not depend on the set of axes with strong damping. Returns 0 if
- * damping is not strong about any axis. */
+/* Initializes the data that do not depend on the set of strongly damped axes. Returns 0 if damping
+ * is not strong about any axis. */
 static int begin_slow_axes(const kr_motion *motion, double undamped, held_directions *held,
                            slow_axes *slow)
 {

@@ -44,15 +44,15 @@ enum {
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 
-/* Data of the axes with strong damping, in the units of the motion. `rate` is the largest rate of
- * the motion on the slow manifold, and `fall` is the largest rate at which the top falls over. */
+/* Data of the strongly damped axes, in the units of the motion. `rate` is the largest rate of the
+ * motion on the slow manifold, and `fall` is the largest rate at which the top falls over. */
 typedef struct held_directions held_directions;
 typedef struct slow_axes {
     int is_slow[3], has_rotor, turns, shakes, slides;
     /* Directions that replace the principal axes while friction holds the top; otherwise NULL. */
     const held_directions *held;
     double rate, fall;
-    /* Angular velocities that torques cause about the axes with strong damping. Each torque is
+    /* Angular velocities that torques cause about the strongly damped axes. Each torque is
      * normalized so that it causes the angular velocity 1 if no rotor couples the axes. */
     double gain[3][3];
 } slow_axes;

@@ -146,7 +146,7 @@ static double held_drag(const kr_series *s, const slow_axes *slow, int i)
         sum -= slow->held->v[i][j].hi * s->drag[j + 1] * slow->held->weight[i][j].hi;
     return sum;
 }
-/* Returns an upper bound of the velocity along a strongly damped direction. */
+/* Returns an upper bound on the velocity along a strongly damped direction. */
 static double held_size(const kr_series *s, const slow_axes *slow, int direction)
 {
     const double *p = s->end_x + 5, most = largest_pull(s);

@@ -1,5 +1,5 @@
 /* Taylor coefficients of the strongly damped motion of a top that friction holds (slow_held.h).
- * This source is included for doubles and for double-doubles, after slow_terms.h. */
+ * This source file is included once for doubles and once for double-doubles, after slow_terms.h. */
 
 static void NAME(read_words)(number *to, const dd *from, int n, double scale)
 {
@@ -38,7 +38,7 @@ static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
     return minus(sum, mul(held->drag[i][1 - i], s->c[ROW_R + 1 - i][n]));
 }
 /* Recomputes the n-th coefficients of the strongly damped velocities, and of U and W. Returns the
- * largest change of a component of the angular velocity. */
+ * largest absolute change of an n-th coefficient of U. */
 static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int n)
 {
@@ -62,7 +62,7 @@ static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
     for (int j = 0; j < 3; j++) moved = fmax(moved, fabs(high(minus(s->c[ROW_U + j][n], last[j]))));
     return moved;
 }
-/* Performs one iteration for all Taylor coefficients. */
+/* Performs one iteration, which recomputes all Taylor coefficients of the motion. */
 static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
                                  const NAME(directions) * held, int order)
 {
@@ -114,7 +114,8 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
     }
 }
 /* Returns 1 if the damped velocities at the end of a series agree with those on the slow manifold.
- * If the motion has not reached the manifold, `wait` receives an estimate of the remaining time. */
+ * If the motion has not reached the slow manifold, `wait` receives an estimate of the remaining
+ * time. */
 static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                      const slow_axes *slow, const NAME(directions) * held,
                                      double least, double near, double *wait)
@@ -131,7 +132,7 @@ static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series seri
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion of a held top on the slow manifold. */
+/* Expands the motion of a held top on the slow manifold in a Taylor series. */
 static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
                              double noise, double *wait, double rate, double friction)
 {

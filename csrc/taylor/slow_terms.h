@@ -1,5 +1,5 @@
-/* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source is
- * included once for doubles and once for double-doubles. The macro `number` is the type of a
+/* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source file
+ * is included once for doubles and once for double-doubles. The macro `number` is the type of a
  * coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are the operations
  * on coefficients. The macro NAME forms the names of types and functions. */
 
@@ -14,7 +14,7 @@ typedef struct NAME(directions) {
 } NAME(directions);
 
 /* Returns one row of the table of Taylor coefficients. In builds without moving supports, the table
- * has fewer rows. */
+ * of coefficients has fewer rows. */
 static number *NAME(row)(NAME(terms) * s, int row) { return s->c[row]; }
 /* Returns the n-th coefficient of the product of the series in rows `a` and `b`. */
 static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
@@ -107,7 +107,8 @@ static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
     return moved;
 }
 /* Performs one iteration: recomputes the strongly damped angular velocities, and all coefficients
- * that depend on them. Returns the largest change of a coefficient of order at most `order` / 2. */
+ * that depend on them. Returns the largest change, in this iteration, of a coefficient of order at
+ * most `order` / 2. */
 static double NAME(improve)(NAME(terms) * s, const slow_axes *slow, int order)
 {
     const int u = U_OF(slow);
@@ -144,8 +145,8 @@ static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
     }
     g[0] = add(g[0], of(from[0].sway[3], from[1].sway[3]));
 }
-/* Starts a new expansion at the end of a series. Copies the constants of the series, and sets the
- * higher coefficients of the motion to zero. */
+/* Starts a new Taylor expansion about the end of the last step. Copies the constants of the series,
+ * and sets the higher coefficients of the motion to zero. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);
@@ -172,7 +173,7 @@ static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series 
         }
     if (KR_HAS_SUPPORTS && slow->shakes) NAME(sway)(s, from);
 }
-/* Copies the coefficients up to `order` into a series. */
+/* Copies the Taylor coefficients up to order `order` into a series. */
 static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
@@ -200,9 +201,9 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
     }
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
- * About each axis with strong damping, the difference must not exceed `near` times the larger of
- * slow_size and least_size. If the motion has not reached the manifold, `wait` receives an estimate
- * of the remaining time. */
+ * About each strongly damped axis, the difference must not exceed `near` times the larger of
+ * slow_size and least_size. If the motion has not reached the slow manifold, `wait` receives an
+ * estimate of the remaining time. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {
@@ -219,10 +220,10 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion on the slow manifold, starting at the end of a series. The errors of the
- * expansion are at most `noise` times the magnitude of W. Returns 0 if the iteration does not
- * converge, or if the motion has not reached the manifold. On failure, `wait` receives the time
- * until the next attempt. */
+/* Expands the motion on the slow manifold in a Taylor series about the end of the last step. The
+ * errors of the expansion are at most `noise` times the magnitude of W. Returns 0 if the iteration
+ * does not converge, or if the motion has not reached the slow manifold. On failure, `wait`
+ * receives the time until the next attempt. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {

@@ -5,24 +5,24 @@
  *
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
  * the support. All vectors, including the apex a, are in the body frame. G = base + sway cos(...)
- * is the acceleration along -e3, in units of the acceleration contained in c. This source is
- * included by series.h, and compiled in doubles and in double-double. Lane 0 of W holds the
- * friction variable. While the top slides, the friction variable is the spin <U, a>. While friction
- * holds the top, the friction variable is the friction torque relative to its maximum. Without
- * friction, lane 0 is unused. */
+ * is the acceleration along -e3, in units of the acceleration contained in c. This source file is
+ * included by series.h, and is compiled in double and in double-double precision. Lane 0 of W holds
+ * the friction variable. While the top slides, the friction variable is the spin <U, a>. While
+ * friction holds the top, the friction variable is the friction torque relative to its maximum.
+ * Without friction, lane 0 is unused. */
 
 /* Auxiliary series: the relative angular velocity (in `w`) and the effective gravity (in all lanes
- * of `x`). In double-double, the second struct holds the low words. */
+ * of `x`). In double-double precision, the second struct holds the low words. */
 typedef struct {
     kr_series words[2];
 } support_series;
 /* Taylor coefficients of W, U, O and P with cyclically permuted components. U is stored as (next |
- * prev), and O and P as (prev | next). P is used only in the headless variant. */
+ * prev), and O and P as (prev | next). The vertical P is used only in the headless variant. */
 typedef struct {
     turned_vector w;
     duo u, o, p;
 } turned_support;
-/* The n-th coefficients of all products of series, including O x U and G P. */
+/* The n-th coefficients of all products of Taylor series, including O x U and G P. */
 typedef struct {
     series_sums plain;
     duo turned, pulled;
@@ -52,8 +52,8 @@ INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *
     add_support_term(b, s, own, of, m, j, what, turns, shakes);
     a->plain.cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->plain.cross);
 }
-/* Returns the n-th coefficients of all products of series. The terms of each sum are added in the
- * same order as in cauchy_products. */
+/* Returns the n-th coefficients of all products of Taylor series. The terms of each sum are added
+ * in the same order as in cauchy_products. */
 INLINE support_sums support_products(const kr_series *s, const kr_series *own,
                                      const turned_support *of, int n, form what, int turns,
                                      int shakes)

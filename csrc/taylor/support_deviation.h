@@ -5,8 +5,8 @@
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
  * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g is
- * such that the spin <U, a> of the perturbed motion remains zero. This source is included once for
- * doubles and once for double-doubles. */
+ * chosen such that the spin <U, a> of the perturbed motion remains zero. This source file is
+ * included once for doubles and once for double-doubles. */
 
 /* Taylor coefficients of a vector with three components. */
 typedef struct LOCAL(series) {
@@ -98,7 +98,7 @@ static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number swa
     }
 }
 /* Sets the friction torque, which is constant while the top slides. While friction holds the top,
- * the torque is lane 0 of W (see support.h). */
+ * the friction torque is stored in lane 0 of W (see support.h). */
 static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2],
                                  const support_data *data, int order)
 {
@@ -172,7 +172,8 @@ static void LOCAL(add_pull)(const LOCAL(moving_path) * p, LOCAL(moving_deviation
         d->push_by.c[i][n] = add(d->push_by.c[i][n], minus(mul(sum[j], b[m]), mul(sum[m], b[j])));
     }
 }
-/* Subtracts the inhomogeneous terms due to the derivative of the support's angular velocity. */
+/* Subtracts the terms due to the derivative of the support's angular velocity from the variational
+ * equations. */
 static void LOCAL(subtract_turning)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                     const support_drive *drive, int order)
 {
@@ -214,8 +215,8 @@ static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviatio
     if (turning[0] != 0.0 || turning[1] != 0.0 || turning[2] != 0.0)
         LOCAL(subtract_turning)(p, d, drive, order);
 }
-/* Adds the derivatives of the apex and of the sliding friction torque with respect to a
- * parameter. */
+/* Sets the derivative of the apex with respect to a parameter, and adds that of the sliding
+ * friction torque to N'. */
 static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                       const support_drive *drive)
 {

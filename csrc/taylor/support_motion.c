@@ -22,8 +22,8 @@
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
-/* Larger friction would overflow. Friction near MOST_FRICTION stops a top in a time below the
- * rounding error. */
+/* Larger friction would overflow. Friction near MOST_FRICTION stops a top within a time smaller
+ * than the rounding error of the time. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -372,8 +372,8 @@ static dd slope_at_end(const kr_series s[2], int order)
     return sum;
 }
 /* Returns 1 if the spin of a sliding top vanishes within the step, although find_limit has not
- * detected it. A spin that becomes only slightly negative escapes find_limit. Returns 0 if the spin
- * is already zero at the beginning of the step. */
+ * detected it. A spin that becomes only slightly negative is not detected by find_limit. Returns 0
+ * if the spin is already zero at the beginning of the step. */
 static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;

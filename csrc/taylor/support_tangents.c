@@ -1,14 +1,14 @@
-/* Tangents of tops with dry friction or on moving supports, in doubles and in double-double. The
- * series are computed by support_deviation.h. */
+/* Tangents of tops with dry friction or on moving supports, in double and in double-double
+ * precision. The series are computed by support_deviation.h. */
 #include <string.h>
 #include "series_words.h"
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Data of the motion in the units of the series. A, D and h have the same meaning as in support.h,
- * and `turning` is the support's angular velocity. `rate`, `base` and `sway` describe the shaking,
- * and `lever` is the lever arm of the effective gravity. `q` is the current attitude, and `cosine`
- * and `sine` give the current phase of the shaking. */
+/* Constants and current state of the motion, in the units of the Taylor series. A, D and h have the
+ * same meaning as in support.h, and `turning` is the support's angular velocity. `rate`, `base` and
+ * `sway` describe the shaking, and `lever` is the lever arm of the effective gravity. `q` is the
+ * current attitude, and `cosine` and `sine` give the current phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
@@ -96,9 +96,9 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.holds = path->holds != 0.0;
     return data;
 }
-/* Computes the coefficients of the factor k in support_deviation.h. The factor k is the
- * acceleration of the support, or its derivative with respect to the amplitude, rate or phase of
- * the shaking. */
+/* Computes the coefficients that determine the factor k, which is defined in support_deviation.h.
+ * The factor k is the acceleration of the support, or its derivative with respect to the amplitude,
+ * rate or phase of the shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

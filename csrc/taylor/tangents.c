@@ -102,7 +102,7 @@ static size_t count_doubles(int digits, size_t n)
     return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
 }
 
-/* Writes a number. The low word is written only for more than 16 digits. */
+/* Writes a number. The low word is written only if more than 16 digits are requested. */
 static void put_number(const kr_motion *motion, double *high, dd a)
 {
     *high = a.hi;
@@ -233,7 +233,7 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
         if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0) return 1;
     return kr_support_moves(motion->scene);
 }
-/* Starts n tangents at the end of the last step of the path. */
+/* Initializes n tangents at the end of the last step of the path. */
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
@@ -356,9 +356,9 @@ static double largest_last_term(const kr_motion *motion)
 {
     return rest_over_tolerance * exp2(series_work(motion)->log2_tol);
 }
-/* Computes the series of the tangents for one substep. The substep ends at the end of the step, or
- * earlier to keep the truncation error small enough. Returns the relative truncation error at the
- * end of the substep. */
+/* Computes the Taylor series of the tangents for one substep. The substep ends at the end of the
+ * step, or earlier to keep the truncation error small enough. Returns the relative truncation error
+ * at the end of the substep. */
 static double expand_part(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
@@ -431,8 +431,9 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Computes the series for the substep that contains the time `to`, unless this series is already in
- * memory. Substeps are rarely recomputed, because times usually increase from call to call. */
+/* Computes the Taylor series of the tangents for the substep that contains the time `to`, unless
+ * these series are already in memory. Substeps are rarely recomputed, because times usually
+ * increase from call to call. */
 static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
 {
     tangent_work *c = tangent_work_of(memory);

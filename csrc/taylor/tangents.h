@@ -14,11 +14,11 @@
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Taylor series of eight numbers about the time t, valid on a step of the path or on a substep. A
+/* Eight Taylor series, expanded about the time t and valid on a step or substep of the path. A
  * single tangent is stored as the eight numbers (0, theta | 0, N). In a batch of eight tangents,
  * six structs hold the components of (theta, N), with one tangent per lane. Batches and single
  * tangents give bitwise equal results. At 20 and 30 digits, two adjacent structs hold the high and
- * the low words of the numbers. */
+ * the low words of the double-double numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */

@@ -57,9 +57,9 @@ static double log2_tolerance(const kr_motion *motion)
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel with the fastest order for the given tolerance. For last Taylor terms of equal
- * size, the error increases with the order. The tolerance is therefore lowered for high orders, but
- * not below the rounding error. Orders and tolerances were determined by
+/* Returns the kernel with the fastest order for the given tolerance. If the last Taylor terms have
+ * equal size, a series of higher order has a larger error. The tolerance is therefore lowered for
+ * high orders, but not below the rounding error. Orders and tolerances were determined by
  * `taylor_kernel_study.py orders` in validation/studies. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
@@ -156,7 +156,7 @@ static kr_quat series_attitude(const kr_motion *motion, const double x[8])
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-/* Converts the values of a series to a state in doubles. */
+/* Converts the values of a series to a state in double precision. */
 static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {
@@ -164,8 +164,8 @@ static void plain_state(const taylor_work *p, const kr_motion *motion, const dou
     s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
-/* Converts the values of a series to a state in double-double. The low words are stored in
- * motion->low. */
+/* Converts the values of a series to a state in double-double precision. The low words of the state
+ * are stored in motion->low. */
 static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,

@@ -19,10 +19,10 @@
 #include "math/isa.h"
 
 /* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term in
- * double-double, and LAST is the index of the last term in doubles. Later terms are so small that
- * doubles suffice. A product that is summed in doubles may exceed the tolerance by a factor of at
- * most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were
- * determined by `taylor_kernel_study.py depth` in validation/studies. */
+ * double-double precision, and LAST is that of the last term in double precision. Later terms are
+ * so small that doubles suffice. A product that is summed in doubles may exceed the tolerance by a
+ * factor of at most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values
+ * were determined by `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -38,9 +38,10 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
 /* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
  * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
- * the low words of the numbers. The attitude q and the vertical P share vectors of eight lanes (q |
- * P), so P costs no extra time. Right multiplication by i, j or k permutes the lanes of q and of P
- * in the same way, up to signs. If the heading is skipped, the lanes of q are zero. */
+ * the low words of the double-double numbers. The attitude q and the vertical P share vectors of
+ * eight lanes (q | P), so P costs no extra time. Right multiplication by i, j or k permutes the
+ * lanes of q and of P in the same way, up to signs. If the heading is skipped, the lanes of q are
+ * zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */

@@ -3,8 +3,9 @@
 #include "mesh.h"
 #include "math/su2.h"
 
-/* Computes a cuboid of the given mass. Its inertia and its product of mass and centre of mass are
- * those of the body. Returns the volume of the cuboid, or 0 if no such cuboid exists. */
+/* Computes a cuboid of the given mass. The cuboid has the same inertia as the body, and the same
+ * product of mass and centre of mass. Returns the volume of the cuboid, or 0 if no such cuboid
+ * exists. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -31,7 +32,7 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 /* Computes a cuboid of density 1 if possible, and the largest possible cuboid otherwise. The
  * largest cuboid is found by ternary search, because the logarithm of the volume is concave in 1 /
  * mass. The density of the cuboid increases with its mass. The factor 1.001 is a margin for the
- * body of the thesis (Bodack 2008), whose largest cuboid has density 1. */
+ * body used in the thesis (Bodack 2008), whose largest cuboid has density 1. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -114,8 +115,8 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
 
 /* Computes the semi-axes of the rod's cross section, which lie along the two principal axes farther
  * from the apex. The bending stiffness in a direction is proportional to the square of the
- * thickness in that direction. If `power` is 0.5, the stiffness is proportional to the moment of
- * inertia about the other axis. */
+ * thickness in that direction. If the exponent `power` is 0.5, the stiffness is proportional to the
+ * moment of inertia of the body about the other axis. */
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {

@@ -27,9 +27,9 @@ typedef struct kr_trail {
 } kr_trail;
 
 /* Returns a cuboid with the same inertia, mass and centre of mass as the body. For an unphysical
- * body, only the inertia and the product of mass and centre of mass agree. The density of the
- * cuboid is 1 if possible; otherwise, the function returns the largest possible cuboid. If no
- * suitable cuboid exists, the function returns a cube with edges of length 2. */
+ * body, only the inertia and the product of mass and centre of mass are those of the body. The
+ * density of the cuboid is 1 if possible; otherwise, the function returns the largest possible
+ * cuboid. If no suitable cuboid exists, the function returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes upper bounds on the momentum and the angular velocity, which determine the scale of the
  * picture. The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest

@@ -2,7 +2,7 @@
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks. The square of the largest step fits in 64 bits. */
+/* Largest step in ticks, whose square fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
 /* Converts a number of ticks to a time. */
@@ -72,8 +72,8 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Extends the ranges of top i in `row` so that they include the values `low` and `high`; NaN is
- * ignored. */
+/* Extends the recorded ranges of top i in `row` to include the values `low` and `high`, ignoring
+ * NaN. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -102,8 +102,8 @@ static void halve_record(kr_simulation *simulation)
     simulation->rows /= 2;
     simulation->stride *= 2;
 }
-/* Returns 1 if the current time is a sample time. The interval between two rows has `times`
- * equidistant sample times. */
+/* Returns 1 if the current time is a sample time. Each interval between two rows of the record
+ * contains `times` equidistant sample times. */
 static int is_sample_time(const kr_simulation *simulation, int times)
 {
     const int64_t part = simulation->stride / times;
@@ -133,7 +133,7 @@ void kr_simulation_clear(kr_simulation *simulation)
     simulation->count = 0;
     simulation->clock = simulation->common = simulation->rows = 0;
 }
-/* Stores the current state for the trails in the picture. */
+/* Stores the current state for the trails that the viewer draws. */
 static void store_state(kr_simulation_slot *a)
 {
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
@@ -222,7 +222,7 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
     if (simulation->count) simulation->slots[simulation->count - 1].lowest = lowest;
 }
 
-/* If the apex is now below the floor, stops the top in the state `before`. */
+/* If the apex has fallen below the floor, stops the top in its previous state, `before`. */
 static void check_floor(kr_simulation_slot *a, const kr_state *before)
 {
     const double high = kr_state_apex(&a->scene, before).z,

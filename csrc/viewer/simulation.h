@@ -10,7 +10,7 @@
 
 /* Indices of the measured values of a top. The list begins with the scalar quantities that do not
  * depend on the heading, in the order of quantities.def. The last two values are the attitude error
- * [rad] relative to a reference, and the modified energy that bobenko_suris conserves. */
+ * relative to a reference, in radians, and the modified energy that bobenko_suris conserves. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -70,7 +70,7 @@ typedef struct kr_simulation_slot {
 typedef struct kr_record_row {
     double time;
     double at[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES]; /* NaN: not available */
-    /* Minimum and maximum of each measured value since the previous row. */
+    /* Minimum and maximum of each measured value since the previous row of the record. */
     double low[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES],
         high[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES];
 } kr_record_row;
@@ -107,8 +107,9 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
                                   int against);
 /* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
  * below `lowest`. This limit is the cosine of the nutation at which the rim touches the floor. The
- * top then remains in the last state above the floor. The time of contact is found by interpolation
- * within the next step, and is stored in `stood`. By default, there is no floor. */
+ * top then remains in the last state above the floor. The time of contact with the floor is found
+ * by interpolation within the next step, and is stored in `stood`. By default, there is no
+ * floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
  * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted
