@@ -168,7 +168,7 @@ class Batch(Generic[_M]):
     def _select_flat_members(
         self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]
     ) -> Self:
-        """Return the batch of the members with the flat indices `order` (in C order)."""
+        """Return the batch of the members whose flat indices, counted in C order, are `order`."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 
@@ -285,7 +285,7 @@ def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
 
 
 def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:
-    """Expand a key that contains one index array, or return None for other keys."""
+    """Expand a key with one index array to all dimensions, or return None for any other key."""
     parts = _expand_index_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1

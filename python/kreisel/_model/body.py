@@ -58,8 +58,8 @@ class Body(BodyConstructors):
     unphysical    True to allow an inertia that no distribution of mass has, as in models where only
                   mass * gravity * |com| matters
     rotor         constant angular momentum of rotors relative to the body (a gyrostat), in the
-                  frame of the body [M L^2 T^-1]. The total momentum is J w + rotor. The inertia
-                  includes the rotors, as if they were at rest
+                  frame of the body [M L^2 T^-1]. The total angular momentum is J w + rotor. The
+                  inertia includes the rotors, as if they were at rest
 
     The principal moments must be positive, and none may exceed the sum of the other two. The
     condition on the principal moments is checked to a relative tolerance of 1e-12, so plates and
@@ -69,8 +69,8 @@ class Body(BodyConstructors):
 
     Raises TypeError if an argument is not numeric, and ValueError if the values do not describe a
     rigid body. Warns (UserWarning) if no mass distribution has the given inertia about the fixed
-    point, unless `unphysical` is True. The attribute `unphysical` is True for every body whose
-    inertia no mass distribution has.
+    point, unless `unphysical` is True. The attribute `unphysical` is True whenever no mass
+    distribution has the inertia of the body.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
@@ -329,7 +329,7 @@ class Body(BodyConstructors):
 
     @cached_property
     def _nearby_integrable_case_message(self) -> str:
-        """Message naming a kind that the body matches only approximately (to 1e-8), or ''."""
+        """Message naming a kind that the body matches only up to 1e-8, or '' if there is none."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0

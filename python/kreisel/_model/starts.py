@@ -328,7 +328,7 @@ def _compute_shortest_rotations(P: Array) -> Array:
 
 
 def _list_sphere_cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
-    """Return the heights and angles of the centres of equally large cells on the sphere."""
+    """Return the heights and azimuths of the centres of cells of equal area on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()

@@ -77,7 +77,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def step(self) -> float | None:
-        """The absolute step size [T], or None if the method has no steps or chose them itself."""
+        """The magnitude of the step size [T], or None if the method has none or chose it itself."""
         return self._options.solve.step
 
     @property
@@ -122,7 +122,7 @@ class EnsembleResult(ReadOnlyArrays):
     def failed(self) -> npt.NDArray[np.intp]:
         """(f,) the indices of the tops that did not reach their last time.
 
-        Unless the ensemble is one-dimensional, the shape is (f, dimensions) for f failed tops.
+        For f failed tops, the array shape is (f,) for one-dimensional ensembles, else (f, ndim).
         """
         found = np.argwhere(self.status)
         return found[:, 0] if self.ndim == 1 else found

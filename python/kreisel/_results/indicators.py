@@ -1,6 +1,6 @@
 """Chaos indicators, computed from the growth of one tangent vector per top of an ensemble.
 
-The thresholds were determined by counting misclassifications in
+The thresholds for the classification were determined by counting misclassifications in
 validation/studies/chaos_verdicts.py.
 """
 
@@ -101,7 +101,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno` (4) above which a motion is classified as chaotic.
+        """The value of `final_megno`, namely 4, above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
         of the Lyapunov exponent and t. All indicators use MEGNO to classify motions. Source:

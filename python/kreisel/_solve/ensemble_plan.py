@@ -182,7 +182,7 @@ def _make_ensemble_plan(
 
 
 def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
-    """Return the numbers of tops solved in closed form and integrated by vector instructions."""
+    """Return the numbers of tops evaluated in closed form and of tops integrated in SIMD lanes."""
     if options.solve.method.exact:
         return tops.size, 0
     if options.uses_one_run_per_top or options.solve.method.name != FALLBACK:
