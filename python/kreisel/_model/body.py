@@ -64,8 +64,8 @@ class Body(BodyConstructors):
     The principal moments must be positive, and none may exceed the sum of the other two. The
     condition on the principal moments is checked to a relative tolerance of 1e-12, so plates and
     rods are accepted. If the inertia is a non-diagonal matrix, its least principal moment must
-    exceed 2e-10 times the largest one. Because of rounding, a smaller moment would have at most six
-    correct digits.
+    exceed 2e-10 times the largest one. Because of rounding, a least moment below this bound would
+    have at most six correct digits.
 
     Raises TypeError if an argument is not numeric, and ValueError if the values do not describe a
     rigid body. Warns (UserWarning) if no mass distribution has the given inertia about the fixed
@@ -340,7 +340,7 @@ class Body(BodyConstructors):
 
     @property
     def is_symmetric(self) -> bool:
-        """True if two of the principal moments are equal to a relative tolerance of 7e-15."""
+        """True if two of the principal moments are equal within a relative tolerance of 7e-15."""
         return any(abs(a - b) <= KIND_RTOL * max(a, b) for a, b in combinations(self.moments, 2))
 
 

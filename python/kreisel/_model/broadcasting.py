@@ -1,6 +1,6 @@
 """Broadcasting of parameters to the shape of an ensemble.
 
-A column is an array with the shape of the ensemble, followed by the shape of one value, such as ()
+A column is an array whose shape is that of the ensemble, followed by that of one value, such as ()
 or (3,). Along a dimension in which all values are equal, the stride is zero, so these values are
 stored only once.
 """

@@ -282,9 +282,9 @@ class Scene:
         """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
 
         The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
-        rates are their time derivatives [T^-1]. Precession is a rotation about e3, nutation is
-        about the line of nodes, and spin is about the apex (the direction of the centre of mass).
-        If the apex is the third axis of the frame of description, the attitude is
+        rates are their time derivatives [T^-1]. Precession, nutation and spin are rotations about
+        e3, the line of nodes and the apex (the direction of the centre of mass), respectively. If
+        the apex is the third axis of the frame of description, the attitude is
 
             Rz(precession) Rx(nutation) Rz(spin).
 

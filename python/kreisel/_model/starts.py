@@ -274,7 +274,7 @@ class _SphereCells(NamedTuple):
     wide: Array
 
     def draw_points_over_cells(self, drawn: Array) -> Array:
-        """Draw uniformly distributed points in the cells, each from three random numbers."""
+        """Draw uniformly distributed points in the cells, using three random numbers per point."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]

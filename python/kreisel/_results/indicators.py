@@ -1,6 +1,6 @@
 """Chaos indicators, computed from the growth of one tangent vector per top of an ensemble.
 
-The thresholds for the classification were determined by counting misclassifications in
+The thresholds for classifying motions were determined by counting misclassifications in
 validation/studies/chaos_verdicts.py.
 """
 
@@ -132,8 +132,9 @@ class Indicator(ReadOnlyArrays):
         - fewer than 100 turns, unless the motion is chaotic.
 
         In a study of 1600 random tops, of which 536 were chaotic, no regular top was classified as
-        chaotic without doubt. Of the tops classified as regular without doubt, 2 % were in fact
-        chaotic for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000 turns.
+        chaotic without a reason for doubt. Of the tops classified as regular without a reason for
+        doubt, 2 % were in fact chaotic for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000
+        turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""

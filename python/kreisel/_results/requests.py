@@ -81,7 +81,7 @@ def solve_request(
 ) -> Path | None:
     """Return the path of a scene, or None if the arguments must be validated in Python.
 
-    Raises the exception of make_stop_exception if the run fails.
+    Raises the exception returned by make_stop_exception if the run fails.
     """
     names = tuple(want) if type(want) is list else want
     if names is not None and type(names) is not tuple:

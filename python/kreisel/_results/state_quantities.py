@@ -311,17 +311,17 @@ class States(QuantityAttributes):
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
-        The conserved energy is E + step <torque, m> / (2 I1), where I1 is the transverse moment of
-        inertia. The values are NaN unless the body is a Lagrange top. Like `path.step`, the
-        argument `step` is negative if the path runs backwards in time.
+        For a top with the energy E and the transverse moment of inertia I1, the conserved energy is
+        E + step <torque, m> / (2 I1). The values are NaN unless the body is a Lagrange top. Like
+        `path.step`, the argument `step` is negative if the path runs backwards in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
-        The conserved energy differs from E by a constant and by terms of order step^4. The values
-        are NaN if the body is not a Lagrange top, or if the step is too large.
+        The conserved energy differs from the energy E by a constant and by terms of order step^4.
+        The values are NaN if the body is not a Lagrange top, or if the step is too large.
         """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 

@@ -219,7 +219,7 @@ def _estimate_run_time(
 ) -> tuple[float, int]:
     """Return an estimate of the run time [s], and the number of tops used for the estimate.
 
-    A few tops are integrated for a limited number of steps, and the time is extrapolated.
+    A few tops are integrated for a limited number of steps, and the run time is extrapolated.
     """
     if not tops.size or not t.shape[-1]:
         return 0.0, 0

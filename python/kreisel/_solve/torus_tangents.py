@@ -161,7 +161,7 @@ def _subtract_gravities(one: Scene, other: Scene) -> Array:
 
 
 def _compute_rotation_between(one: Array, other: Array) -> Array:
-    """Return the small rotation in the body frame between two attitudes, one per row.
+    """Return the small rotations, in the body frame, between corresponding rows of attitudes.
 
     The result is twice the vector part of the quotient of the two quaternions. For small rotations,
     the result is approximately the rotation vector. The difference of the quaternions is used
