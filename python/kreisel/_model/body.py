@@ -64,8 +64,8 @@ class Body(BodyConstructors):
     The principal moments must be positive, and none may exceed the sum of the other two. The
     condition on the principal moments is checked to a relative tolerance of 1e-12, so plates and
     rods are accepted. If the inertia is a non-diagonal matrix, its least principal moment must
-    exceed 2e-10 times the largest one. Because of rounding, a least moment below this bound would
-    have at most six correct digits.
+    exceed 2e-10 times the largest one, because rounding would leave a smaller moment with at most
+    six correct digits.
 
     Raises TypeError if an argument is not numeric, and ValueError if the values do not describe a
     rigid body. Warns (UserWarning) if no mass distribution has the given inertia about the fixed
@@ -329,7 +329,7 @@ class Body(BodyConstructors):
 
     @cached_property
     def _nearby_integrable_case_message(self) -> str:
-        """Message naming a kind that the body matches only up to 1e-8, or '' if there is none."""
+        """A message naming another kind whose conditions the body meets to within 1e-8, or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0

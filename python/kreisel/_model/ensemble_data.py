@@ -165,7 +165,7 @@ class EnsembleStorage(Batch[S]):
 
     @cached_property
     def _core_scenes(self) -> CoreTops:
-        """The scenes as an array in the memory layout that the C core requires."""
+        """The scenes as an array in the memory layout that the C library requires."""
         shape, held = self.shape, self._columns
         body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
         if isinstance(body, Bodies):

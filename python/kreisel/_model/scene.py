@@ -438,8 +438,7 @@ class Ensemble(EnsembleConstructors[Scene]):
     kr.Scene in the last bit. Values that do not vary are stored only once. Two ensembles are equal
     if all their parameters are equal.
 
-    Raises TypeError and ValueError like Scene; the message gives the index of the first invalid
-    value.
+    Raises the same exceptions as Scene, with the index of the first invalid value in the message.
 
     >>> import kreisel as kr
     >>> body = kr.scenes.thesis.body

@@ -78,7 +78,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def top(self) -> Counts:
         """(e,) the index of the top of each state.
 
-        For e states, the array shape is (e,) for one-dimensional ensembles, else (e, ndim).
+        For e states, the array shape is (e,) for one-dimensional ensembles and (e, ndim) otherwise.
         """
         row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)

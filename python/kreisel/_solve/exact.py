@@ -197,8 +197,7 @@ class Exact(_ClosedFormBase):
     def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         """Return one state per row, or None if the times must be validated in Python.
 
-        Validation is necessary if |t| is not below `most`, or if the C library cannot convert the
-        times.
+        Validation is necessary unless |t| is below `most` and the C library can convert the times.
         """
         return exact_states(self._plan, t, most)
 

@@ -228,7 +228,7 @@ class Run:
         return np.array([self.t, times[-1]])
 
     def _check_run_times(self, times: Array) -> None:
-        """Raise ValueError if the times are not monotonic or too large."""
+        """Raise ValueError if the times are too large or not monotonic."""
         check_times_continue_monotonically(times, self.t, self._back)
         check_resolvable_horizon(self.scene, float(times[-1]), self.step)
 
