@@ -29,7 +29,7 @@ _PLACEHOLDER = np.False_  # represents each member where only shapes matter
 class Batch(Generic[_M]):
     """Base class of ensembles and arrays of bodies, which store their parameters as arrays.
 
-    Each parameter is stored in an array with the shape of the batch, followed by the shape of one
+    Each parameter is stored in an array whose shape is that of the batch, followed by that of one
     value. Values that do not vary along a dimension are stored with stride zero.
     """
 
@@ -168,7 +168,7 @@ class Batch(Generic[_M]):
     def _select_flat_members(
         self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]
     ) -> Self:
-        """Return the batch of the members with the flat indices `order` (in C order)."""
+        """Return the batch of the members whose flat indices, counted in C order, are `order`."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 
@@ -285,7 +285,7 @@ def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
 
 
 def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:
-    """Expand a key that contains one index array, or return None for other keys."""
+    """Return a key with one entry per dimension, or None unless it contains one index array."""
     parts = _expand_index_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1

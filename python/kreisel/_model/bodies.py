@@ -47,10 +47,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
     unphysical    as in Body, a bool or an array
     rotor         (..., 3) angular momentum of rotors relative to the body, as in Body [M L^2 T^-1]
 
-    The other constructors of Body also exist for arrays. Each member is bitwise equal to the
-    kr.Body with the same parameters. `bodies[i]` is a Body; slices, index arrays and masks return
-    Bodies. Raises the same exceptions as Body, with the index of the first invalid member in the
-    message. Warns as Body does.
+    The class methods that construct a Body, such as Body.cone, also exist for arrays. Each member
+    is bitwise equal to the kr.Body with the same parameters. `bodies[i]` is a Body; slices, index
+    arrays and masks return Bodies. Raises the same exceptions as Body, with the index of the first
+    invalid member in the message. Warns as Body does.
 
     >>> import kreisel as kr
     >>> tops = kr.Bodies.cone(radius=[1, 2, 3], height=2, pivot=(0, 0, 0), mass=1)
@@ -99,7 +99,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Validate all parameters and store them as columns.
 
-        Raises the exception of the single-body constructor `make` for the first invalid member.
+        Raises the same exception as the constructor `make` would for the first invalid member.
         """
         slacks = parse_parameter("inertia_rtol", inertia_rtol)
         made = _parse_boolean_column("unphysical", unphysical)
@@ -235,8 +235,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Build an array of bodies from their inertia about the centre of mass (see Body.from_com).
 
-        The inertia [M L^2] is given in the same form as in Bodies. `com` and `pivot` have the shape
-        (..., 3) [L].
+        The inertia [M L^2] is given in the same form as in Bodies. `com` and `pivot` are positions
+        [L] with the shape (..., 3).
         """
         heavy, tensor = (
             parse_parameter("mass", mass),
@@ -352,7 +352,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
 
 def parse_inertia_tensors(name: str, given: object) -> Parameter:
-    """Parse inertia given as moments or, if the last two dimensions have length 3, as matrices.
+    """Parse inertias given as moments, or as matrices if the last two dimensions have length 3.
 
     Raises ValueError for the first matrix that is not symmetric.
     """
@@ -382,7 +382,7 @@ def _check_inertia_matrix(name: str, matrix: object) -> None:
 
 
 def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
-    """Add point masses at the positions `at` to tensors of inertia.
+    """Add the inertia of point masses at the positions `at` to inertia tensors.
 
     The result contains moments of inertia if all tensors are diagonal, and matrices otherwise.
     """

@@ -38,8 +38,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build bodies from their moments of inertia about the centre of mass.
 
-        The centre of mass is on the third axis at `height`. Raises the exception of the single-body
-        constructor `make` for the first invalid member.
+        The centre of mass is on the third axis at `height`. Raises the same exception as the
+        constructor `make` would for the first invalid member.
         """
         raise NotImplementedError
 
@@ -83,7 +83,7 @@ class BodiesConstructors:
     ) -> Self:
         """Build an array of homogeneous cuboids (see Body.cuboid).
 
-        The half-edge lengths `half` and the points `pivot` have the shape (..., 3) [L]. Specify
+        The half-edge lengths `half` and the points `pivot` [L] have the shape (..., 3). Specify
         either `density` [M L^-3], by default 1, or `mass` [M].
 
         >>> import kreisel as kr
@@ -126,7 +126,7 @@ class BodiesConstructors:
     ) -> Self:
         """Build an array of solid cylinders (see Body.cylinder).
 
-        `radius` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Specify
+        `radius` and `height` are lengths [L], and `pivot` [L] has the shape (..., 3). Specify
         either `mass` [M] or `density` [M L^-3].
         """
         r, h = parse_positive("radius", radius), parse_positive("height", height)
@@ -148,8 +148,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build an array of hollow cylinders (see Body.tube).
 
-        `inner` and `outer` are the radii [L], `height` is a length [L], and `pivot` has the shape
-        (..., 3) [L]. Specify either `mass` [M] or `density` [M L^-3].
+        `inner` and `outer` are the radii [L], `height` is a length [L], and `pivot` [L] has the
+        shape (..., 3). Specify either `mass` [M] or `density` [M L^-3].
         """
         hole, r = parse_parameter("inner", inner), parse_positive("outer", outer)
         h = parse_non_negative("height", height)
@@ -167,7 +167,7 @@ class BodiesConstructors:
     def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
         """Build an array of thin disks (see Body.disk).
 
-        `radius` [L] and `mass` [M] are numbers or arrays, and `pivot` has the shape (..., 3) [L].
+        `radius` [L] and `mass` [M] are numbers or arrays, and `pivot` [L] has the shape (..., 3).
         """
         r = parse_positive("radius", radius)
         with np.errstate(all="ignore"):
@@ -178,7 +178,7 @@ class BodiesConstructors:
     def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
         """Build an array of thin rods (see Body.rod).
 
-        `length` [L] and `mass` [M] are numbers or arrays, and `pivot` has the shape (..., 3) [L].
+        `length` [L] and `mass` [M] are numbers or arrays, and `pivot` [L] has the shape (..., 3).
         Raises ValueError if a pivot lies on the axis of its rod, because the moment of inertia
         about this axis is zero.
         """
@@ -199,7 +199,7 @@ class BodiesConstructors:
     ) -> Self:
         """Build an array of solid spheres or thin spherical shells (see Body.sphere).
 
-        `radius` is a length [L], and `pivot` has the shape (..., 3) [L]. Specify either `mass` [M]
+        `radius` is a length [L], and `pivot` [L] has the shape (..., 3). Specify either `mass` [M]
         or `density` [M L^-3].
         """
         r, thin = parse_positive("radius", radius), as_bool("shell", shell)
@@ -219,7 +219,7 @@ class BodiesConstructors:
     ) -> Self:
         """Build an array of solid ellipsoids (see Body.ellipsoid).
 
-        The semi-axes `half` and the points `pivot` have the shape (..., 3) [L]. Specify either
+        The semi-axes `half` and the points `pivot` [L] have the shape (..., 3). Specify either
         `mass` [M] or `density` [M L^-3].
         """
         axes = parse_parameter("half", half, (3,))
@@ -244,7 +244,7 @@ class BodiesConstructors:
     ) -> Self:
         """Build an array of solid cones that stand on their tips (see Body.cone).
 
-        `radius` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Specify
+        `radius` and `height` are lengths [L], and `pivot` [L] has the shape (..., 3). Specify
         either `mass` [M] or `density` [M L^-3].
         """
         r, h = parse_positive("radius", radius), parse_positive("height", height)

@@ -58,19 +58,19 @@ class Body(BodyConstructors):
     unphysical    True to allow an inertia that no distribution of mass has, as in models where only
                   mass * gravity * |com| matters
     rotor         constant angular momentum of rotors relative to the body (a gyrostat), in the
-                  frame of the body [M L^2 T^-1]. The total momentum is J w + rotor. The inertia
-                  includes the rotors, as if they were at rest
+                  frame of the body [M L^2 T^-1]. The total angular momentum is J w + rotor. The
+                  inertia includes the rotors, as if they were at rest
 
     The principal moments must be positive, and none may exceed the sum of the other two. The
     condition on the principal moments is checked to a relative tolerance of 1e-12, so plates and
     rods are accepted. If the inertia is a non-diagonal matrix, its least principal moment must
-    exceed 2e-10 times the largest one. Because of rounding, a smaller moment would have at most six
-    correct digits.
+    exceed 2e-10 times the largest one, because rounding would leave a smaller moment with at most
+    six correct digits.
 
     Raises TypeError if an argument is not numeric, and ValueError if the values do not describe a
     rigid body. Warns (UserWarning) if no mass distribution has the given inertia about the fixed
-    point, unless `unphysical` is True. The attribute `unphysical` is True for every body whose
-    inertia no mass distribution has.
+    point, unless `unphysical` is True. The attribute `unphysical` is True whenever no mass
+    distribution has the inertia of the body.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
@@ -329,7 +329,7 @@ class Body(BodyConstructors):
 
     @cached_property
     def _nearby_integrable_case_message(self) -> str:
-        """Message naming a kind that the body matches only approximately (to 1e-8), or ''."""
+        """A message naming another kind whose conditions the body meets to within 1e-8, or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0
@@ -340,7 +340,7 @@ class Body(BodyConstructors):
 
     @property
     def is_symmetric(self) -> bool:
-        """True if two of the principal moments are equal to a relative tolerance of 7e-15."""
+        """True if two of the principal moments are equal within a relative tolerance of 7e-15."""
         return any(abs(a - b) <= KIND_RTOL * max(a, b) for a, b in combinations(self.moments, 2))
 
 

@@ -1,6 +1,6 @@
 """Broadcasting of parameters to the shape of an ensemble.
 
-A column is an array with the shape of the ensemble, followed by the shape of one value, such as ()
+A column is an array whose shape is that of the ensemble, followed by that of one value, such as ()
 or (3,). Along a dimension in which all values are equal, the stride is zero, so these values are
 stored only once.
 """
@@ -42,7 +42,7 @@ class Parameter(NamedTuple):
 
     @property
     def shape(self) -> Shape:
-        """The shape of the batch described by the values."""
+        """The shape of the values without the dimensions of a single value."""
         return self.values.shape[: self.values.ndim - len(self.value)]
 
     def broadcast_to(self, shape: Shape) -> Array:
@@ -50,7 +50,7 @@ class Parameter(NamedTuple):
         return np.broadcast_to(self.values, shape + self.value)
 
     def raise_error_of_first_bad_value(self, bad: Any, validate: Validator) -> None:
-        """Raise the exception for the first value where `bad` is True, quoting its index."""
+        """Raise the exception of `validate` for the first value marked in `bad`, with its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
             raise self.make_error_at(index, validate)
@@ -72,7 +72,7 @@ def convert_to_python_numbers(value: Any) -> Any:
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
-    """Convert an argument to a parameter with finite values, each of the shape `value`.
+    """Convert an argument to a parameter with finite values, each an array of shape `value`.
 
     An argument that is already a Parameter is returned unchanged. `what` describes the expected
     form in error messages.
@@ -221,7 +221,7 @@ def split_components(values: Array) -> tuple[Array, ...]:
 def compute_vectors_in_blocks(
     compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
 ) -> Array:
-    """Compute vectors of length `width` block by block, so that the data fit into the cache.
+    """Compute vectors of length `width` in blocks that are small enough for the cache.
 
     For each array in `given`, `compute` receives the tuple of its vector components.
     """

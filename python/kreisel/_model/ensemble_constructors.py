@@ -100,7 +100,7 @@ class EnsembleConstructors(EnsembleStorage[S]):
     ) -> Self:
         """Build tops whose Euler angles and rates have already been computed.
 
-        Raises the exception of the single-top constructor `one` for the first invalid member.
+        Raises the same exception as the constructor `one` would for the first invalid member.
         """
         around, columns = parse_environments(environment)
         compute_common_top_shape(body, [*parameters, *around])
@@ -120,7 +120,7 @@ class EnsembleConstructors(EnsembleStorage[S]):
 
     @classmethod
     def _compute_euler_frame_attitudes(cls, body: Body | Bodies) -> Array:
-        """Return the quaternions that correspond to the Euler angles of unrotated bodies."""
+        """Return the quaternions for the Euler angles of bodies aligned with the space frame."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))
@@ -184,7 +184,7 @@ class EnsembleConstructors(EnsembleStorage[S]):
 
 
 def convert_array_to_radians(values: Array, degrees: bool) -> Array:
-    """Convert angles or rates to radians if `degrees` is True, rounded as in math.radians."""
+    """Convert degrees to radians if `degrees` is True, with the same rounding as math.radians."""
     return values * _DEGREE if degrees else values
 
 

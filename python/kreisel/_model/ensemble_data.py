@@ -82,7 +82,7 @@ class EnsembleStorage(Batch[S]):
     ) -> Self:
         """Validate and store the columns of the ensemble.
 
-        Raises the exception of the single-top constructor `one` for the first invalid member.
+        Raises the same exception as the constructor `one` would for the first invalid member.
         """
         shape = compute_common_top_shape(body, parameters)
         for name, held in columns.items():
@@ -165,7 +165,7 @@ class EnsembleStorage(Batch[S]):
 
     @cached_property
     def _core_scenes(self) -> CoreTops:
-        """The scenes as an array in the memory layout that the C core requires."""
+        """The scenes as an array in the memory layout that the C library requires."""
         shape, held = self.shape, self._columns
         body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
@@ -192,7 +192,7 @@ class EnsembleStorage(Batch[S]):
 
     @property
     def body(self) -> Body | Bodies:
-        """The body shared by all members, or bodies with the shape of the ensemble."""
+        """The body shared by all members, or an array of bodies with the shape of the ensemble."""
         return self._bodies
 
     @property
@@ -295,7 +295,7 @@ def make_invalid_member_error(
 
 
 def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Return the parameter that determines the momentum.
+    """Return the one given parameter that determines the initial angular momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
     given.

@@ -91,7 +91,7 @@ def parse_friction(given: object) -> float:
 
 
 def advance_shaking_phase(shaking: Vector, t: float) -> Vector:
-    """Return the `shaking` parameters of a scene that starts at the time `t` of another scene.
+    """Return the `shaking` parameters with the phase advanced to the time `t`.
 
     The phase at `t` is computed in rational arithmetic and rounded once.
     """

@@ -34,12 +34,12 @@ def convert_vector_to_radians(name: str, value: object, degrees: bool) -> Vector
 
 
 def cos(x: R) -> R:
-    """Return the cosine of a float or an array; both give bitwise equal results."""
+    """Return the cosine of a float or an array, with bitwise equal results for both types."""
     return math.cos(x) if isinstance(x, float) else np.asarray(cosine(x))
 
 
 def sin(x: R) -> R:
-    """Return the sine of a float or an array; both give bitwise equal results."""
+    """Return the sine of a float or an array, with bitwise equal results for both types."""
     return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
 
 
@@ -54,8 +54,8 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
     """Compute the attitude of a body from its Euler angles.
 
-    The Euler angles describe a body-fixed frame whose third axis is the apex. `unturned` is the
-    core data of a scene with the unrotated body, and `start` is its initial state.
+    The Euler angles describe a body-fixed frame whose third axis is the apex. `unturned` is the C
+    struct of a scene with the unrotated body, and `start` is its initial state.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]
@@ -149,9 +149,9 @@ def compute_steady_precession_rate(
 
     W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
     and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
-    gravity. The larger root is computed without cancellation, and the smaller one from the product
-    of the roots. Raises ValueError, with the least possible spin in the message, if no steady
-    precession exists.
+    gravity. The larger root of this quadratic equation is computed without cancellation, and the
+    smaller one from the product of the roots. Raises ValueError, with the least possible spin in
+    the message, if no steady precession exists.
     """
     if abs(math.sin(tilt)) < 1e-15:
         return 0.0

@@ -38,7 +38,7 @@ def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
 def compute_momentum_after_body_change(
     old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
 ) -> tuple[Vector, Vector]:
-    """Change the body at constant angular velocity, and return the new momentum.
+    """Return the angular momentum after the body is replaced at constant angular velocity.
 
     The momentum is computed in rational arithmetic and rounded once at the end.
 

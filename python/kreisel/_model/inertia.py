@@ -53,7 +53,7 @@ def principal_moments(tensor: Array) -> list[float]:
 
 
 def make_ill_conditioned_error(tensor: Array) -> ValueError | None:
-    """Return an exception if the least principal moment is smaller than the rounding errors."""
+    """Return a ValueError if the least principal moment is below the rounding errors, else None."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
@@ -66,7 +66,7 @@ def make_ill_conditioned_error(tensor: Array) -> ValueError | None:
 
 
 def describe_triangle_violation(tensor: Array, inertia_rtol: float) -> str:
-    """Return a description of the triangle inequality that the principal moments violate."""
+    """Return a description of the condition that the principal moments of inertia violate."""
     moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:
@@ -78,7 +78,7 @@ def describe_triangle_violation(tensor: Array, inertia_rtol: float) -> str:
 
 
 def describe_unphysical_inertia(mass: float, tensor: Array, com: Vector) -> str:
-    """Return an error message that explains why no mass distribution has the given inertia."""
+    """Return a message that explains why no mass distribution has the given inertia."""
     rest = add_point_mass(tensor, -mass, np.array(com))
     left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (

@@ -173,7 +173,7 @@ class Scene:
 
     @cached_property
     def _rotation_rate(self) -> float:
-        """Estimated angular velocity [T^-1], derived from the momentum or from a pendulum."""
+        """Angular velocity [T^-1], estimated from the momentum and the pendulum frequency."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         amplitude, rate, _ = self.shaking
         weight = self.body.mass * (abs(self.gravity) + abs(amplitude) * rate * rate)
@@ -282,13 +282,14 @@ class Scene:
         """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
 
         The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
-        rates are their time derivatives [T^-1]. Precession is a rotation about e3, nutation is
-        about the line of nodes, and spin is about the apex (the direction of the centre of mass).
-        If the apex is the third axis of the frame of description, the attitude is
+        rates are their time derivatives [T^-1]. Precession, nutation and spin are rotations about
+        e3, the line of nodes and the apex (the direction of the centre of mass), respectively. If
+        the apex is the third axis of the frame of description, the attitude is
 
             Rz(precession) Rx(nutation) Rz(spin).
 
-        For any other apex, the angles describe a body-fixed frame whose third axis is the apex.
+        If the apex is any other direction, the angles describe a body-fixed frame whose third axis
+        is the apex.
 
         degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
                  Scene
@@ -373,11 +374,11 @@ class Scene:
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
         r"""Read a scene from a TOML file, or from TOML text.
 
-        A multi-line str is TOML text; any other argument is a file name. The top-level keys are the
-        parameters of Scene, and the keys of the table [body] are those of Body. Instead of the keys
-        of Scene, a table [from_euler] or [spinning] may give the parameters of the constructor of
-        that name. A table such as [body.cuboid] may likewise replace the keys of Body. Raises
-        ValueError for unknown keys.
+        A str of several lines is parsed as TOML text; any other argument is a file name. The
+        top-level keys are the parameters of Scene, and the keys of the table [body] are those of
+        Body. Instead of the keys of Scene, a table [from_euler] or [spinning] may give the
+        parameters of the constructor of that name. A table such as [body.cuboid] may likewise
+        replace the keys of Body. Raises ValueError for unknown keys.
 
         >>> import kreisel as kr
         >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"
@@ -437,8 +438,7 @@ class Ensemble(EnsembleConstructors[Scene]):
     kr.Scene in the last bit. Values that do not vary are stored only once. Two ensembles are equal
     if all their parameters are equal.
 
-    Raises TypeError and ValueError like Scene; the message gives the index of the first invalid
-    value.
+    Raises the same exceptions as Scene, with the index of the first invalid value in the message.
 
     >>> import kreisel as kr
     >>> body = kr.scenes.thesis.body

@@ -31,7 +31,7 @@ def parse_scene_arguments_in_core(
     attitude: ArrayLike | Rotation | None,
     environment: tuple[object, object, object, object, object],
 ) -> SceneData | None:
-    """Let the core validate plain numbers; return None for arguments that need other checks."""
+    """Validate arguments in the C library, or return None if they must be validated in Python."""
     if len(given) != 1:
         return None
     ((name, value),) = given.items()

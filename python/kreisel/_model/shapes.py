@@ -1,8 +1,8 @@
 """Volume, second moments and centre of mass of homogeneous shapes.
 
 Let s_x, s_y, s_z be the means of x^2, y^2, z^2 over the volume, about the centre of mass. The
-moments of inertia are mass * (s_y + s_z) and its cyclic permutations (Goldstein, Classical
-Mechanics, ch. 5).
+moments of inertia about the centre of mass are then mass * (s_y + s_z) and its cyclic permutations
+(Goldstein, Classical Mechanics, ch. 5).
 """
 
 from __future__ import annotations

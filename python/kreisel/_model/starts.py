@@ -9,8 +9,8 @@ is the amended potential (Smale 1970). For each P with U(P) <= energy, an initia
 any direction of w. The length of w is computed from the energy without cancellation.
 
 Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
-energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are drawn from this
-distribution. The height <apex, P> of the apex is stationary for the two directions of w that are
+energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are uniformly distributed in
+this volume. The height <apex, P> of the apex is stationary for the two directions of w that are
 orthogonal to J^-1 (apex x P).
 """
 
@@ -274,14 +274,14 @@ class _SphereCells(NamedTuple):
     wide: Array
 
     def draw_points_over_cells(self, drawn: Array) -> Array:
-        """Draw uniformly distributed points in the cells, each from three random numbers."""
+        """Draw uniformly distributed points in the cells, using three random numbers per point."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
         return _convert_to_sphere_points(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
     def compute_centres_and_radii(self) -> tuple[Array, Array]:
-        """Return the centre of each cell, and a bound on the angular distance of its points."""
+        """Return each cell's centre, and a bound on its angular distance to points in the cell."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
@@ -328,7 +328,7 @@ def _compute_shortest_rotations(P: Array) -> Array:
 
 
 def _list_sphere_cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
-    """Return the heights and angles of the centres of equally large cells on the sphere."""
+    """Return the heights and azimuths of the centres of cells of equal area on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()

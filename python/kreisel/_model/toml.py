@@ -72,8 +72,8 @@ def call_constructor_with_table(
 ) -> _T:
     """Call the constructor `make` with the entries of a table as keyword arguments.
 
-    Raises ValueError for unknown and missing keys. For each key that belongs to another table,
-    `elsewhere` contains a phrase for the error message. The error message may also suggest the keys
+    Raises ValueError for unknown and missing keys. `elsewhere` maps keys that belong to another
+    table to the phrases that say so in error messages. The error message may also suggest the keys
     in `others`.
     """
     parameters = inspect.signature(make).parameters

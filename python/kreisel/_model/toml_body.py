@@ -19,8 +19,8 @@ def build_body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. The key `rotor` is allowed beside a table of constructor parameters. For each key
-    that belongs to another table, `elsewhere` contains a phrase for the error message.
+    constructor. The key `rotor` is allowed beside a table of constructor parameters. `elsewhere`
+    maps keys that belong to another table to the phrases that say so in error messages.
     """
     words = dict(require_toml_table("body", table))
     if not MAKERS.keys() & words.keys():

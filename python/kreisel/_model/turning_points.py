@@ -36,7 +36,7 @@ class TurningPoints:
 
 
 def build_turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
-    """Build the turning points from the array computed by the core."""
+    """Build the turning points from the array computed by the C library."""
     least, greatest, t_least, t_greatest, spin = (read_only(x.copy()) for x in rows.T[:5])
     motion_type.flags.writeable = False
     return TurningPoints(least, greatest, t_least, t_greatest, spin, motion_type, rows)

@@ -149,8 +149,8 @@ def _compute_varied_spin_start(
 ) -> _Start:
     """Compute the Euler angles and rates for varied values of spin, tilt or precession.
 
-    Parameters that do not vary are taken from the scene. The two flags in `steady` request steady
-    precession and, of its two rates, the faster one.
+    Parameters that do not vary are taken from the scene. The first flag in `steady` requests steady
+    precession, and the second selects the faster of its two rates.
     """
     now = _compute_euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
@@ -262,8 +262,8 @@ def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Arra
 def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
     """Draw n rows of normally distributed numbers; row i depends only on `seed` and `first` + i.
 
-    Each member uses 8 random words of the counter-based generator Philox. The Box-Muller transform
-    converts these words to normally distributed numbers.
+    Each row uses 8 random 64-bit integers from the counter-based generator Philox. The Box-Muller
+    transform converts these integers to normally distributed numbers.
     """
     drawn = np.empty((n, _DRAWS))
     philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # each count gives 4 words

@@ -1,4 +1,4 @@
-"""Functions that compute the motion of a single scene in the core."""
+"""Functions that compute the motion of a single scene by calling the C library."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class RunStart(NamedTuple):
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Return a JSON representation of the origin, or None for the default origin."""
+        """Return the start of the run as a JSON value, or None for the default start."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
     def from_json(cls, value: object) -> RunStart:
-        """Build an origin from its JSON representation. Raises TypeError or ValueError."""
+        """Build the start of a run from its JSON value. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
         if not isinstance(value, list) or len(value) != 2:
@@ -94,9 +94,9 @@ def record_states_at_unordered_times(
 def make_run_creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
-    """Return the exception that explains why the core cannot start a run.
+    """Return the exception that explains why the C library cannot start a run.
 
-    If `step` is too large, the message suggests a smaller step that the core accepts.
+    If `step` is too large, the message suggests a smaller step that the C library accepts.
     """
     if status == "ERR_METHOD" and has_torus_closed_form(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")

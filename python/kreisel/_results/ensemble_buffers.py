@@ -183,7 +183,7 @@ class EnsembleBuffers:
 class SliceRunner(NamedTuple):
     """A function that computes the motions of a slice of an ensemble.
 
-    `is_native` is True if the core itself distributes the tops over threads.
+    `is_native` is True if the C library distributes the tops over threads.
     """
 
     run: Callable[[EnsembleBuffers, EnsembleOptions, Ensemble, int, int, Array, Work | None], Any]

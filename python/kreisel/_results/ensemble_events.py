@@ -1,4 +1,4 @@
-"""Events that occurred during the runs of the tops of an ensemble."""
+"""Events that occurred while the motions of an ensemble were computed."""
 
 from __future__ import annotations
 

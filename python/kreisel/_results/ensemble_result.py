@@ -77,7 +77,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def step(self) -> float | None:
-        """The absolute step size [T], or None if the method has no steps or chose them itself."""
+        """The magnitude of the step size [T], or None if the method has none or chose it itself."""
         return self._options.solve.step
 
     @property
@@ -122,7 +122,7 @@ class EnsembleResult(ReadOnlyArrays):
     def failed(self) -> npt.NDArray[np.intp]:
         """(f,) the indices of the tops that did not reach their last time.
 
-        Unless the ensemble is one-dimensional, the shape is (f, dimensions) for f failed tops.
+        For f failed tops, the shape is (f,) for one-dimensional ensembles and (f, ndim) otherwise.
         """
         found = np.argwhere(self.status)
         return found[:, 0] if self.ndim == 1 else found
@@ -170,8 +170,8 @@ class EnsembleResult(ReadOnlyArrays):
         """Return this result if every top reached its final time.
 
         Raises kreisel.Error for the first top that did not reach its final time. The error message
-        states the index of the failed top and the number of all failed tops. The exception has the
-        attributes `path`, the path of the failed top, and `paths`, this result.
+        states the index of the failed top and the number of all failed tops. The attribute `path`
+        of the exception is the path of the failed top, and `paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:

@@ -148,7 +148,7 @@ def build_parameter_variables(tops: Ensemble) -> dict[str, Variable]:
 
 
 def list_values_per_top(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
-    """Broadcast values to the ensemble, and return a list with one value per top.
+    """Broadcast values to the ensemble's shape, and return a list with one value per top.
 
     Vector values are returned as tuples.
     """

@@ -96,7 +96,7 @@ def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
 
     Each column is divided by the relative rounding error. For at most 16 digits, the rounding error
     of the momentum is proportional to the largest moment of inertia and the estimated angular
-    velocity. For more digits, the core stores the momentum in the frame of the body. With the
+    velocity. For more digits, the C library stores the momentum in the frame of the body. With the
     momentum in the body frame, rounding the attitude also rotates the momentum, and each component
     has its own rounding error.
     """
@@ -113,7 +113,7 @@ def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
 def _compute_rounding_rotations(scene: Scene) -> Array:
     """Return the rotation vectors [rad], in the body frame, that result from rounding the attitude.
 
-    The core stores the attitude of the principal axes as a quaternion. Each component of the
+    The C library stores the attitude of the principal axes as a quaternion. Each component of the
     quaternion is a sum of products, each of which has a relative rounding error.
     """
     axes = scene.body.axes
@@ -142,8 +142,8 @@ def estimate_rounding_growth(
     estimate is based on tangents from the Taylor series, regardless of the method that computed the
     path. For at most 16 digits, the largest amplification of any single rounding error is returned.
     For more digits, all rounding errors are combined as if they were independent. The amplification
-    is infinite if a tangent overflows. Returns the core result of the run used for the estimate,
-    and the amplification. If the run fails, the states after the failure are missing.
+    is infinite if a tangent overflows. Returns the result of the run used for the estimate, and the
+    amplification. If the run fails, the states after the failure are missing.
     """
     directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0

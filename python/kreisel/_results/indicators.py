@@ -1,6 +1,6 @@
 """Chaos indicators, computed from the growth of one tangent vector per top of an ensemble.
 
-The thresholds were determined by counting misclassifications in
+The thresholds for classifying motions were determined by counting misclassifications in
 validation/studies/chaos_verdicts.py.
 """
 
@@ -101,7 +101,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno` (4) above which a motion is classified as chaotic.
+        """The value of `final_megno`, namely 4, above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
         of the Lyapunov exponent and t. All indicators use MEGNO to classify motions. Source:
@@ -132,8 +132,9 @@ class Indicator(ReadOnlyArrays):
         - fewer than 100 turns, unless the motion is chaotic.
 
         In a study of 1600 random tops, of which 536 were chaotic, no regular top was classified as
-        chaotic without doubt. Of the tops classified as regular without doubt, 2 % were in fact
-        chaotic for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000 turns.
+        chaotic without a reason for doubt. Of the tops classified as regular without a reason for
+        doubt, 2 % were in fact chaotic for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000
+        turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""

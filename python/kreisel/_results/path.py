@@ -188,9 +188,8 @@ class Path(ReadOnlyArrays, Tables):
             >>> path([2.5, 1.0]).t.tolist()
             [2.5, 1.0]
 
-        The motion is computed again from its initial state, except that closed forms are evaluated
-        directly. The returned path contains the quantities in `want`, but neither events nor
-        tangents.
+        Closed forms are evaluated directly; any other motion is computed again from its initial
+        state. The returned path contains the quantities in `want`, but neither events nor tangents.
 
         Raises ValueError for times outside the range of the path. Raises ValueError for the path of
         a kreisel.ExactMap, which is defined only at whole steps of the method. Raises kreisel.Error
@@ -421,7 +420,7 @@ class RunStop(BaseException):
 
 
 class Error(RunStop, RuntimeError):
-    """Exception for a failed run, with the computed states in `.path` and a name in `.status`."""
+    """Exception for a failed run; `path` contains the valid states, and `status` is the reason."""
 
     __module__ = "kreisel"  # a traceback then shows the public name
 
@@ -451,7 +450,7 @@ def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
 def build_path_from_core_result(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
-    """Build a path from a result of the core."""
+    """Build a path from a result of the C library."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     stats, options = Stats(*counts), options.options_without_run_arguments
@@ -461,7 +460,7 @@ def build_path_from_core_result(
 def build_path_or_raise(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
-    """Build a path from a result of the core, and reduce it to the requested quantities.
+    """Build a path with the requested quantities from a result of the C library.
 
     If the status of the result is not 'OK', the exception given by make_stop_exception is raised.
     """

@@ -63,7 +63,7 @@ class Reductions(EnsembleResult):
     @overload
     def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
-        """Return the reductions of the quantity `key`, or those of the tops selected by `key`.
+        """Return the reductions of a quantity by its name, or those of the tops that `key` selects.
 
         The reductions of a quantity are a mapping from the kind of reduction, such as 'min', to an
         array.

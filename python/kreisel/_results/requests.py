@@ -43,7 +43,7 @@ def build_request_from_arguments(
 
 
 def build_request_from_options(options: SolveOptions) -> Request | None:
-    """Return a request for the options, or None if they require more than one call of the core."""
+    """Return a request for the options, or None if one call of the C library does not suffice."""
     if options.error is not None or options.has_events or options.tangents:
         return None
     own = options.step, options.tol, options.digits, options.max_steps
@@ -81,7 +81,7 @@ def solve_request(
 ) -> Path | None:
     """Return the path of a scene, or None if the arguments must be validated in Python.
 
-    Raises the exception of make_stop_exception if the run fails.
+    Raises the exception returned by make_stop_exception if the run fails.
     """
     names = tuple(want) if type(want) is list else want
     if names is not None and type(names) is not tuple:

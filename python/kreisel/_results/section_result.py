@@ -68,7 +68,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Select the entries that contain states from `rows`, an array of shape (tops, n, ...)."""
+        """Return the entries of `rows`, of shape (tops, n, ...), that belong to found states."""
         whole = bool(self._found_state_mask.all())
         return read_only(
             rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found_state_mask]
@@ -78,7 +78,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def top(self) -> Counts:
         """(e,) the index of the top of each state.
 
-        Unless the ensemble is one-dimensional, the shape is (e, dimensions) for e states.
+        For e states, the array shape is (e,) for one-dimensional ensembles and (e, ndim) otherwise.
         """
         row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
@@ -133,8 +133,8 @@ class Section(EnsembleResult, QuantityAttributes):
             >>> axes.get_xlabel(), axes.get_ylabel()
             ('spin angle [°]', 'apex z')
 
-        Raises ValueError for an unknown name or an indicator of a different shape, and ImportError
-        if matplotlib is not installed.
+        Raises ValueError for an unknown name, or for an indicator whose shape differs from that of
+        the section. Raises ImportError if matplotlib is not installed.
         """
         if indicator is not None:
             check_type("indicator", indicator, Indicator)

@@ -162,7 +162,7 @@ class States(QuantityAttributes):
     def q_low(self) -> Array:
         """(n, 4) low words of q: the sum q + q_low has the requested digits.
 
-        The low-order words are zero if at most 16 digits were requested.
+        The low-order words of q are zero if at most 16 digits were requested.
         """
         return self._select_low_words("q")
 
@@ -182,8 +182,8 @@ class States(QuantityAttributes):
     def tangents(self) -> Array:
         """(n, 6, c) derivatives of the states, if solve was called with `tangents`.
 
-        The first three rows are changes of attitude, expressed as rotation vectors in the body
-        frame [rad]. The other three rows are changes of momentum in space [M L^2 T^-1].
+        The first three rows of each matrix are changes of attitude, expressed as rotation vectors
+        in the body frame [rad]. The other three rows are changes of momentum in space [M L^2 T^-1].
 
         If "start" was requested, the first six columns are the derivatives with respect to the
         initial state; at t = 0, they form an identity matrix. The requested derivatives with
@@ -198,7 +198,7 @@ class States(QuantityAttributes):
     def tangents_low(self) -> Array:
         """(n, 6, c) low words of the tangents.
 
-        The low-order words are zero if at most 16 digits were requested.
+        The low-order words of the tangents are zero if at most 16 digits were requested.
         """
         return self._get_tangents_or_raise().low
 
@@ -219,9 +219,9 @@ class States(QuantityAttributes):
     def conditioning(self) -> Array:
         """(n,) a bound on the change of attitude if each number of the scene is rounded [rad].
 
-        The bound assumes that each number is rounded once, with a relative error of at most 2^-53.
-        Raises AttributeError unless the path stores the tangents with respect to every parameter
-        that is not zero.
+        The bound assumes that each number that defines the scene is rounded once, with a relative
+        error of at most 2^-53. Raises AttributeError unless the path stores the tangents with
+        respect to every parameter that is not zero.
         """
         return self._get_tangents_or_raise().conditioning(self.scene)
 
@@ -238,8 +238,8 @@ class States(QuantityAttributes):
         quantity depends on the direction of the apex. The functions `kowalewski` and
         `goryachev_chaplygin` are conserved only for special bodies. Derivatives of `kowalewski` and
         `goryachev_chaplygin` are NaN for parameters whose variation violates the conditions on the
-        body. The conditions are violated by variations of the moments of inertia, and of com along
-        the axis of the unequal moment.
+        body. The conditions are violated by variations of the moments of inertia, and by variations
+        of com along the principal axis whose moment differs from the other two.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -311,17 +311,17 @@ class States(QuantityAttributes):
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
-        The conserved energy is E + step <torque, m> / (2 I1), where I1 is the transverse moment of
-        inertia. The values are NaN unless the body is a Lagrange top. Like `path.step`, the
-        argument `step` is negative if the path runs backwards in time.
+        For a top with the energy E and the transverse moment of inertia I1, the conserved energy is
+        E + step <torque, m> / (2 I1). The values are NaN unless the body is a Lagrange top. Like
+        `path.step`, the argument `step` is negative if the path runs backwards in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
-        The conserved energy differs from E by a constant and by terms of order step^4. The values
-        are NaN if the body is not a Lagrange top, or if the step is too large.
+        The conserved energy differs from the energy E by a constant and by terms of order step^4.
+        The values are NaN if the body is not a Lagrange top, or if the step is too large.
         """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 

@@ -50,8 +50,8 @@ def compute_quantity_rows(
 ) -> QuantityRows:
     """Return the requested quantities with their values at all states.
 
-    If `names` is empty, all quantities that the path stores are returned. The dimension of an angle
-    is either 'rad' or 'deg'.
+    If `names` is empty, all quantities that the path stores are returned. The unit of an angle,
+    'rad' or 'deg', is stored as its dimension.
     """
     in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []

@@ -27,8 +27,8 @@ class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
     The truncation error is the largest magnitude among the last retained terms of the Taylor
-    series. `by` lists the parameters with respect to which the derivatives are taken, in the core's
-    order.
+    series. `by` lists the parameters with respect to which the derivatives are taken, in the order
+    of the C library.
     """
 
     high: Array
@@ -40,7 +40,7 @@ class TangentData(NamedTuple):
     def from_flat_arrays(
         cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
     ) -> TangentData:
-        """Build a TangentData object from flat arrays returned by the core."""
+        """Build a TangentData object from flat arrays returned by the C library."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
         return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
@@ -51,7 +51,7 @@ class TangentData(NamedTuple):
 
     @property
     def parameter_bit_mask(self) -> int:
-        """The bit mask that represents the parameters in the core."""
+        """The bit mask that represents the parameters in the C library."""
         return sum(TANGENTS[name][0] for name in self.by)
 
     def conditioning(self, scene: Scene) -> Array:
@@ -71,7 +71,7 @@ class TangentData(NamedTuple):
 
 
 def collect_scene_numbers(scene: Scene) -> dict[str, tuple[float, ...]]:
-    """Return the numbers that define a scene, by the name of the tangents with respect to them."""
+    """Return the numbers that define a scene in a dictionary with the keys used for tangents."""
     return {
         # a change of a unit quaternion rotates by twice its size
         "start": (2.0, 2.0, 2.0, *scene.momentum),

@@ -13,8 +13,8 @@ def estimate_times_per_turn(tops: Ensemble) -> Array:
 
     The time is 2 pi / w, where w is the larger of the angular velocity (|m| + |h|) / I and the
     pendulum frequency sqrt(mass |gravity| |com| / I). Here, I is the largest moment of inertia, and
-    h the angular momentum of the rotor. The value of gravity includes the largest acceleration of a
-    shaken support. For a free top at rest, the time is defined as 1.
+    h the angular momentum of the rotor. For a shaken support, its largest acceleration is added to
+    |gravity|. For a free top at rest, the time is defined as 1.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

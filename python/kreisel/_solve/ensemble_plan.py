@@ -182,7 +182,7 @@ def _make_ensemble_plan(
 
 
 def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
-    """Return the numbers of tops solved in closed form and integrated by vector instructions."""
+    """Return the numbers of tops evaluated in closed form and of tops integrated in SIMD lanes."""
     if options.solve.method.exact:
         return tops.size, 0
     if options.uses_one_run_per_top or options.solve.method.name != FALLBACK:
@@ -219,7 +219,7 @@ def _estimate_run_time(
 ) -> tuple[float, int]:
     """Return an estimate of the run time [s], and the number of tops used for the estimate.
 
-    A few tops are integrated for a limited number of steps, and the time is extrapolated.
+    A few tops are integrated for a limited number of steps, and the run time is extrapolated.
     """
     if not tops.size or not t.shape[-1]:
         return 0.0, 0

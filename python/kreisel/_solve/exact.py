@@ -161,7 +161,7 @@ class Exact(_ClosedFormBase):
 
         - Without torque, the name is 'circle' or 'resting'.
 
-        Numbers are considered equal if they differ by at most 1e-12.
+        In this classification, values are considered equal if they differ by at most 1e-12.
         """
         return str(self._turning_points.motion_type[0])
 
@@ -197,8 +197,7 @@ class Exact(_ClosedFormBase):
     def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         """Return one state per row, or None if the times must be validated in Python.
 
-        Validation is necessary if |t| is not below `most`, or if the C library cannot convert the
-        times.
+        Validation is necessary unless |t| is below `most` and the C library can convert the times.
         """
         return exact_states(self._plan, t, most)
 
@@ -232,7 +231,7 @@ class ExactTorus(Exact):
 
     Raises ValueError for a parameter for which tangents cannot be computed. Also raises ValueError
     for times at which the top has turned by more than 1e9 rad. Raises ValueError if a neighbouring
-    motion required for a difference has no closed-form solution.
+    motion required for a finite difference has no closed-form solution.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -277,7 +276,7 @@ class ExactTorus(Exact):
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
     def find_quasi_periods(self, n: int = 4) -> Array:
-        """Return `n` times at which the body returns ever closer to its initial state.
+        """Return `n` quasi-periods, after which the body is ever closer to its initial state.
 
         The times are returned in an array of shape (n, 3). Each row contains the numbers of turns
         of the two angles on the torus, and the time [T]. Both numbers of turns are integers, and

@@ -107,9 +107,10 @@ class ExactEnsemble:
     def _compute_closed_form_states(self, t: Array) -> Array:
         """Return the states at the given times, as an array of shape (n, k, 8).
 
-        A run of the ensemble is faster if the times are monotonic and on one side of 0. At time 0,
-        a run returns the initial state without evaluating the closed form. Closed forms on a torus
-        are evaluated directly, because the rounding errors of a run are slightly different.
+        A run of the ensemble is faster than direct evaluation, but requires times that are
+        monotonic and on one side of 0. At time 0, a run returns the initial state without
+        evaluating the closed form. Closed forms on a torus are evaluated directly, because the
+        rounding errors of a run are slightly different.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
@@ -126,7 +127,7 @@ class ExactEnsemble:
         return states
 
     def _check_resolvable_attitudes(self, times: Array) -> None:
-        """Raise ValueError if double precision does not suffice at one of the given times."""
+        """Raise ValueError if double precision cannot resolve the attitude at one of the times."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)

@@ -89,8 +89,8 @@ class Run:
     t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
 
-    run.push, run.reset and run.change change the motion at the present time t. After a change, a
-    new motion starts from the present state, but the time continues.
+    run.push, run.reset and run.change change the motion at the present time t. Each change starts a
+    new motion from the present state without resetting the time.
 
     - run.scene is the present state, and run.start_time its time. The energy and
       the error of a path refer to the scene for which the path was computed.
@@ -228,7 +228,7 @@ class Run:
         return np.array([self.t, times[-1]])
 
     def _check_run_times(self, times: Array) -> None:
-        """Raise ValueError if the times are not monotonic or too large."""
+        """Raise ValueError if the times are too large or not monotonic."""
         check_times_continue_monotonically(times, self.t, self._back)
         check_resolvable_horizon(self.scene, float(times[-1]), self.step)
 
@@ -369,7 +369,7 @@ class Run:
     def _restart(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
         """Start a new motion from `scene` at the time of the state `now`.
 
-        The digits beyond double precision are taken from `now`, unless `momentum_low` is given.
+        The low-order words of the momentum are `momentum_low` or, if it is None, those of `now`.
         """
         resolve_method(self.method, scene)
         check_resolvable_horizon(scene, now.t, self.step)
@@ -390,7 +390,7 @@ class Run:
 
     @property
     def start_time(self) -> float:
-        """The start time of the motion [T]: 0, or the time of the last change."""
+        """The start time of the motion [T]: 0, or the time of the last push, reset or change."""
         return self._origin.begin
 
     @property
@@ -589,7 +589,7 @@ def parse_run_options(
     events: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the options of a run. If events are requested, 'auto' selects the Taylor series."""
+    """Return the validated options for a run. With events, 'auto' selects the Taylor series."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return parse_solve_options(scene, method, *controls)

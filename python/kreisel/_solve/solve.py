@@ -184,7 +184,7 @@ def _parse_tangents_events_geometric(
     tangents: TangentSpec | None,
     others: dict[str, object],
 ) -> SolveOptions:
-    """Return the validated options if tangents, events or method='geometric' are requested.
+    """Return the validated options for tangents, events or method='geometric'.
 
     Raises TypeError or ValueError if an argument is invalid, or if an argument in `others` is
     given.

@@ -120,7 +120,7 @@ def solve_ensemble(
 
 
 def select_slice_runner(options: EnsembleOptions) -> SliceRunner:
-    """Return the function that computes slices of an ensemble."""
+    """Return the function that computes the motions of a slice of an ensemble."""
     if options.has_step_search:
         return STEP_SEARCH
     return SCALAR if options.uses_one_run_per_top else LANES
@@ -168,7 +168,10 @@ def _solve_ensemble_in_batches(
 def parse_ensemble_arguments(
     tops: Ensemble, method: str, arguments: SolveArguments
 ) -> EnsembleOptions:
-    """Return the options of an ensemble. Raises TypeError or ValueError for an invalid argument."""
+    """Validate the arguments for solving an ensemble, and return the options.
+
+    Raises TypeError or ValueError for an invalid argument.
+    """
     if isinstance(method, str) and method == GEOMETRIC:
         excluded = arguments._asdict()
         error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))

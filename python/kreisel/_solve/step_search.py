@@ -155,7 +155,7 @@ class StepSearch:
         """Return the options for computing the reference solution.
 
         The reference is the closed-form solution, if it exists and its rounding errors are far
-        below the tolerance. Otherwise, the reference is a Taylor series that is computed with more
+        below the tolerance. Otherwise, the reference is a Taylor series that is computed with 20
         digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target

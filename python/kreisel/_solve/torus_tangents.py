@@ -156,12 +156,12 @@ def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
 
 
 def _subtract_gravities(one: Scene, other: Scene) -> Array:
-    """Return the difference between the gravities of two scenes."""
+    """Return the difference in gravitational acceleration between two scenes."""
     return np.array([other.gravity - one.gravity])
 
 
 def _compute_rotation_between(one: Array, other: Array) -> Array:
-    """Return the small rotation in the body frame between two attitudes, one per row.
+    """Return the small rotations, in the body frame, between corresponding rows of attitudes.
 
     The result is twice the vector part of the quotient of the two quaternions. For small rotations,
     the result is approximately the rotation vector. The difference of the quaternions is used
@@ -176,7 +176,7 @@ def _compute_rotation_between(one: Array, other: Array) -> Array:
 def _differentiate_states(
     scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
-    """Return the tangents of a group of columns, and their largest relative error."""
+    """Return one group of columns of the tangent matrix, and their largest relative error."""
     turned = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
@@ -236,7 +236,7 @@ def _central_difference(
 ) -> tuple[Array, Array]:
     """Return central differences of order 8, and their relative difference from those of order 6.
 
-    Relative differences refer to the norm of a tangent in scaled units, or to 1 if the norm is
+    Each difference is divided by the dimensionless norm of the tangent, or by 1 if the norm is
     smaller.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
