@@ -164,8 +164,8 @@ class Fit(ReadOnlyArrays):
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n random scenes, drawn with the covariance of the fit.
 
-        Parameters do not vary along directions that the data do not determine. Moments of inertia,
-        damping and friction are clipped to their bounds.
+        The random scenes do not differ along directions in parameter space that the data do not
+        determine. Moments of inertia, damping and friction are clipped to their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw_parameter_changes(np.random.default_rng(key), count)

@@ -365,7 +365,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _make_shaking_rate_positive(self, shaking: Array, before: FitPoint) -> Array:
-        """Return equivalent shaking whose rate is positive and whose amplitude keeps its sign."""
+        """Return the shaking parameters with a positive rate and the amplitude's initial sign."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -507,8 +507,8 @@ class Parameters:
     ) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.
 
-        The last item is the (size, size) Jacobian matrix of the values with respect to a parameter
-        step.
+        The last item returned is the Jacobian matrix, of shape (size, size), of the values with
+        respect to a parameter step.
         """
         names: list[str] = []
         units: list[str] = []
