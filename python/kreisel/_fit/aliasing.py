@@ -23,10 +23,10 @@ def list_alternative_spins(
 ) -> list[FitPoint]:
     """Return the parameters of motions that differ from `point` by one turn between two samples.
 
-    Returns an empty list if the body rotates too slowly to be ambiguous. If the given motion has
-    fewer than two samples per turn, the list also contains a faster rotation in the same direction.
-    If the moments of inertia are free, the list also contains motions with the same angular
-    momentum but a different moment of inertia.
+    Returns an empty list if the body rotates so slowly that its motion is unambiguous. If the given
+    motion has fewer than two samples per turn, the list also contains a faster rotation in the same
+    direction. If the moments of inertia are free, the list also contains motions with the same
+    angular momentum but a different moment of inertia.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)

@@ -67,7 +67,7 @@ class Guess(NamedTuple):
 
 
 class _LinearSolution(NamedTuple):
-    """Solution of the linear equations, up to a factor common to all fields except the vertical."""
+    """Solution of the momentum equation, up to a factor common to all fields but the vertical."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -77,7 +77,7 @@ class _LinearSolution(NamedTuple):
 
 
 class _EnergyLossTypes(NamedTuple):
-    """The types of energy loss included in the linear equations."""
+    """The types of energy loss that are included in the momentum equation."""
 
     is_damped: bool
     is_rubbed: bool
@@ -278,7 +278,7 @@ def _list_coefficient_columns(
 
 
 def _select_support_velocity(motion: MotionSamples, base: FitPoint) -> Array:
-    """Return the part of the support's angular velocity that is used in the linear equations.
+    """Return the part of the support's angular velocity that is used in the momentum equation.
 
     The components are zero if the motion is relative to the inertial frame.
     """

@@ -48,7 +48,7 @@ class MotionSamples(NamedTuple):
     is_at_rest: bool = False
 
     def select_first_samples(self, count: int) -> MotionSamples:
-        """Return the first `count` samples."""
+        """Return the first `count` samples of the motion."""
         t, attitude, rate = self.t[:count], self.attitude[:count], self.rate[:count]
         return self._replace(t=t, attitude=attitude, rate=rate)
 
@@ -205,7 +205,7 @@ def _reconstruct_motion_from_gyroscope(
 
 
 def _find_measured_vertical_near_time(t: Array, series: Series, since: Array) -> Array | None:
-    """Return the measured vertical that is nearest in time to the first element of `since`."""
+    """Return the measured vertical nearest in time to `since[0]`, or None if there is none."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:
         return None

@@ -138,7 +138,7 @@ class ShootingModel:
         return SegmentStartStates(tuple(points))
 
     def start_on_motion(self, point: FitPoint) -> SegmentStartStates:
-        """Take the initial states of all segments from the motion computed from `point`."""
+        """Set the initial states of all segments to states of the motion that starts at `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):

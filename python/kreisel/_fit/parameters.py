@@ -218,7 +218,7 @@ def _is_physical(point: FitPoint) -> bool:
 
 
 def parse_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Return the free parameter blocks in a fixed order; "start" means attitude and velocity."""
+    """Return the free parameters in a fixed order; "start" stands for attitude and velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
@@ -313,7 +313,7 @@ class Parameters:
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
     def _add_instrument_parameters(self, name: str, i: int, record: Record) -> dict[Key, Array]:
-        """Add the parameters of an instrument, and return their initial values."""
+        """Add parameters of an instrument to the fit, and return their initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
             self._add_parameter_columns(key, 3 if name == "mounting" else 1)

@@ -254,7 +254,7 @@ class SearchSession:
         return self._fit_point_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
 
     def _measure_misfit(self) -> float:
-        """Return chi2 per degree of freedom or, for the soft loss, a median-based estimate."""
+        """Return chi2 per degree of freedom, estimated from the median for the soft loss."""
         if self.best is None:
             return np.inf
         if self.loss == "linear":
@@ -283,7 +283,7 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def measure_residual_excess(self) -> float:
-        """Return the typical residual of a soft-loss fit relative to sigma, or 0 if plausible."""
+        """Return the residual size relative to sigma if a soft-loss fit is implausible, else 0."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
@@ -455,7 +455,7 @@ class SearchSession:
         return until, compute_cost(found.residuals, "soft")
 
     def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Use multiple shooting with `least` or more segments; store a much better solution."""
+        """Try multiple shooting with `least` or more segments; store a much better solution."""
         for guess in guesses:
             count = pieces or choose_segment_count(guess.point, self.records)
             if count < least or guess.motion is None:

@@ -130,7 +130,7 @@ def draw_indicator_map(
 
 
 def _get_varied_axis_name_and_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
-    """Return the name of a parameter and its values."""
+    """Return the name and the values of the parameter that varies along a dimension."""
     name, n = tops.axes[dimension], tops.shape[dimension]
     values: Any = tops.coords.get(name)
     if values is not None and np.size(values) == n:
