@@ -149,7 +149,7 @@ class Apex:
         ]
 
     def _select_four_nearest_samples(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return four consecutive times around t[i], and the corresponding values."""
+        """Return four consecutive times around t[i], and the values at these times."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 

@@ -61,7 +61,7 @@ class ApexTrace(NamedTuple):
 
 
 def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
-    """Return the motions determined by the records, starting with the most complete one."""
+    """Return the motions that the records determine, with the most complete motion first."""
     turned = rotation_matrix(point.axes)
     made: list[MotionSamples] = []
     for record in records:
