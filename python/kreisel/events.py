@@ -178,7 +178,7 @@ def loop(**more: Unpack[_More]) -> Event:
     """Find the points at which the apex reverses its precession about the vertical.
 
     A trace with loops has two reversals per loop, whereas a wavy trace has none. At a cusp, the
-    precession rate touches zero. Because of small errors of the path, a cusp may appear as a small
+    precession rate touches zero. Because of small errors in the path, a cusp may appear as a small
     loop or not at all. The arguments are the same as for kreisel.events.crossing.
     """
     return crossing(_PRECESSION, **more)

@@ -35,7 +35,7 @@ class Nutation(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Apex:
-    """The trace of the apex: n points on the unit sphere.
+    """The trace of the apex on the unit sphere, sampled at n times.
 
     t      (n,) times [T]
     trace  (n, 3) unit vectors from the fixed point towards the centre of mass
@@ -65,8 +65,8 @@ class Apex:
     def azimuth(self) -> Array:
         """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
 
-        The azimuth is undefined where the trace passes through the vertical. After each passage
-        through the vertical, the azimuth is known only up to multiples of 2 pi.
+        The azimuth of the apex is undefined where the trace passes through the vertical. After each
+        passage of the apex through the vertical, the azimuth is known only up to multiples of 2 pi.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
@@ -75,10 +75,10 @@ class Apex:
 
         The averages are taken over the interval from the first to the last minimum of the apex
         height. The function kreisel.exact computes the same values directly from a scene. The
-        minima and maxima of the height are found by cubic interpolation between the states. The
-        averages are accurate to four digits for 50 states per nutation period, and to seven digits
-        for 400 states. If the height varies by less than 1e-9, the motion is a steady precession
-        and the period is NaN.
+        minima and maxima of the apex height are found by cubic interpolation between the states of
+        the path. The averages are accurate to four digits for 50 states per nutation period, and to
+        seven digits for 400 states. If the apex height varies by less than 1e-9, the motion counts
+        as a steady precession, and the nutation period is NaN.
 
         Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
         raises ValueError if the path contains no complete nutation period, or fewer than four
@@ -149,7 +149,7 @@ class Apex:
         ]
 
     def _select_four_nearest_samples(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return four consecutive times around t[i], and the corresponding values."""
+        """Return four consecutive times around t[i], and the values at these times."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
@@ -191,7 +191,7 @@ def _interpolate_polynomial(t: Array, values: Array, at: float) -> float:
 
 
 def _find_zero_of_interpolant(t: Array, values: Array) -> float:
-    """Return the point at which an interpolating polynomial changes from negative to positive."""
+    """Return the time at which an interpolating polynomial changes from negative to positive."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):

@@ -118,7 +118,7 @@ def _parse_steps_or_tols(name: str, given: Iterable[float]) -> list[float]:
 
 @dataclass
 class _TimedMethodRun:
-    """A run of one method that is repeated to measure its run time."""
+    """A run of one method, repeated several times to measure the run time."""
 
     scene: Scene
     t: Numbers

@@ -56,6 +56,6 @@ def _restrict_paths_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
 
 
 def _get_attitudes_with_low_words(path: Path) -> tuple[Array, Array]:
-    """Return the attitudes along a path, and their digits beyond double precision."""
+    """Return the attitudes along a path, and their low-order parts (beyond double precision)."""
     has_low = path.want is None or "q_low" in path.want
     return path.q, path.q_low if has_low else np.zeros_like(path.q)

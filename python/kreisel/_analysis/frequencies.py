@@ -4,12 +4,13 @@ For an axis of the body, usually the apex, let
     z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
-For a regular motion, each of the signals z, u and h is a sum of spectral lines a exp(i f t) with
-amplitude a and frequency f. The frequencies of the signal h are integer multiples of the nutation
-frequency v. The frequencies of the signal z differ from the mean precession rate by integer
-multiples of v. The frequencies of the signal u differ from the mean spin rate by integer multiples
-of v. The strongest spectral line is located at the maximum of the Fourier transform of the windowed
-signal. Each spectral line is subtracted from the signal before the next one is sought.
+For a regular motion, z, u and h as functions of time are sums of spectral lines a exp(i f t), each
+with an amplitude a and a frequency f. The frequencies in the signal h are integer multiples of the
+nutation frequency v. The frequencies in the signal z differ from the mean precession rate by
+integer multiples of the nutation frequency v. The frequencies in the signal u differ from the mean
+spin rate by integer multiples of the nutation frequency v. The strongest spectral line is located
+at the maximum of the Fourier transform of the windowed signal. Each spectral line is subtracted
+from the signal before the next one is sought.
 
 Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
 The signal is multiplied by a Kaiser window, whose side lobes are at the level of rounding errors.
@@ -182,7 +183,7 @@ def _refuse_varying_support(scene: Scene) -> None:
 
 
 def _transform_path_to_inertial_frame(path: Path, turning: float) -> Path:
-    """Transform a path from a support that turns about e3 to the inertial frame."""
+    """Transform a path from the frame of a support that turns about e3 to the inertial frame."""
     zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
     turned = np.cos(half), zero, zero, np.sin(half)
     w, x, y, z = path.q.T
@@ -193,7 +194,7 @@ def _transform_path_to_inertial_frame(path: Path, turning: float) -> Path:
 
 
 def _compute_closed_form_rates(form: Exact) -> tuple[float, float, float] | None:
-    """Return the precession, nutation and spin rates of a closed-form solution, or None."""
+    """Return precession, nutation and spin rates of a closed form, or None near a separatrix."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
     return form.precession, math.tau / form.period, form.spin
@@ -227,9 +228,9 @@ def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> 
     """Compute the mean rate of an angle from its increments `turned` between successive states.
 
     The mean rate differs from the frequency of the strongest spectral line by an integer multiple
-    of `part`. If this multiple can be determined with certainty, the mean rate is computed from the
-    frequency. Otherwise, the mean of the increments is used if the angle varies smoothly. In all
-    other cases, the result is NaN.
+    of `part`, which is the nutation frequency or half of it. If this multiple can be determined
+    with certainty, the mean rate is computed from the frequency. Otherwise, the mean of the
+    increments is used if the angle varies smoothly. In all other cases, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step

@@ -59,7 +59,7 @@ def _format_cost_ratio(ratio: float) -> str:
 
 
 def _measure_step_times_of_methods(methods: Methods) -> dict[str, list[float]]:
-    """Measure the run time per step [s] of each method for three different tops."""
+    """Measure the run time per step, in seconds, of each method for three different tops."""
     tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
     timed = [(method, top) for method in methods.values() for top in tops]
     samples = [[_measure_step_time(method, top) for method, top in timed] for _ in range(_ROUNDS)]
@@ -68,7 +68,7 @@ def _measure_step_times_of_methods(methods: Methods) -> dict[str, list[float]]:
 
 
 def _measure_step_time(method: Method, top: Scene) -> float:
-    """Measure the run time per step [s], or return 0 if the method cannot integrate the top."""
+    """Measure the run time per step in seconds; return 0 if the method cannot integrate the top."""
     if method.exact or not method.applies_to(top.body):
         return 0.0
     begin = time.perf_counter()

@@ -37,8 +37,8 @@ class Rod:
     load       vector b = -mass * gravity * |com| * e3, along which a force acts on the ends
                [M L^2 T^-2]
 
-    Source: Bodack 2008, theorems 3.8 and 3.9. Compared with Bodack (2008), alpha1 and alpha2 are
-    interchanged, and the load has the opposite sign.
+    Source: Bodack 2008, theorems 3.8 and 3.9. Compared with Bodack (2008), the bending stiffnesses
+    alpha1 and alpha2 are interchanged, and the load has the opposite sign.
     """
 
     s: Array
@@ -57,7 +57,7 @@ class Rod:
     def isotropic(self) -> bool:
         """True if the bending stiffness is the same in all directions, up to rounding errors.
 
-        The rod of a Lagrange top is isotropic.
+        The rod that corresponds to a Lagrange top is isotropic.
         """
         one, two, _ = self.stiffness
         return abs(one - two) <= KIND_RTOL * max(one, two)
@@ -85,11 +85,11 @@ class Rod:
 
     @property
     def section(self) -> tuple[float, float]:
-        """The thicknesses of the cross-section along N and B, divided by the larger of the two.
+        """The thicknesses of the cross-section along its axes N and B, relative to the larger one.
 
         For elliptical and rectangular cross-sections, the bending stiffness in a direction is
         proportional to the squared thickness in this direction. The thicknesses are therefore
-        proportional to the square roots of alpha1 and alpha2.
+        proportional to the square roots of the bending stiffnesses alpha1 and alpha2.
         """
         one, two, _ = self.stiffness
         largest = max(one, two)

@@ -124,7 +124,7 @@ def _compute_grid_phase_differences(z: Waves, axis: int) -> Array:
 
 
 def _refine_zero_by_newton(form: ExactTorus, near: Array, n: int) -> Array:
-    """Return the torus angles [turns] of the zero near a grid cell, found by Newton's method."""
+    """Return the torus angles [turns] of a zero of z near a grid cell, or NaN if none is found."""
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):

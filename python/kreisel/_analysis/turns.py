@@ -92,7 +92,8 @@ class _ArcAnglesAndChordDistances(NamedTuple):
     """The angles that arcs subtend at 0, and the distances of their chords from 0.
 
     `is_known` is True if the angle is known with certainty. `through` is 1 if the arc starts at 0
-    or passes through 0. `distance` is the smallest distance between the chord and 0.
+    or passes through 0, and 0 otherwise. `distance` is the smallest distance between the chord and
+    0.
     """
 
     angle: Array
@@ -161,9 +162,9 @@ def _measure_integration_gaps(
 ) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
-    For each state, return the angle and the distance between the two projections of the body axis.
-    The number of poles between the projections (0 or 1) is also returned. The distance is inf if
-    the sense of rotation about 0 is uncertain.
+    For each pair of states, return the angle and the distance between the projections of the body
+    axis. The number of poles that lie between the two projections (0 or 1) is also returned. The
+    distance is inf if the sense of rotation about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -255,7 +256,7 @@ def _transform_arcs_to_rotating_frame(arcs: _ArcsBetweenStates, pace: Array) -> 
 
 
 def _measure_chord_angles_and_distances(arcs: _ArcsBetweenStates) -> tuple[Array, Array, Array]:
-    """For each chord, return its angle at 0, its distance from 0, and its distance from the arc.
+    """Return the angle that each chord subtends at 0, and its distances from 0 and from its arc.
 
     For the distance between the chord and the arc, an upper bound is returned.
     """

@@ -63,7 +63,7 @@ def convert_columns_to_lists(table: Mapping[str, Array]) -> dict[str, list[float
 
 
 def encode_table_as_csv(table: Columns, head: bool = True) -> bytes:
-    """Return a table in CSV format, with all digits."""
+    """Return a table in CSV format, with all significant digits of each number."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     if head:
@@ -211,7 +211,7 @@ def encode_path_as_json(
 ) -> bytes:
     """Return a path in JSON format, together with its scene and options.
 
-    `stopped` is the reason why the run ended early, or None.
+    `stopped` is the reason why the run ended early, or None if the run was completed.
     """
     head = {
         "kreisel": version,

@@ -54,9 +54,9 @@ def view(scene: Scene, file: str | None) -> None:
 def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     """Report the accuracy, speed and stability of all methods.
 
-    By default, the measurements use standard scenes; SCENE.toml files replace these. Run this
-    command in the root folder of the source tree, which contains the programs that it needs. The
-    report takes minutes. In the source tree, --help describes these options in full:
+    The measurements use standard scenes unless SCENE.toml files are given. Run this command in the
+    root folder of the source tree, which contains the programs that it needs. The report takes
+    minutes. In the source tree, --help describes these options in full:
 
     \b
     --quick, --full     fewer runs, or more runs

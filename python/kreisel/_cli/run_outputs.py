@@ -136,7 +136,7 @@ class RunOutputs:
 
         The saved state is the last one that has been written to all outputs. The run is not saved
         if an output cannot be written. Raises the exception that stopped the run or, if there is
-        none, the first error of an output.
+        none, the first error that occurred while writing an output.
         """
         failures = [end.stopped] if end.stopped else []
         for write in (self._open.close, lambda: self._write_whole_path(end), self._write_events):

@@ -190,7 +190,7 @@ def _run_and_write_outputs(
 def _yield_whole_path(
     scene: Scene, t: time_option.Times, words: _SolveCommandOptions, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Yield the whole path at once, because method='geometric' cannot be used for a run."""
+    """Yield the whole path at once, because method='geometric' cannot compute it in parts."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,

@@ -32,7 +32,7 @@ class TimeGrid:
         return self.first + k * self.step
 
     def select_later_times(self, t: float) -> TimeGrid:
-        """Return the part of the grid with |time| > |t|."""
+        """Return the grid of those times whose absolute value exceeds |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return TimeGrid(self[k], self.step, self.count - k) if k else self
 

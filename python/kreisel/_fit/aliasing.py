@@ -21,12 +21,12 @@ _FEW = 4.0  # samples per turn from which an angular velocity is determined
 def list_alternative_spins(
     parameters: Parameters, point: FitPoint, records: Sequence[Record]
 ) -> list[FitPoint]:
-    """Return the parameters of motions with one turn more or one turn less between two samples.
+    """Return the parameters of motions that differ from `point` by one turn between two samples.
 
-    Returns an empty list if the body rotates too slowly to be ambiguous. If the given motion has
-    fewer than two samples per turn, the list also contains a faster rotation in the same direction.
-    If the moments of inertia are free, the list also contains motions with the same momentum but a
-    different moment of inertia.
+    Returns an empty list if the body rotates so slowly that its motion is unambiguous. If the given
+    motion has fewer than two samples per turn, the list also contains a faster rotation in the same
+    direction. If the moments of inertia are free, the list also contains motions with the same
+    angular momentum but a different moment of inertia.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
@@ -69,7 +69,7 @@ def _list_spins_with_same_momentum(
 
 
 def describe_alternative_spin(point: FitPoint, alias: FitPoint) -> str:
-    """Return a sentence that describes another initial state with an equally good fit."""
+    """Return a sentence that describes another initial angular velocity that fits equally well."""
     found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
         f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "

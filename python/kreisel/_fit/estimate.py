@@ -140,7 +140,7 @@ def _run_search_sessions(
 
 
 def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
-    """Return the fit with the smaller cost."""
+    """Return the fit with the smaller cost, or `second` if `first` is None."""
     return second if first is None or second.cost < first.cost else first
 
 

@@ -110,7 +110,7 @@ class Fit(ReadOnlyArrays):
     def path(self) -> Path:
         """The fitted motion at all measurement times, corrected for instrument delays.
 
-        A motion with several segments is computed from the initial state of each segment.
+        If the motion was fitted in segments, each segment is computed from its own initial state.
         """
         times = []
         for i, record in enumerate(self.records):
@@ -158,14 +158,14 @@ class Fit(ReadOnlyArrays):
         return (value, shaped) if value.ndim else (float(value), float(shaped))
 
     def _compute_distance_to_lower_bound(self, k: int) -> float:
-        """Return the distance of parameter k from its bound."""
+        """Return the distance of parameter k from its lower bound."""
         return float(self._parameters.compute_distances_to_bounds(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n random scenes, drawn with the covariance of the fit.
 
-        Parameters do not vary along directions that the data do not determine. Moments of inertia,
-        damping and friction are clipped to their bounds.
+        The random scenes do not differ along directions in parameter space that the data do not
+        determine. Moments of inertia, damping and friction are clipped to their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw_parameter_changes(np.random.default_rng(key), count)

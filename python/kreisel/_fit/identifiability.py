@@ -81,7 +81,7 @@ def _yield_unobservable_changes(p: Parameters, point: FitPoint) -> Iterator[tupl
 def _yield_change_of_free_parameters(
     p: Parameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the change of the given parameter blocks if all of them are free."""
+    """Yield `sentence` and the given change of parameters if all of these parameters are free."""
     if not all(p.has_free(name) for name in blocks):
         return
     change = np.zeros(p.size)
@@ -91,7 +91,7 @@ def _yield_change_of_free_parameters(
 
 
 def _average_equal_parameters(columns: Array, values: Array) -> Array:
-    """Average the values in each group; each column of `columns` marks the members of one group."""
+    """Average values that must be equal; each column of `columns` marks one set of such values."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
 

@@ -2,16 +2,16 @@
 
 Let R be the attitude. Let W be the angular velocity in the inertial frame, and U the angular
 velocity relative to the support. Let J be the inertia tensor, D the damping, f the friction and h
-the angular momentum of the rotor. For a support with angular velocity O, define L x = x + O x int x
-dt. With the unit vector a to the centre of mass,
+the angular momentum of the rotor. For a support with angular velocity O, define the operator L by
+L x = x + O x int x dt. With the unit vector a to the centre of mass,
 
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
 is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, the attitude
-is known only relative to its initial value. For a gyroscope, the equation is linear in the products
-c_i v_j, where c is the centre of mass and v the unknown vertical. The rotation of the support is
-neglected if the only instrument is a gyroscope. The trace e of the apex of a symmetric top
-satisfies
+is known only relative to its initial value. For a gyroscope, the momentum equation is linear in the
+products c_i v_j, where c is the centre of mass and v is the unknown vertical. The rotation of the
+support is neglected if the only instrument is a gyroscope. The trace e of the apex of a symmetric
+top satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 
@@ -67,7 +67,7 @@ class Guess(NamedTuple):
 
 
 class _LinearSolution(NamedTuple):
-    """Solution of the linear equations, up to a factor common to all fields except the vertical."""
+    """Solution of the momentum equation, up to a factor common to all fields but the vertical."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -77,7 +77,7 @@ class _LinearSolution(NamedTuple):
 
 
 class _EnergyLossTypes(NamedTuple):
-    """The types of energy loss included in the linear equations."""
+    """The types of energy loss that are included in the momentum equation."""
 
     is_damped: bool
     is_rubbed: bool
@@ -278,7 +278,7 @@ def _list_coefficient_columns(
 
 
 def _select_support_velocity(motion: MotionSamples, base: FitPoint) -> Array:
-    """Return the part of the support's angular velocity that is used in the linear equations.
+    """Return the part of the support's angular velocity that is used in the momentum equation.
 
     The components are zero if the motion is relative to the inertial frame.
     """
@@ -392,7 +392,7 @@ def _estimate_mean_precession_rate(trace: ApexTrace) -> float:
 
 
 def _estimate_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
-    """Estimate pairs (a, k) from the strongest spectral lines of the apex height.
+    """Estimate the top's parameters a and k from the strongest spectral lines of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
     sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
@@ -452,7 +452,7 @@ def _guess_from_apex_and_spin(
 
 
 def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Array:
-    """Return the projection onto changes of state and instrument parameters that keep the spin.
+    """Return the projection onto changes of state and instruments that leave the spin unchanged.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """

@@ -1,9 +1,10 @@
 """Levenberg-Marquardt method without steps along undetermined directions.
 
-In natural units, eigenvectors of J^T J with negligible eigenvalues are directions along which the
-residuals do not change. The steps have no component along undetermined directions, so the search
-does not drift. Sources: Marquardt, SIAM Journal on Applied Mathematics 11 (1963) 431; for the loss,
-SciPy's least_squares and Triggs and others, Bundle adjustment, 1999.
+If each parameter is divided by its typical magnitude, eigenvectors of J^T J with negligible
+eigenvalues are directions along which the residuals do not change. The steps have no component
+along undetermined directions, so the search does not drift. Sources: Marquardt, SIAM Journal on
+Applied Mathematics 11 (1963) 431; for the loss, SciPy's least_squares and Triggs and others, Bundle
+adjustment, 1999.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ class MotionSamples(NamedTuple):
     is_at_rest: bool = False
 
     def select_first_samples(self, count: int) -> MotionSamples:
-        """Return the first `count` samples."""
+        """Return the first `count` samples of the motion."""
         t, attitude, rate = self.t[:count], self.attitude[:count], self.rate[:count]
         return self._replace(t=t, attitude=attitude, rate=rate)
 
@@ -61,7 +61,7 @@ class ApexTrace(NamedTuple):
 
 
 def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
-    """Return the motions determined by the records, starting with the most complete one."""
+    """Return the motions that the records determine, with the most complete motion first."""
     turned = rotation_matrix(point.axes)
     made: list[MotionSamples] = []
     for record in records:
@@ -205,7 +205,7 @@ def _reconstruct_motion_from_gyroscope(
 
 
 def _find_measured_vertical_near_time(t: Array, series: Series, since: Array) -> Array | None:
-    """Return the measured vertical that is nearest in time to the first element of `since`."""
+    """Return the measured vertical nearest in time to `since[0]`, or None if there is none."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:
         return None

@@ -44,7 +44,7 @@ _START = ("attitude", "velocity")
 class SegmentStartStates(NamedTuple):
     """The initial states of all segments.
 
-    Parameters other than initial states are stored in the first segment.
+    Parameters other than initial states have the same values in all segments.
     """
 
     points: tuple[FitPoint, ...]
@@ -69,8 +69,8 @@ def choose_segment_count(point: FitPoint, records: Sequence[Record]) -> int:
 class ShootingModel:
     """A least-squares model of a motion that consists of several segments.
 
-    The parameter vector consists of all parameters of the first segment and the initial states of
-    the other segments.
+    The parameter vector consists of all parameters of the segment that begins at t = 0 and the
+    initial states of the other segments.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class ShootingModel:
         return made
 
     def start_on_data(self, point: FitPoint, motion: MotionSamples) -> SegmentStartStates:
-        """Take the initial states of all segments from a measured motion, the rest from `point`."""
+        """Take the state at t = 0 from `point`, and all other states from a measured motion."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate_motion(motion, float(edge))
@@ -138,7 +138,7 @@ class ShootingModel:
         return SegmentStartStates(tuple(points))
 
     def start_on_motion(self, point: FitPoint) -> SegmentStartStates:
-        """Take the initial states of all segments from the motion computed from `point`."""
+        """Set the initial states of all segments to states of the motion that starts at `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):

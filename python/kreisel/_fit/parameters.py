@@ -218,7 +218,7 @@ def _is_physical(point: FitPoint) -> bool:
 
 
 def parse_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Return the free parameter blocks in a fixed order; "start" means attitude and velocity."""
+    """Return the free parameters in a fixed order; "start" stands for attitude and velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
@@ -313,7 +313,7 @@ class Parameters:
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
     def _add_instrument_parameters(self, name: str, i: int, record: Record) -> dict[Key, Array]:
-        """Add the parameters of an instrument, and return their initial values."""
+        """Add parameters of an instrument to the fit, and return their initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
             self._add_parameter_columns(key, 3 if name == "mounting" else 1)
@@ -365,7 +365,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _make_shaking_rate_positive(self, shaking: Array, before: FitPoint) -> Array:
-        """Return equivalent shaking whose rate is positive and whose amplitude keeps its sign."""
+        """Return the shaking parameters with a positive rate and the amplitude's initial sign."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -507,8 +507,8 @@ class Parameters:
     ) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.
 
-        The last item is the (size, size) Jacobian matrix of the values with respect to a parameter
-        step.
+        The last item returned is the Jacobian matrix, of shape (size, size), of the values with
+        respect to a parameter step.
         """
         names: list[str] = []
         units: list[str] = []

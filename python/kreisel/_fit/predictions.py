@@ -1,8 +1,8 @@
 """Predictions of measurable quantities and their derivatives with respect to the parameters.
 
-The core differentiates with respect to the attributes of a scene, and the chain rule yields the
-derivatives with respect to the fit parameters. Components of body-fixed vectors refer to the frame
-in which the user describes the body.
+The C library computes derivatives with respect to the attributes of a scene, which the chain rule
+converts to derivatives with respect to the fit parameters. Components of body-fixed vectors refer
+to the frame in which the user describes the body.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ class MotionPredictor:
         return made
 
     def _transform_to_described_frame(self, seen: Prediction) -> Prediction:
-        """Transform a vector from the principal axes to the frame of description."""
+        """Transform a vector from the principal axes to the user's body frame."""
         if self._is_described_in_principal_axes:
             return seen
         by = self.rotation_to_described_frame @ seen.by if seen.by.size else seen.by
@@ -243,7 +243,7 @@ class MotionPredictor:
         return Prediction(found + np.cross(o, u), by, rate)
 
     def _predict_spin_angle(self) -> Prediction:
-        """Predict the spin angle when the frame of description differs from the principal axes."""
+        """Predict the spin angle if the user's body frame differs from the principal axes."""
         p, axes, n = self.parameters, self.rotation_to_described_frame, len(self.states)
         body = p.to_scene(self.point)
         states = self.states.copy()

@@ -86,7 +86,7 @@ class ResidualRows:
 def assign_residual_rows(
     records: Sequence[Record], sigmas: Sequence[Array]
 ) -> tuple[ResidualRows, ...]:
-    """Return a Rows object for each series of the records, given the standard deviations."""
+    """Assign consecutive rows of the residual vector to the series of the records."""
     made: list[ResidualRows] = []
     begin = 0
     for i, record in enumerate(records):
@@ -184,7 +184,7 @@ class ResidualModel:
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
 
     def _correct_clock_delays(self, point: FitPoint) -> tuple[Array, list[Indices]]:
-        """Return the measurement times of the instruments on the clock of the motion."""
+        """Return the measurement times of all records, corrected for instrument delays."""
         delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
         if all(delay is None for delay in delays):
             return self._unshifted

@@ -170,7 +170,7 @@ class SearchSession:
             )
 
     def check_segment_count(self, pieces: int | None) -> None:
-        """Raise ValueError if the records have fewer than two times per segment."""
+        """Raise ValueError if the records have fewer than two measurement times per segment."""
         most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
         if pieces is not None and pieces > most:
             raise ValueError(
@@ -233,8 +233,9 @@ class SearchSession:
     def _search_slowly_growing_parts(self, point: FitPoint) -> None:
         """Fit slowly growing parts of the records, starting from the body given in the scene.
 
-        If the fitted part grows slowly, the search does not lose the phase of an oscillation.
-        Moments of inertia estimated from noisy data are biased, which would shift the frequencies.
+        If the fitted part of the records grows slowly, the search does not lose the phase of an
+        oscillation. Moments of inertia estimated from noisy data are biased, which would shift the
+        frequencies.
         """
         body = self.parameters.start
         own = replace(
@@ -247,13 +248,13 @@ class SearchSession:
         self._search_from_point(own, 0.0)
 
     def _refine_guess(self, guess: Guess) -> FitPoint:
-        """Refine an initial guess along its allowed directions, and return the resulting point."""
+        """Refine an initial guess within its subspace `allowed`, and return the resulting point."""
         if guess.allowed is None:
             return guess.point
         return self._fit_point_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
 
     def _measure_misfit(self) -> float:
-        """Return chi2 per degree of freedom or, for the soft loss, a median-based estimate."""
+        """Return chi2 per degree of freedom, estimated from the median for the soft loss."""
         if self.best is None:
             return np.inf
         if self.loss == "linear":
@@ -282,7 +283,7 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def measure_residual_excess(self) -> float:
-        """Return the typical residual of a soft-loss fit relative to sigma, or 0 if plausible."""
+        """Return the residual size relative to sigma if a soft-loss fit is implausible, else 0."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
@@ -360,7 +361,7 @@ class SearchSession:
             self.best = BestFit(twin, *evaluation, natural, cost, best.has_converged)
 
     def _try_alternative_spins(self) -> None:
-        """Search from spin aliases that may fit equally well; keep a clearly better result."""
+        """Search from alternative spins, and store a solution that fits equally well or better."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
@@ -423,7 +424,7 @@ class SearchSession:
         return found.point
 
     def _build_residual_model_until(self, horizon: float) -> ResidualModel | None:
-        """Return the residual model for |t| <= horizon, or None if measurements are too few."""
+        """Return the residual model for |t| <= horizon, or None for too few measurements."""
         records, sigmas = self._select_records_until(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
@@ -440,7 +441,7 @@ class SearchSession:
         return records, sigmas
 
     def _measure_agreement(self, point: FitPoint) -> tuple[float, float]:
-        """Return the time up to which a motion agrees with the records, and its cost.
+        """Return the time up to which a motion agrees with the records, and the cost of the motion.
 
         The cost is computed with the soft loss.
         """
@@ -454,7 +455,7 @@ class SearchSession:
         return until, compute_cost(found.residuals, "soft")
 
     def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Search by multiple shooting with `least` or more segments; keep a much better result."""
+        """Try multiple shooting with `least` or more segments; store a much better solution."""
         for guess in guesses:
             count = pieces or choose_segment_count(guess.point, self.records)
             if count < least or guess.motion is None:

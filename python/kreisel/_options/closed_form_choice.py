@@ -75,7 +75,7 @@ def _is_too_short_for_closed_form(scene: Scene, t: object) -> bool:
 
 
 def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
-    """Return the reason why method='auto' does not use the closed-form solution, or None.
+    """Return the reason why method='auto' does not use the closed form, or None if it does.
 
     The closed-form solution is used if it is neither slower nor less accurate than the Taylor
     series. The choice of method depends only on the arguments, not on the speed of the machine.

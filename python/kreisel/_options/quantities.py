@@ -45,7 +45,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 
 
 def _make_low_word_quantity(name: str) -> Quantity:
-    """Return the quantity that contains the digits of `name` beyond double precision."""
+    """Return the quantity that contains the low-order part of `name` in extended precision."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
     text = f"low words of {name}, to be added to {name}; zero up to 16 digits"

@@ -122,8 +122,8 @@ def _slice_times_into_chunks(times: Array, size: int) -> Iterator[Array]:
 def parse_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
     """Return whether time runs backwards, and the requested times.
 
-    An iterator is read up to its first nonzero time. The returned iterator also includes the times
-    that have been read.
+    An iterator is read up to its first nonzero time. The returned iterator also yields the times
+    that have already been read.
     """
     if isinstance(t, Iterator):
         begun, back = [], False

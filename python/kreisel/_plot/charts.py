@@ -291,8 +291,8 @@ def draw_apex_trace(
 ) -> None:
     """Draw a trace on the unit sphere, with fainter lines on the far side of the sphere.
 
-    The initial state is marked by a dot, and the vertical by an arrow. The given heights are marked
-    by dashed lines.
+    The initial state is marked by a dot, and the vertical by an arrow. Dashed circles mark the
+    heights `limits` of the apex.
     """
     draw_unit_sphere(axes, elevation)
     for height in limits:

@@ -102,7 +102,7 @@ class Film:
         return f"<Film: {len(self)} frames, {self.fps} a second, {span}>"
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the animation atomically to a file ending in .gif, .mp4 (needs ffmpeg) or .html.
+        """Write the animation atomically to a .gif, .mp4 (needs ffmpeg) or .html file.
 
         Raises ValueError for an unknown suffix, and OSError if the file cannot be written.
         """
@@ -239,7 +239,7 @@ def _get_first_and_last_time(t: Array) -> tuple[float, float]:
 def _build_body_faces(body: Body) -> tuple[Array, Array, float]:
     """Return the faces of a body, their colours, and the line width of their outlines [pt].
 
-    The corners are given in the frame of description, after scaling the body to fit into the unit
+    The corners are given in the user's body frame, after scaling the body to fit into the unit
     sphere. The outlines of a body of revolution have width 0.
     """
     quads, colours = build_solid_faces(
@@ -294,7 +294,7 @@ def _choose_gif_palette(image: Image.Image) -> Image.Image:
     """Return an image that contains the palette of an animation.
 
     The palette contains the most frequent colours of the first frame. Colours of thin lines and
-    texts are added, because they are rare in the first frame.
+    text are added, because they are rare in the first frame.
     """
     ground = np.array(image.getpixel((0, 0)))
     ink = matplotlib.rcParams["text.color"]

@@ -50,7 +50,7 @@ class IndicatorWithClasses(Protocol):
 
 
 def classify_tops_by_chaos(indicator: IndicatorWithClasses) -> npt.NDArray[np.int8]:
-    """Return an index for each top: 0 if it is regular, 1 if chaotic, and 2 if in doubt."""
+    """Return the class of each top: 0 if it is regular, 1 if it is chaotic, and 2 if uncertain."""
     found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
     return found
@@ -98,7 +98,7 @@ def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
 def draw_indicator_map(
     indicator: IndicatorWithClasses, tops: Ensemble, axes: Axes | None, unit: str
 ) -> Axes:
-    """Plot the final values of an indicator over two parameters, and mark doubtful tops by dots."""
+    """Plot the final values of an indicator over two parameters; dots mark uncertain verdicts."""
     chart = create_figure_axes() if axes is None else check_axes_type(axes)
     values = indicator.curve[..., -1]
     (up_name, up), (along_name, along) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
@@ -130,7 +130,7 @@ def draw_indicator_map(
 
 
 def _get_varied_axis_name_and_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
-    """Return the name of a parameter and its values."""
+    """Return the name and the values of the parameter that varies along a dimension."""
     name, n = tops.axes[dimension], tops.shape[dimension]
     values: Any = tops.coords.get(name)
     if values is not None and np.size(values) == n:

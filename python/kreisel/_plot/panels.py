@@ -21,7 +21,7 @@ def create_figure_axes(width: float = 6.0, height: float = 4.0) -> Axes:
 
 
 def apply_chart_style(chart: Axes) -> None:
-    """Set the grid, frame, ticks and text sizes of a chart."""
+    """Set the grid, frame, ticks and font sizes of a chart."""
     chart.grid(True, alpha=0.25, linewidth=0.6)
     chart.spines[["top", "right"]].set_visible(False)
     chart.tick_params(labelsize=8, length=3)

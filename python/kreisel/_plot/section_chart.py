@@ -27,7 +27,7 @@ def draw_section_points(
     top: npt.NDArray[np.int64],
     classes: npt.NDArray[np.int8] | None,
 ) -> Axes:
-    """Draw points, and return the axes.
+    """Draw the points of a Poincaré section, and return the axes.
 
     points   the coordinates (e,) across and upwards
     top      (e,) the index of the top of each point

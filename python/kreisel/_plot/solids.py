@@ -212,7 +212,7 @@ def _find_cuboid_of_mass(
 
 
 def build_cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the faces of a cuboid and their colours, with one brighter face."""
+    """Return the faces of a cuboid and their colours; one face is brighter than the others."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):

@@ -1,6 +1,6 @@
 """Checksums of whole files, stored inside the files.
 
-The checksum is the SHA-256 digest of the file in which the digest itself is replaced by zeros. The
+The checksum of a file is its SHA-256 digest, computed with zeros in place of the stored digest. The
 digest is stored after the text "kreisel-sha256:".
 
 Parquet's own checksums cover only data pages, and would not detect changes to the schema or the

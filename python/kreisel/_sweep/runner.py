@@ -71,7 +71,7 @@ class PartRunner:
             self._report_progress(self.done, last=True)
 
     def _make_part_progress(self, tops: int) -> Progress | None:
-        """Return a function that reports the progress of a part, or None."""
+        """Return a function that reports the progress of a part, or None if none is requested."""
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
     def _report_progress(self, tops: float, last: bool = False) -> None:

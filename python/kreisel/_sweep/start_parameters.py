@@ -73,7 +73,7 @@ def parse_start_parameter(name: str, numbers: object) -> Parameter:
 def list_component_names(name: str, value: Shape) -> list[str]:
     """Return the names of the components of a parameter, such as momentum_x.
 
-    `value` is the shape of the parameter for a single top.
+    The argument `value` is the shape of the parameter's value for a single top.
     """
     if not value:
         return [name]

@@ -303,7 +303,7 @@ class SweepResult:
 
 
 def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of nonnegative integers below `end` that are missing in `numbers`."""
+    """Yield the ranges of nonnegative integers below `end` that are missing from `numbers`."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)

@@ -217,7 +217,7 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
     """Return a task, given its name and its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
-    accept. An argument cannot have different values for different tops.
+    accept. An argument of a task cannot have different values for different tops.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))

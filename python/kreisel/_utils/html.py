@@ -12,7 +12,7 @@ _LEFT = ' style="text-align: left"'
 
 
 def format_html_table(rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -> str:
-    """Return an HTML table of the given texts; markup in the texts is escaped."""
+    """Return an HTML table of the given strings; markup in the strings is escaped."""
     lines = [_format_html_row("th", head)] if head else []
     lines += [_format_html_row("td", row) for row in rows]
     return "<table>\n" + "\n".join(lines) + "\n</table>"

@@ -1,6 +1,6 @@
 """Names of methods and quantities for type checkers.
 
-Generated from the core's tables by `.ci/names > python/kreisel/_utils/quantity_attributes.py`.
+Generated from tables in csrc by `.ci/names > python/kreisel/_utils/quantity_attributes.py`.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ QuantityName = Literal[
 
 
 class QuantityAttributes:
-    """The quantities of a path besides t, q and m, generated from the core's table."""
+    """The quantities of a path except t, q and m, generated from csrc/quantities.def."""
 
     if TYPE_CHECKING:
 
