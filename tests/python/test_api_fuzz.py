@@ -65,7 +65,7 @@ class Endless(BaseException):
 
 @pytest.fixture(scope="module", autouse=True)
 def place(tmp_path_factory):
-    """Redirect files to a temporary folder, block the browser, and set a time limit for calls."""
+    """Write files to a temporary folder, open no browser windows, and limit the time of calls."""
 
     def end(*_):
         raise Endless

@@ -92,7 +92,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
 
 
 def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
-    """Check that a method with exact drifts is accurate for large steps of a fast Lagrange top."""
+    """Check that a splitting method with exact free rotation allows large steps of a fast top."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2

@@ -31,7 +31,7 @@ LAST_LINES = {
 
 
 def write_files(folder):
-    """Write the files that the page shows."""
+    """Copy the source files shown in docs/embedding.md to `folder`."""
     for source, name in INCLUDED.findall(PAGE):
         to = folder / name
         to.parent.mkdir(parents=True, exist_ok=True)

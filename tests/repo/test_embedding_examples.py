@@ -260,7 +260,7 @@ def one_file(tmp_path_factory):
 
 
 def write_fast_compiler(file):
-    """Write a compiler that compiles for one instruction set without optimization."""
+    """Write a script that runs the C compiler for one instruction set without optimization."""
     file.write_text('#!/bin/sh\nexec cc "$@" -O0 -DKR_ONE_ISA\n')
     file.chmod(0o755)
     return str(file)

@@ -1,4 +1,4 @@
-"""Tests that charts and tables of the viewer agree with Python."""
+"""Tests that charts and tables of the viewer agree with values computed in Python."""
 
 import kreisel as kr
 import numpy as np

@@ -96,7 +96,7 @@ def list_fixed_steps(comparison):
 
 
 def describe_late(comparison):
-    """Return the range of run times for states at a large time, or None without measurements."""
+    """Return the range of run times for states at a large time, or None if none were measured."""
     late = [found for found in comparison.late.values() if found]
     if not late:
         return None

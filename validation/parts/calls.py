@@ -212,7 +212,7 @@ def count_operations(run):
 
 
 def compare(band, name):
-    """Return heyoka's run time relative to kreisel's: the median ratio and the ratio of minima."""
+    """Return the median ratio of heyoka's to kreisel's run times, and the ratio of the shortest."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 

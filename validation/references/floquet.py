@@ -28,7 +28,7 @@ _AXES = np.eye(3)
 
 
 def _add_as_decimals(high: Array, low: Array | None = None) -> Decimals:
-    """Return the sums of high and low parts as decimal numbers."""
+    """Return the elementwise sums of `high` and `low` as decimal numbers."""
     return _to_decimals(high) if low is None else _to_decimals(high) + _to_decimals(low)
 
 

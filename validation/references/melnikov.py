@@ -32,7 +32,7 @@ def make_body(e):
 
 
 def lowest_scene():
-    """Return the top at the lowest point of the separatrix."""
+    """Return the top at the lowest point of its motion along the separatrix."""
     tilt = acos(VERTICAL**2 / (2.0 * I1) - 1.0)
     across = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
     attitude = (cos(tilt / 2.0), sin(tilt / 2.0), 0.0, 0.0)

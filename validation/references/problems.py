@@ -1,4 +1,4 @@
-"""Test problems from problems.json and from scenes of the user.
+"""Test problems from problems.json and from user-defined scenes.
 
 All parameters are double-precision numbers and are taken as exact.
 """
@@ -112,7 +112,7 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def scale_to_internal_units(self):
-        """Convert the problem to internal units, and return the units of moment and rate.
+        """Convert the problem to units in which its largest moment and its rate are close to 1.
 
         Return the problem in internal units, and the units of inertia and angular velocity. The
         units are powers of two, so that the conversion is exact.

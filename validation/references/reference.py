@@ -153,7 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the change in attitude [rad] if each number of the problem is rounded once."""
+    """Return the change in attitude [rad] if each parameter and initial value is rounded once."""
     own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)

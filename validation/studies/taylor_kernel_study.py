@@ -54,9 +54,9 @@ def attitude_error(truth, states):
 def count_operations(order):
     """Return how many vector operations of a step belong to sums of products, and how many do not.
 
-    A sum takes 7 operations for each pair of products and 5 for a middle term. Each coefficient
-    requires 27 other operations. The 27 operations are 3 additions, 17 for the derivatives of q, P
-    and W, 5 permutations, and 2 for the evaluation of the series.
+    In a sum, each pair of products takes 7 operations, and an unpaired product takes 5. Each
+    coefficient requires 27 other operations. The 27 operations are 3 additions, 17 for the
+    derivatives of q, P and W, 5 permutations, and 2 for the evaluation of the series.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order

@@ -121,7 +121,7 @@ def top_at_time(course, t, colour, width, opacity):
 
 
 def draw_four_tops(courses, t, half, pivot):
-    """Draw a picture like figures 6.1 to 6.4 of the thesis.
+    """Draw a picture like figures 6.1 to 6.4 in the thesis.
 
     The dictionary `courses` contains the trajectories of the red, blue, yellow and green tops. Two
     of the four tops are translucent.

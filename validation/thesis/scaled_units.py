@@ -24,7 +24,7 @@ class Units:
     mass: float
 
     def into(self, scene: kr.Scene) -> kr.Scene:
-        """Convert a scene to the scaled units."""
+        """Convert a scene to the scaled units of Bobenko and Suris."""
         return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
