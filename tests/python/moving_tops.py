@@ -175,7 +175,7 @@ def check_resumed(scene, words, t=(0.7, 1.6)):
 
 
 def compare_tangents(scene, end, columns, digits=16, step=1e-6):
-    """Compare derivatives with central differences.
+    """Compare the tangents of a path with central differences.
 
     Each pair in `columns` contains a tangent's name and a function that returns a perturbed scene.
     """

@@ -150,7 +150,7 @@ def sum_sections(program):
 
 
 def measure_column(folder, processor, level, rows=ROWS):
-    """Return the sizes of the programs [kB], which are None if no compiler is installed."""
+    """Return the sizes [kB] of the programs, which are None if no compiler is installed."""
     compiler = find_compiler(processor)
     if compiler is None:
         return [None for _ in rows]

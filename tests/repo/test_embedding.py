@@ -40,7 +40,7 @@ def write_files(folder):
 
 @pytest.fixture(scope="module")
 def prefix():
-    """Return the folder into which the commands at the top of the page install the library.
+    """Return the folder into which the commands in docs/embedding.md install the library.
 
     The commands run in the folder build, where ccache finds the object files of other builds.
     """

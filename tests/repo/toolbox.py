@@ -104,7 +104,7 @@ def core_sources(csrc=CSRC):
 def first_process(name):
     """Yield True to the first process of a test run that enters this block, or False to others.
 
-    The other processes wait for the first one to leave the block, unless it failed there.
+    All other processes wait until the first process has left the block or has failed there.
     """
     (ROOT / "build").mkdir(exist_ok=True)
     with (ROOT / f"build/{name}.run").open("a+") as file:

@@ -68,7 +68,7 @@ def sample_errors(q, truths):
 
 
 def time_per_top(call, who, tops, threads):
-    """Return the run time per top [s].
+    """Return the run time [s] per top.
 
     The run time of a serial integrator is divided by the number of threads.
     """
@@ -103,7 +103,7 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median ratio of run times at equal error, and both median run times per top [s].
+    """Return the median ratio of run times at equal error, and both median times [s] per top.
 
     All results are nan if one of the integrators does not reach the error.
     """

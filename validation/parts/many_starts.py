@@ -217,7 +217,7 @@ def summarize_programs(found):
 
 
 def format_share(times):
-    """Return the percentage of initial states for which an error is reached."""
+    """Return the percentage of initial states for which a program reaches a given error."""
     return f"{100 * np.isfinite(times).mean():.0f} %"
 
 

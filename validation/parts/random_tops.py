@@ -70,7 +70,7 @@ def draw_problems(kind, members):
 
 
 def time_solve(problems, name, setting):
-    """Return the run time per top [s] and the paths of all tops."""
+    """Return the run time [s] per top and the paths of all tops."""
     ensemble = kr.Ensemble.of([problem.user for problem in problems])
     with timing.pause_gc():
         begin = timing.perf_counter()

@@ -145,7 +145,7 @@ class _Point(NamedTuple):
         )
 
     def phase_rate(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return the time derivatives of the periodic functions."""
+        """Return the time derivatives of the functions that `phase` returns."""
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum
@@ -249,7 +249,7 @@ def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float)
 def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
     """Return the monodromy matrix and the period of a motion.
 
-    The argument `longest` is the latest time at which derivatives are needed. If this time is less
+    The argument `longest` is the latest time at which derivatives are needed. If `longest` is less
     than the period, the monodromy matrix is not computed. Raises ValueError if the motion lies on a
     separatrix.
     """

@@ -81,7 +81,7 @@ class Problem:
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
     def highest_rate(self, q, m):
-        """Return the largest angular velocity of all states [T^-1]."""
+        """Return the largest angular velocity [T^-1] of all states."""
         return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):

@@ -14,7 +14,7 @@ The conditioning of a state is its largest change, to first order, when each par
 value of the scene is rounded once. The conditioning is the larger of `path.conditioning`, which
 refers to the attitude, and the analogous value for the momentum. As a check, the reference is
 recomputed with each parameter and initial value multiplied at random by 1 + 2^-30 or 1 - 2^-30. The
-resulting change, scaled to a perturbation of 2^-53, must not exceed the conditioning.
+change of the reference, scaled to a perturbation of 2^-53, must not exceed the conditioning.
 
 Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment
 times the rate of the top. All errors should be at most 10 times the conditioning. For solutions

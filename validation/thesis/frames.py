@@ -84,8 +84,8 @@ def draw_cuboid(axes, corners, top):
 def draw_vectors(axes, top, origin, behind):
     """Draw the momentum in green and the angular velocity in blue.
 
-    Only vectors that point away from the viewer are drawn if `behind` is true, and only the others
-    if it is false.
+    If `behind` is true, only vectors that point away from the viewer are drawn; otherwise, only
+    vectors that point towards the viewer are drawn.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()

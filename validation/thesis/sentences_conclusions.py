@@ -108,7 +108,7 @@ def check_equal_time(timed):
 
 
 def find_overtaking(timed):
-    """Return the time after which extrap is less accurate than Bobenko-Suris, or None.
+    """Return when extrap becomes less accurate than Bobenko-Suris, or None if it never does.
 
     The two methods are compared at equal run time.
     """
