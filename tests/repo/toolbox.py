@@ -102,7 +102,7 @@ def core_sources(csrc=CSRC):
 
 @contextmanager
 def first_process(name):
-    """Yield True to the first process of a test run that enters this block, or False to others.
+    """Yield True to the first process of a test run that enters the block, and False otherwise.
 
     All other processes wait until the first process has left the block or has failed there.
     """

@@ -35,7 +35,7 @@ def find_winner(rows, scene):
 
 
 def group_scenes(comparison):
-    """Return a dictionary from methods to the problems for which they are recommended."""
+    """Return a dictionary that maps each method to the problems for which it is recommended."""
     groups = {}
     for problem, _ in comparison.problems:
         winner = find_winner(comparison.rows, problem.name)

@@ -94,7 +94,7 @@ def estimate_error(second_run, order):
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the name of a warning sign that reveals an attitude error, or None.
+    """Return the name of a sign that reveals an attitude error, or None if there is no sign.
 
     The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
     per turn, which is infinite for adaptive methods. The argument `explained` contains errors that

@@ -16,9 +16,10 @@ refers to the attitude, and the analogous value for the momentum. As a check, th
 recomputed with each parameter and initial value multiplied at random by 1 + 2^-30 or 1 - 2^-30. The
 change of the reference, scaled to a perturbation of 2^-53, must not exceed the conditioning.
 
-Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment
-times the rate of the top. All errors should be at most 10 times the conditioning. For solutions
-with 20 and 30 digits, the conditioning is scaled to rounding errors of 1e-20 and 1e-30.
+Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment of
+inertia times the rotation rate of the top. All errors should be at most 10 times the conditioning.
+For solutions with 20 and 30 digits, the conditioning is scaled to rounding errors of 1e-20 and
+1e-30.
 """
 
 import argparse

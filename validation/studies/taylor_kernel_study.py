@@ -65,8 +65,8 @@ def count_operations(order):
 def limits():
     """Compare the speed of the Taylor method with the peak speed of the processor.
 
-    The peak is two vector operations per clock cycle. The peak is not reached, because each
-    coefficient depends on the previous one.
+    The peak speed is two vector operations per clock cycle. The peak speed is not reached, because
+    each coefficient depends on the previous one.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()

@@ -97,7 +97,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 def compute_frame_error(one, other):
     """Return half the angle [rad] between two attitudes, which the thesis denotes by L.
 
-    Raises ValueError if the times differ.
+    Raises ValueError if the two trajectories are given at different times.
     """
     if not np.allclose(one.t, other.t, rtol=1e-9, atol=1e-9):
         raise ValueError("the two courses are not known at one set of times")
