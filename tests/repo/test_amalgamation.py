@@ -1,6 +1,6 @@
 """Tests of the single-file library written by cmake/amalgamate.py.
 
-The script .ci/test also runs the C tests against this file.
+The script .ci/test also runs the C tests against the single file.
 """
 
 import importlib.util

@@ -316,7 +316,7 @@ def use_zig():
 
 
 def needed_functions(page):
-    """Return the functions that the page lists as required on microcontrollers."""
+    """Return the functions that docs/embedding.md lists as required on microcontrollers."""
     section = page.partition("## Microcontrollers")[2].partition("\n## ")[0]
     return {
         name

@@ -91,7 +91,7 @@ def tightest_common_error(own, other):
 def seconds_at(target, own):
     """Return the run time per top at which the median error equals `target`, for each round.
 
-    The result is nan if the error cannot be reached.
+    The result is nan if the integrator does not reach the error `target`.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]

@@ -112,7 +112,7 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def scale_to_internal_units(self):
-        """Convert the problem to units in which its largest moment and its rate are close to 1.
+        """Convert the problem to units in which its moments of inertia and its rate are at most 1.
 
         Return the problem in internal units, and the units of inertia and angular velocity. The
         units are powers of two, so that the conversion is exact.
