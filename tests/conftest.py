@@ -1,4 +1,4 @@
-"""Order of the tests, and the garbage collection during them."""
+"""The order of the test files, and garbage collection during the tests."""
 
 import gc
 
@@ -27,6 +27,6 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Exclude the objects of the collection, which are many, from garbage collection."""
+    """Exclude the many objects created by test collection from garbage collection."""
     gc.collect()
     gc.freeze()

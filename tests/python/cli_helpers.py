@@ -1,4 +1,4 @@
-"""Helpers of the command-line tests."""
+"""Helper functions for the command-line tests."""
 
 import re
 

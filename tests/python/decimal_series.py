@@ -159,7 +159,7 @@ class Series:
         return Decimal(0.8 * span)
 
     def to(self, t):
-        """Advance to the time `t`, and return the attitude and momentum in the space frame."""
+        """Integrate to the time `t`, and return the attitude and momentum in the space frame."""
         with localcontext() as context:
             context.prec = DIGITS
             goal = Decimal(float(t))

@@ -1,7 +1,7 @@
 """Problems with moving supports and friction, and SciPy solutions for comparison.
 
-The equations of docs/theory/supports.md are integrated in the space frame. The integration uses
-only the numerical attributes of scenes.
+The equations of docs/theory/supports.md are integrated in the space frame. The integration takes
+only the parameters and initial values from a scene.
 """
 
 import kreisel as kr
@@ -175,9 +175,9 @@ def check_resumed(scene, words, t=(0.7, 1.6)):
 
 
 def compare_tangents(scene, end, columns, digits=16, step=1e-6):
-    """Compare derivatives with central differences.
+    """Compare the tangents of a path with central differences.
 
-    Each pair in `columns` contains the name of a tangent and a function that perturbs the scene.
+    Each pair in `columns` contains a tangent's name and a function that returns a perturbed scene.
     """
     names = tuple(dict.fromkeys(name for name, _ in columns))
     path = kr.solve(scene, [0.0, end], "taylor", tangents=names, digits=digits)
@@ -193,7 +193,7 @@ def compare_tangents(scene, end, columns, digits=16, step=1e-6):
 
 
 def unit_changes(scene, name, tangent=None):
-    """Return the tangent name and a perturbing function for each component of a scene parameter."""
+    """Return pairs of a tangent name and a function that perturbs one component of a parameter."""
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):

@@ -33,7 +33,7 @@ def sweep_reader(folder):
 
 
 def run(scene, method="auto", **more):
-    """Return a function that starts a new run at each call."""
+    """Return a function that calls kr.start with the given arguments."""
     return lambda: kr.start(scene, method, max_steps=MOST, **more)
 
 

@@ -35,7 +35,7 @@ def change_number(scene, name, component, by):
 
 
 def turn_attitude(q, axis, angle):
-    """Rotate the attitude `q` about a body axis, and return the result as high and low parts.
+    """Rotate the attitude `q` about a body axis, and return the high and low parts of the result.
 
     The rotation angle equals `angle` up to terms of third order.
     """
@@ -58,7 +58,7 @@ def turn_attitude(q, axis, angle):
 
 
 def states_of(block, low, times):
-    """Return the states at `times`, computed in 30-digit arithmetic, as high and low parts."""
+    """Return the high and low parts of the states at `times`, computed in 30-digit arithmetic."""
     status, states, rest, *_ = record(
         block, "taylor", 0.0, 0.0, 30, 0, False, np.array(times), low=low if low.any() else None
     )

@@ -1,4 +1,4 @@
-"""Tests of the elastic-rod analogy, of apex traces, and of scaled units."""
+"""Tests of the analogy between tops and elastic rods, and of the trace of the apex."""
 
 import kreisel as kr
 import numpy as np
@@ -180,7 +180,7 @@ def test_nutation_of_a_damped_top_is_measured():
 
 
 def test_nutation_near_a_pole_loses_no_digits():
-    """Check that no digits are lost where the arc cosine is ill-conditioned."""
+    """Check that small nutation angles are accurate, although the arc cosine is ill-conditioned."""
     scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), momentum=(1e-6, 0, 5))
     top = kr.exact(scene)
     read = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()

@@ -1,6 +1,6 @@
 """Tests that random calls of the public API either succeed or raise documented exceptions.
 
-By default a few examples are drawn with a fixed seed. If the environment variable KREISEL_CALLS is
+By default, a few examples are drawn with a fixed seed. If the environment variable KREISEL_CALLS is
 1000, 1000 random examples are tried per callable.
 """
 
@@ -65,7 +65,7 @@ class Endless(BaseException):
 
 @pytest.fixture(scope="module", autouse=True)
 def place(tmp_path_factory):
-    """Redirect files to a temporary folder, block the browser, and set a time limit for calls."""
+    """Write files to a temporary folder, open no browser windows, and limit the time of calls."""
 
     def end(*_):
         raise Endless

@@ -1,4 +1,4 @@
-"""Tests of the output files of the command line."""
+"""Tests of the output files that the command line writes."""
 
 import os
 import subprocess

@@ -1,6 +1,6 @@
 """Tests that existing files survive crashes and full disks.
 
-The environment variable KREISEL_KILLS sets how often each writing process is killed.
+The environment variable KREISEL_KILLS sets how many times each writing process is killed.
 """
 
 import inspect
@@ -169,7 +169,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """Return the file contents that each function writes, and the longest writing time [s]."""
+    """Call the functions in `ways`, and return the file contents and the longest call time [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()
@@ -202,7 +202,7 @@ def kill_writer(file, ways, seconds):
 
 
 def inspect_file(file, contents):
-    """Determine whether a file is old, complete or damaged, and remove leftover temporary files."""
+    """Classify a file as old, complete or damaged, and remove leftover temporary files."""
     for name in filter(JUNK.fullmatch, os.listdir(file.parent)):
         os.unlink(file.parent / name)
     found = file.read_bytes() if file.is_file() else None
@@ -210,7 +210,7 @@ def inspect_file(file, contents):
 
 
 def count_outcomes(file, ways, times, chance):
-    """Kill a writing process repeatedly, and count the resulting states of its file."""
+    """Kill a writing process repeatedly, and count how often its file is old, whole or damaged."""
     contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]
     found, before = Counter(), set(os.listdir(file.parent))

@@ -1,6 +1,7 @@
-"""Tests of 20-digit and 30-digit arithmetic against elementary solutions.
+"""Tests of 20-digit and 30-digit arithmetic against solutions that are elementary functions.
 
-For elementary solutions, the last Taylor terms are a poor estimate of the truncation error.
+If the solution is an elementary function of time, the last Taylor terms are a poor estimate of the
+truncation error.
 """
 
 import kreisel as kr

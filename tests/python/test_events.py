@@ -42,7 +42,7 @@ def make_all_events(scene):
 
 
 def changes(values, times):
-    """Return the start time of each interval with a sign change, and the sign after the change."""
+    """Return the start of each interval in which `values` changes sign, and the sign afterwards."""
     at = np.flatnonzero(values[1:] * values[:-1] < 0)
     return times[at], np.sign(values[at + 1])
 
@@ -379,7 +379,7 @@ def test_an_event_cannot_be_changed():
 
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
 def test_thin_bodies_have_all_energy_crossings(least):
-    """Check that fast rotation about the thin axis does not add rounding noise to events."""
+    """Check that no false events are found if one moment of inertia is very small."""
     body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}

@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return a random top whose motion is close to a special motion of type `kind`."""
+    """Return a random top whose motion is close to that named by `kind`, such as a cusp."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True

@@ -1,8 +1,8 @@
 """Tests that randomly modified files are either read correctly or rejected.
 
-The tests change, delete or duplicate bytes of valid files, and replace words. Checksums are
-recomputed after each modification. The environment variable KREISEL_CALLS sets the number of
-examples.
+The tests change, delete or duplicate bytes of valid files, and replace words in TOML files.
+Checksums are recomputed after each modification. The environment variable KREISEL_CALLS sets the
+number of examples.
 """
 
 import io
@@ -186,7 +186,7 @@ def array(text):
 @EXAMPLES
 @given(data=st.data())
 def test_any_archive_is_a_path_or_is_refused(data, file):
-    """Check that modified archives with correct checksums are loaded or rejected properly."""
+    """Check that modified archives with correct checksums are either read correctly or rejected."""
     inside = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
     text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""

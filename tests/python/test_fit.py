@@ -1,4 +1,4 @@
-"""Tests of the values, errors and bounds of kreisel.fit."""
+"""Tests of the fitted values, standard errors and parameter bounds of kreisel.fit."""
 
 import pickle
 import runpy
@@ -318,9 +318,9 @@ def test_steady_precession_is_reported_as_uninformative():
 
 
 def test_the_moments_of_toutatis_agree_with_published_values():
-    """Compare the moment ratios of Toutatis with those of Takahashi, Busch and Scheeres (2013).
+    """Compare the fitted moment ratios of the asteroid Toutatis with published values.
 
-    The published values are based on five flybys.
+    The published values are based on five flybys (Takahashi, Busch and Scheeres 2013).
     """
     [example] = (Path(__file__).parents[2] / "docs/examples/fits").glob("toutatis.py")
     found = runpy.run_path(str(example))["fit"].moment_ratios

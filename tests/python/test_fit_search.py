@@ -140,7 +140,7 @@ def test_the_search_leaves_a_guess_at_rest():
 def turning(t, free=("start", "moments"), change=0.0):
     """Fit the attitudes of a symmetric top that makes 3.2 turns per second.
 
-    The initial guess of the spin has the error `change`.
+    The initial guess of the spin differs from the true value by `change`.
     """
     rng = np.random.default_rng(0)
     turns = exponential(0.01 * rng.normal(size=(len(t), 3)))

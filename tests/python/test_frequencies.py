@@ -159,7 +159,7 @@ def test_chaotic_paths_have_a_large_remainder():
 
 
 def test_undetermined_rates_are_nan():
-    """Check that mean rates are NaN if the apex passes a pole on irregularly changing sides."""
+    """Check that mean rates are NaN if the apex passes a pole on irregularly alternating sides."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3

@@ -313,7 +313,7 @@ def test_an_error_is_at_most_a_tenth_of_a_radian():
 
 
 class Search:
-    """A step-size search whose runs return predetermined errors."""
+    """A stub for the step-size search that returns given errors instead of integrating."""
 
     conditioning, first, budget = 1e-9, 10, 1000
     method, order, end, target = "strang", 2, 8.0, 1e-9

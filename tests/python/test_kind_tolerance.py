@@ -1,4 +1,4 @@
-"""Tests that rounding errors do not change the integrable case of a body."""
+"""Tests that integrable bodies are recognized in spite of rounding errors."""
 
 import kreisel as kr
 import numpy as np
@@ -14,7 +14,7 @@ NEARLY = {  # relative deviations of the moments from those of a Lagrange top
 
 
 def random_axes_body(moments, com, random):
-    """Return the description of a body in randomly rotated axes."""
+    """Return a body whose inertia tensor is given in randomly rotated axes."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
     return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, unphysical=True)

@@ -49,7 +49,7 @@ def test_bobenko_suris4_refuses_steps_beyond_its_series():
     """Check that a step h is refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
     The modified energy E excludes the spin energy and differs from the energy by a few per cent. E
-    and the torque are divided by I1.
+    and the torque are divided by the moment of inertia I1.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -76,8 +76,9 @@ def test_bobenko_suris4_refuses_steps_beyond_its_series():
 def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
     """Check that excessively large step sizes are rejected.
 
-    A step size h is rejected if h^2 times the largest torque exceeds twice the smallest moment. A
-    step size is also rejected if the body might turn by more than `most` radians per step.
+    A step size h is rejected if h^2 times the largest torque exceeds twice the smallest moment of
+    inertia. A step size is also rejected if the body might turn by more than `most` radians per
+    step.
     """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):
@@ -92,7 +93,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
 
 
 def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
-    """Check that a method with exact drifts is accurate for large steps of a fast Lagrange top."""
+    """Check that a splitting method with exact free rotation allows large steps of a fast top."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2

@@ -24,7 +24,7 @@ TIMES = [0.0, 0.5, 1.0]
 
 
 def list_calls(folder):
-    """Return calls that succeed, are rejected, or fail during the run."""
+    """Return calls that succeed, calls with invalid arguments, and calls that fail later."""
     return constructor_calls() | run_calls(folder) | attribute_calls() | error_calls()
 
 
@@ -134,13 +134,13 @@ def error_calls():
 
 @pytest.fixture(scope="module", autouse=True)
 def frozen():
-    """Exclude the objects of all other tests from garbage collection, which they make slow."""
+    """Exclude the objects of all other tests from garbage collection, because they slow it down."""
     gc.collect()
     gc.freeze()
 
 
 def measure_growth(call):
-    """Return the increase in Python's allocated memory blocks after repeated calls."""
+    """Return how many more memory blocks Python has allocated after repeated calls."""
     for _ in range(20):
         call()
     gc.collect()

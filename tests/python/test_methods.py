@@ -32,7 +32,7 @@ def has_visible_leading_error(name, body):
 
 @pytest.mark.parametrize("name, body", cases(has_visible_leading_error, adaptive=False))
 def test_orders_agree_with_the_table(name, body):
-    """Check that the measured orders of the attitude and momentum agree with the table."""
+    """Check that measured orders of convergence agree with the table of methods."""
     order = kr.methods[name].order
     slopes = measure_order(name, body)
     assert all(slope is not None and abs(slope - order) < 0.2 for slope in slopes.values()), slopes

@@ -1,4 +1,4 @@
-"""Tests that plots and animations show the data of the path."""
+"""Tests that plots and animations show the data of a path."""
 
 import doctest
 import itertools

@@ -1,4 +1,4 @@
-"""Tests of the times, errors and quantities of paths."""
+"""Tests of the output times, error estimates and derived quantities of paths."""
 
 import copy
 import os

@@ -1,4 +1,4 @@
-"""Tests that invalid arguments are rejected before anything runs."""
+"""Tests that invalid arguments are rejected before any computation starts."""
 
 import dataclasses
 import re

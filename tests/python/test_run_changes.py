@@ -18,7 +18,7 @@ NAMES = [*kr.methods, "taylor 16", "taylor 20", "taylor 30"]
 
 
 def start(name, **more):
-    """Start a run with a method and a number of digits, such as "taylor 30"."""
+    """Start a run with the method and number of digits given by a name such as "taylor 30"."""
     method, _, digits = name.partition(" ")
     words = words_for(method) | ({"digits": int(digits)} if digits else {}) | more
     return kr.start(scene_for(method), method, **words)
@@ -55,7 +55,7 @@ def test_a_push_by_zero_only_restarts_the_motion(name, most):
 
 @pytest.mark.parametrize("scene", [TOP, GENERAL, FREE, kr.scenes.thesis])
 def test_opposite_pushes_keep_30_digits(scene):
-    """Check that opposite pushes cancel in 30-digit arithmetic."""
+    """Check that opposite impulses cancel in 30-digit arithmetic."""
     run, whole = kr.start(scene, digits=30), kr.solve(scene, [5.0], digits=30)
     for t in (0.7, 1.9, 3.1):
         run.to(t)
@@ -158,7 +158,7 @@ def exact_sum(high, low):
 
 
 def exact_momentum(old, new, state):
-    """Return the exact momentum after a change of the body at constant angular velocity."""
+    """Return the exact momentum after the body is replaced at unchanged angular velocity."""
     q = exact_matrix(exact_sum(state.q[0], state.q_low[0]))
     p, r = (q @ exact_matrix([Fraction(x) for x in body.axes]) for body in (old, new))
     first, second = (np.diag([Fraction(x) for x in body.moments]) for body in (old, new))

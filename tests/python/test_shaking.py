@@ -1,4 +1,4 @@
-"""Tests of shaken supports against SciPy, decimal series and averaging theory."""
+"""Tests of shaken supports against SciPy, decimal Taylor series and averaging theory."""
 
 import math
 

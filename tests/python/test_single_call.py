@@ -1,4 +1,4 @@
-"""Tests that calls with plain numbers invoke the core only once."""
+"""Tests that calls with plain Python numbers enter the C extension only once."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""Tests that invalid sweeps are rejected before anything runs."""
+"""Tests that invalid sweeps are rejected before any computation starts."""
 
 import json
 import os

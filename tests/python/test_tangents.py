@@ -22,7 +22,7 @@ def change(one, other):
 def neighbours(scene, word, value, axis):
     """Differentiate the state with respect to a parameter by 30-digit finite differences.
 
-    The differences are improved by Richardson extrapolation.
+    Richardson extrapolation makes the finite differences more accurate.
     """
     step = 2.0 ** (np.ceil(np.log2(max(1.0, abs(value)))) - 26.0)
 

@@ -1,4 +1,4 @@
-"""Tests of the actions of Kowalewski and Goryachev-Chaplygin tops."""
+"""Tests of the action variables of Kowalewski and Goryachev-Chaplygin tops."""
 
 import math
 

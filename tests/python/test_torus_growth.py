@@ -1,4 +1,4 @@
-"""Tests of chaos indicators of integrable tops against closed forms."""
+"""Tests of chaos indicators against closed forms for integrable tops."""
 
 import math
 

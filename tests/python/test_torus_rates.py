@@ -56,7 +56,7 @@ def test_rates_agree_with_the_frequency_analysis(scene):
 def test_mean_precession_agrees_with_counted_turns(scene):
     """Compare the mean rates with the number of turns counted along a long path.
 
-    The count is wrong by at most a few turns, however long the path is.
+    The counted number is wrong by at most a few turns, however long the path is.
     """
     t = np.linspace(0.0, 20000.0, 800001)
     path = kr.exact(scene)(t)

@@ -1,4 +1,4 @@
-"""Tests of turning supports against SciPy and decimal series."""
+"""Tests of turning supports against SciPy and Taylor series in decimal arithmetic."""
 
 import math
 import pickle

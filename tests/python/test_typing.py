@@ -54,7 +54,7 @@ def by_pyright(folder):
 
 @pytest.mark.parametrize("checker", [by_mypy, by_pyright])
 def test_misspelt_names_are_the_only_type_errors(checker, tmp_path):
-    """Check both scripts at once, because checkers spend most time on the package."""
+    """Check both scripts in one run, because type checkers spend most time on the package."""
     lines = enumerate((SCRIPTS / "wrong.py").read_text().splitlines(), 1)
     expected = {("wrong.py", number) for number, line in lines if line.endswith("# wrong")}
     assert len(expected) > 20 and checker(tmp_path) == expected

@@ -20,7 +20,7 @@ TOP = kr.scenes.thesis
 
 
 def test_the_viewer_may_run_only_its_own_script():
-    """Check that the page's security policy forbids external scripts and network requests."""
+    """Check that the viewer's security policy forbids external scripts and network requests."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))

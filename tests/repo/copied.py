@@ -39,7 +39,7 @@ class House:
         self.write(recipe, name, old[:at] + text + old[at:])
 
     def build(self):
-        """Build the core and the extension in the least time: without optimization or inlining.
+        """Build the C library and the Python extension quickly, without optimization or inlining.
 
         On x86_64, only code for the base instruction set is compiled. The sources of the extension
         are compiled as one, so that the headers of pybind11 are read once.
@@ -69,7 +69,7 @@ class House:
             file.write("set_property(TARGET _core PROPERTY SOURCES python/whole.cpp)\n")
 
     def compile(self, program, to):
-        """Compile a C program and link it with the core."""
+        """Compile a C program and link it with the C library."""
         library = self.folder / "build/libkreisel.a"
         run("gcc", "-std=c99", f"-I{self.folder / 'csrc'}", program, library, "-lm", "-o", to)
 

@@ -80,7 +80,7 @@ def names(*trees):
 
 
 def find_repeated_basenames(tree):
-    """Return a dictionary from repeated module names to their files."""
+    """Return a dictionary that maps each repeated module name to the files that have it."""
     places = defaultdict(list)
     for file in python_files(tree):
         if file.name not in {"__init__.py", "__main__.py", "conftest.py"}:

@@ -83,7 +83,7 @@ def python_imports(file):
 
 
 def package(file, node):
-    """Return the absolute module name of an import statement as a list of words."""
+    """Return the absolute module name of an import statement as a list of its parts."""
     words = node.module.split(".") if node.module else []
     if not node.level:
         return words

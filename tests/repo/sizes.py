@@ -4,7 +4,7 @@
 
 Each program is linked with an object file of kreisel.c for a single instruction set. The linker
 option --gc-sections removes unused functions. The size is that of the text and data sections, minus
-the size of an empty program. The C library is linked dynamically and is not counted.
+the size of an empty program. The C standard library is linked dynamically and is not counted.
 """
 
 import platform
@@ -150,7 +150,7 @@ def sum_sections(program):
 
 
 def measure_column(folder, processor, level, rows=ROWS):
-    """Return the sizes of the programs [kB], which are None if no compiler is installed."""
+    """Return the sizes [kB] of the programs, which are None if no compiler is installed."""
     compiler = find_compiler(processor)
     if compiler is None:
         return [None for _ in rows]

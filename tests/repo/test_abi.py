@@ -20,7 +20,7 @@ MEMBER = re.compile(r"\(\*(\w+)\)\([^)]*\)|(\w+)(?:\[\w+\])?\s*(?=[,;])")
 
 
 def preprocess():
-    """Return the preprocessed header without the declarations of the C library."""
+    """Return the preprocessed header without the declarations of the C standard library."""
     need("gcc")
     options = ["-E", "-P", "-std=c99", "-include", "stddef.h", "-include", "stdint.h"]
     text = run("gcc", *options, CSRC / "kreisel.h")

@@ -1,6 +1,6 @@
 """Tests of the single-file library written by cmake/amalgamate.py.
 
-The script .ci/test also runs the C tests against this file.
+The script .ci/test also runs the C tests against the single file.
 """
 
 import importlib.util
@@ -49,9 +49,9 @@ def kernels_of(text):
 
 
 def compile_by_gcc(folder, to):
-    """Compile the file by the command of the page on embedding and of KREISEL_AMALGAMATED.
+    """Compile kreisel.c by the command in docs/embedding.md.
 
-    ccache compiles it once.
+    The option KREISEL_AMALGAMATED uses the same command, so that ccache compiles the file once.
     """
     run("cc", "-O2", "-std=c99", "-c", "kreisel.c", cwd=folder)
     return folder / "kreisel.o"
@@ -78,7 +78,7 @@ def compile_plain(folder, to):
     "compile_file", [compile_by_gcc, compile_by_clang, compile_one_isa, compile_plain]
 )
 def test_the_file_gives_the_same_bits_as_the_library(folder, tmp_path, compile_file):
-    """Compare the output of three programs."""
+    """Compare the outputs of three test programs with the results stored in tests/c."""
     need("cc", "clang", "gcc")
     library = compile_file(folder, tmp_path / "kreisel.o")
     for name in ("golden", "snapshot"):

@@ -31,7 +31,7 @@ LAST_LINES = {
 
 
 def write_files(folder):
-    """Write the files that the page shows."""
+    """Copy the source files shown in docs/embedding.md to `folder`."""
     for source, name in INCLUDED.findall(PAGE):
         to = folder / name
         to.parent.mkdir(parents=True, exist_ok=True)
@@ -40,7 +40,7 @@ def write_files(folder):
 
 @pytest.fixture(scope="module")
 def prefix():
-    """Return the folder into which the commands at the top of the page install the library.
+    """Return the folder into which the commands in docs/embedding.md install the library.
 
     The commands run in the folder build, where ccache finds the object files of other builds.
     """

@@ -260,7 +260,7 @@ def one_file(tmp_path_factory):
 
 
 def write_fast_compiler(file):
-    """Write a compiler that compiles for one instruction set without optimization."""
+    """Write a script that runs the C compiler for one instruction set without optimization."""
     file.write_text('#!/bin/sh\nexec cc "$@" -O0 -DKR_ONE_ISA\n')
     file.chmod(0o755)
     return str(file)
@@ -316,7 +316,7 @@ def use_zig():
 
 
 def needed_functions(page):
-    """Return the functions that the page lists as required on microcontrollers."""
+    """Return the functions that docs/embedding.md lists as required on microcontrollers."""
     section = page.partition("## Microcontrollers")[2].partition("\n## ")[0]
     return {
         name

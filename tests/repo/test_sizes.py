@@ -1,8 +1,8 @@
 """Tests of program sizes against the table in docs/sizes.md.
 
-Run `python tests/repo/sizes.py > docs/sizes.md` to update the table, which has more columns.
-The tests measure one column, and compile the library twice: complete, and with the options that
-leave out most.
+Run `python tests/repo/sizes.py > docs/sizes.md` to update the table. The tests check only one
+column of the table. They compile the library twice: with all parts, and with the options that leave
+out the most.
 """
 
 import pytest
@@ -16,7 +16,7 @@ COLUMN = ("x86_64", "-Os")  # the column with limits
 
 @pytest.mark.parametrize("options", [(), max((row[2] for row in ROWS), key=len)])
 def test_no_program_has_grown_by_a_tenth(options, tmp_path):
-    """Compare the sizes of all programs that use the library with these options."""
+    """Compare the sizes of programs with docs/sizes.md, for a library built with `options`."""
     need("cmake", "size")
     pairs = zip(ROWS, read_table(TABLE)[COLUMNS.index(COLUMN)], strict=True)
     pairs = [(row, size) for row, size in pairs if row[2] == options]

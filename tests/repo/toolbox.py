@@ -102,9 +102,9 @@ def core_sources(csrc=CSRC):
 
 @contextmanager
 def first_process(name):
-    """Yield whether this is the first test process of a parallel run that enters this block.
+    """Yield True to the first process of a test run that enters the block, and False otherwise.
 
-    The other processes wait for the first one to leave the block, unless it failed there.
+    All other processes wait until the first process has left the block or has failed there.
     """
     (ROOT / "build").mkdir(exist_ok=True)
     with (ROOT / f"build/{name}.run").open("a+") as file:
@@ -117,7 +117,7 @@ def first_process(name):
 
 @functools.cache
 def install_library(gsl="OFF"):
-    """Install the library as a user would, once in a run of the tests, and return the folder."""
+    """Install the library as a user would, once per test run, and return its folder."""
     build, prefix = ROOT / f"build/installed-gsl-{gsl}", ROOT / f"build/prefix-gsl-{gsl}"
     with first_process(prefix.name) as is_first:
         if is_first:

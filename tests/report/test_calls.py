@@ -67,7 +67,7 @@ def test_each_order_of_heyoka_has_one_tolerance():
 
 
 def test_times_are_interpolated_between_adjacent_settings():
-    """Check the interpolation of run times that depend on the error by a power law."""
+    """Check the interpolation of run times that are proportional to a power of the error."""
     ladder = [(k, error) for k, error in enumerate((1e-2, 1e-5, 1e-5, 1e-8, 1e-8, 1e-11))]
 
     def time_at(target):

@@ -106,7 +106,7 @@ def test_ratios_are_medians_of_rounds():
 
 
 def test_the_tightest_common_error_is_reached_by_both_programs():
-    """Check the smallest error that two programs reach if errors do not decrease monotonically."""
+    """Check the smallest common error of two programs whose errors decrease irregularly."""
     scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
     target = equal_error.tightest_common_error(straight, scattered)

@@ -52,7 +52,7 @@ def test_the_error_of_c_does_not_vanish_with_the_step():
 
 
 def test_the_error_of_c_has_no_effect_in_the_scene_of_the_thesis():
-    """Check that the erratum on the constant c does not affect the example of the thesis.
+    """Check that the erratum on the constant c does not affect the example in the thesis.
 
     In this scene a0 = e3, hence <m, p> / g equals <m, a>, and g = p = 1 before scaling.
     """
@@ -120,7 +120,7 @@ def test_runge_kutta_has_four_stages():
 def test_g_is_constant_only_for_horizontal_momenta():
     """Check that the Goryachev-Chaplygin integral G is constant only for horizontal momenta.
 
-    The derivative is dG/dt = 2 M2 <M, P>, in the units of equation (5.2) of the thesis.
+    The derivative is dG/dt = 2 M2 <M, P>, in the units of equation (5.2) in the thesis.
     """
     level = special_scene("goryachev_chaplygin")
     tilted = level.replace(momentum=SCENE.momentum)

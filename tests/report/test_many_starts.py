@@ -38,7 +38,7 @@ def test_a_start_keeps_the_character_of_the_motion():
 
 
 def make_findings(times, scene="thesis"):
-    """Return results for one scene, given the run times of all programs.
+    """Return artificial results for one scene, in which programs have the given run times.
 
     An infinite time means that the program fails.
     """

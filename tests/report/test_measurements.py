@@ -1,4 +1,4 @@
-"""Tests of stored measurements and of the search for the fastest run."""
+"""Tests of how the report stores measurements and selects the fastest run."""
 
 import os
 from dataclasses import replace

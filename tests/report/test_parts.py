@@ -149,7 +149,7 @@ def test_every_part_has_a_template_beside_its_file(part):
 
 @pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])
 def test_general_files_name_no_part(file):
-    """Check that the general files of the report contain no names of individual parts."""
+    """Check that the files common to all parts of the report do not name any part."""
     text = (ROOT / "validation/report" / file).read_text()
     words = {word for part in PARTS for word in (part.name, part.title, part.heading)}
     named = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}

@@ -137,7 +137,7 @@ def test_the_report_writes_the_table_of_the_readme(quick_report):
 
 
 def test_the_report_accepts_a_scene_of_the_user(tmp_path):
-    """Check the report's errors for a user-defined scene whose axes are not principal axes."""
+    """Check attitude errors in the report for a user-defined body in rotated axes."""
     turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
     kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0

@@ -1,4 +1,4 @@
-"""Tests of the scaled units of the thesis."""
+"""Tests of conversions to the scaled units of Bobenko and Suris."""
 
 import kreisel as kr
 import numpy as np

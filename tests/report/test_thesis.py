@@ -1,4 +1,4 @@
-"""Tests of the chapter on the thesis."""
+"""Tests of the report's chapter on the thesis."""
 
 import re
 

@@ -134,7 +134,7 @@ def read_scene(page):
 
 
 def list_changes(before, after):
-    """Return the keys with different values in two scenes, except the name and description."""
+    """Return the keys whose values differ between two scenes, ignoring the name and description."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 

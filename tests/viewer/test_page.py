@@ -1,4 +1,4 @@
-"""Tests that the viewer computes the same states as Python."""
+"""Tests that the viewer computes the same states as the Python package."""
 
 import csv
 import gzip

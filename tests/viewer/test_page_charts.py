@@ -1,4 +1,4 @@
-"""Tests that charts and tables of the viewer agree with Python."""
+"""Tests that charts and tables of the viewer agree with values computed in Python."""
 
 import kreisel as kr
 import numpy as np
@@ -157,8 +157,8 @@ def test_charts_of_integrals_show_changes_and_others_show_values(page, each):
 def read_table(page):
     """Return the displayed values and changes of the integrals of motion.
 
-    The integrals are the energy, the vertical and axial momentum, and a fourth integral if there is
-    one.
+    The integrals of motion are the energy, the vertical and axial momentum, and a fourth integral
+    if there is one.
     """
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"

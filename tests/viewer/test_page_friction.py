@@ -1,4 +1,4 @@
-"""Tests of friction, falls, rotors, turntables and the balancing game."""
+"""Tests of friction, falls, rotors, turntables and the balancing game in the viewer."""
 
 import json
 

@@ -1,6 +1,6 @@
 """Tests that the numbers in the viewer agree with those computed in Python.
 
-A drawn solid of revolution must have the mass and moments of the body.
+A drawn solid of revolution must have the mass and moments of inertia of the body.
 """
 
 import json

@@ -26,14 +26,14 @@ def open_exercise(page, preset, ask=None):
 
 
 def largest_change(page, top, name, until=None):
-    """Return the largest change of an integral up to the time `until`."""
+    """Return the largest change of an integral of motion up to the time `until`."""
     values = read_record(page, top, name)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
     return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
 
 
 def largest_errors(page, *times):
-    """Return the largest attitude error of each top up to several times."""
+    """Return the largest attitude errors of all tops up to each of the given times."""
     found = []
     for t in times:
         advance(page, t)

@@ -271,7 +271,7 @@ def test_the_trace_is_the_curve_of_the_apex(page, t, stride):
 
 
 def read_body(page):
-    """Return the displayed kind, mass, moments and centre of mass of the body."""
+    """Return the displayed kind, mass, moments of inertia and centre of mass of the body."""
     kind, _, numbers = page.get_by_text("top: mass").inner_text().partition(" top: mass ")
     words = (
         numbers.replace("moments", "").replace("centre of mass", "").partition("(")[0].split(",")

@@ -2,9 +2,9 @@
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-The program also counts the source files in which these functions are defined. Each public function
-is called a few times as a warm-up. Calls of functions in NumPy, the standard library and the core
-are not counted. Calls on other threads are not counted either.
+The program also counts the source files in which the called functions are defined. Each public
+function is called a few times as a warm-up. Calls of functions in NumPy, the standard library and
+the C extension are not counted. Calls on other threads are not counted either.
 """
 
 import argparse
@@ -83,7 +83,7 @@ def record_calls() -> Iterator[list[str]]:
 
 
 def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
-    """Count the function calls, the source files involved, and the returns to earlier files."""
+    """Count function calls, the source files involved, and how often a file is entered again."""
     for _ in range(WARM_RUNS):
         run()
     with record_calls() as files:

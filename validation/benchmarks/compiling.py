@@ -50,7 +50,7 @@ def find_compiler():
 
 
 def compile_core(folder, source, isas=ISAS, options=("-DKR_WITH_AVX2", "-DKR_WITH_AVX512")):
-    """Compile the core and the file `source` into a shared library, and load the library."""
+    """Compile the C library and the file `source` into a shared library, and load the result."""
     jobs = [(file, (*options, *size_options(file, options))) for file in (*core_files(), source)]
     jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in isa_files()]
     objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]

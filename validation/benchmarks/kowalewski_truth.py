@@ -73,7 +73,7 @@ def draw(number, rng):
 
 
 def make_top(inertia, com, gravity, attitude, momentum, time):
-    """Return a top whose final time is rounded to a short binary fraction."""
+    """Return a top with its final time rounded to a multiple of 2^-20."""
     return Top(
         *(tuple(map(float, x)) for x in (inertia, com)),
         gravity,

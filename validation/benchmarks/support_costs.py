@@ -48,14 +48,14 @@ def make_ensemble(scene):
 
 
 def time_single(scene, digits, share):
-    """Return the processor time per step [s] for a single top."""
+    """Return the processor time [s] per step for a single top."""
     begin = time.process_time()
     path = kr.solve(scene, share * SPAN[digits], "taylor", digits=digits)
     return (time.process_time() - begin) / path.stats.steps
 
 
 def time_members(tops, digits, share):
-    """Return the processor time per step [s] of one top in an ensemble."""
+    """Return the processor time [s] per step of one top in an ensemble."""
     begin = time.process_time()
     paths = kr.solve(tops, share * SPAN[digits], "taylor", digits=digits, threads=1)
     return (time.process_time() - begin) / paths.steps.sum()

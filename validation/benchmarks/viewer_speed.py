@@ -131,7 +131,7 @@ def time_drag_events(browser, page, *held):
 
 
 def time_drag(page):
-    """Return the delays between 100 mouse movements and the picture, in frames and milliseconds."""
+    """Return the delays of the viewer after 100 mouse movements, in frames and in milliseconds."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)

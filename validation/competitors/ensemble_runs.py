@@ -1,4 +1,4 @@
-"""Integration of many tops of one body, by kreisel and by other integrators.
+"""Integration of many tops with the same body, by kreisel and by other integrators.
 
 Each integrator is wrapped in a function that takes no arguments and returns the final attitudes.
 The heyoka integrators are compiled with the constants of the body. A heyoka integrator advances

@@ -68,7 +68,7 @@ def sample_errors(q, truths):
 
 
 def time_per_top(call, who, tops, threads):
-    """Return the run time per top [s].
+    """Return the run time [s] per top.
 
     The run time of a serial integrator is divided by the number of threads.
     """
@@ -91,7 +91,7 @@ def tightest_common_error(own, other):
 def seconds_at(target, own):
     """Return the run time per top at which the median error equals `target`, for each round.
 
-    The result is nan if the error cannot be reached.
+    The result is nan if the integrator does not reach the error `target`.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
@@ -103,7 +103,7 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median ratio of run times at equal error, and both median run times per top [s].
+    """Return the median ratio of run times at equal error, and both median times [s] per top.
 
     All results are nan if one of the integrators does not reach the error.
     """

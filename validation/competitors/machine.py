@@ -52,9 +52,10 @@ def commit_name():
 
 
 def fingerprint(*more):
-    """Return a list of everything that influences measurements.
+    """Return a list of all conditions that influence measurements.
 
-    The list describes the code, the machine and the versions, and includes the arguments `more`.
+    The list contains the machine, the commit, the program versions, a hash of the code, and the
+    arguments `more`.
     """
     here = Path(__file__).parents[1]
     files = [

@@ -17,7 +17,7 @@ TITLES = {
 
 
 def group_methods():
-    """Return a dictionary from the titles of figures to the methods shown."""
+    """Return a dictionary that maps the title of each figure to the methods shown in it."""
     others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
     yardstick = [PEERS[0].name]
     return {

@@ -32,7 +32,7 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return the number of floating-point operations in a run's products of Taylor series.
+    """Return how many floating-point operations the products of Taylor series in a run require.
 
     Each fused multiply-add counts as two operations.
     """

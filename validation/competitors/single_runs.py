@@ -4,7 +4,7 @@ All integrators have the same interface. The method `solve()` integrates the equ
 returns the final attitude. `attitude()` returns the final attitude with respect to the principal
 axes. `record(times)` returns the attitudes and momenta at `times`. `steps` is the number of steps.
 `evaluations` counts evaluations of the right-hand side or of the torque. `setup` is the preparation
-time in seconds, or None. A number is None if it is not defined for the method.
+time in seconds, or None. If a method does not count steps or evaluations, the attribute is None.
 """
 
 import math

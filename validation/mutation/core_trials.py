@@ -1,4 +1,4 @@
-"""Mutation tests of the C core, compiled for the baseline instruction set.
+"""Mutation tests of the C library, compiled for the baseline instruction set.
 
 The C tests run first, then the C tests under sanitizers, and finally the Python tests. Only files
 that depend on the mutated file are recompiled.

@@ -29,13 +29,13 @@ def describe_kinds(problems):
 
 
 def find_winner(rows, scene):
-    """Return the fastest method of kreisel for most target errors, or None."""
+    """Return the method that is fastest for most target errors, or None if none was measured."""
     wins = [own.method for _, _, own, _ in fastest.run_races(rows, [scene]) if own]
     return Counter(wins).most_common(1)[0][0] if wins else None
 
 
 def group_scenes(comparison):
-    """Return a dictionary from methods to the problems for which they are recommended."""
+    """Return a dictionary that maps each method to the problems for which it is recommended."""
     groups = {}
     for problem, _ in comparison.problems:
         winner = find_winner(comparison.rows, problem.name)
@@ -96,7 +96,7 @@ def list_fixed_steps(comparison):
 
 
 def describe_late(comparison):
-    """Return the range of run times for states at a large time, or None without measurements."""
+    """Return the range of run times for states at a large time, or None if none were measured."""
     late = [found for found in comparison.late.values() if found]
     if not late:
         return None

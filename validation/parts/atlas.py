@@ -96,7 +96,7 @@ def family_contexts(found):
 
 
 def describe_cell(cell):
-    """Return the verdict and a message if a result needs an explanation.
+    """Return the verdict and a message if a result needs an explanation, and None otherwise.
 
     Failed runs, silent errors, and large errors of adaptive methods need an explanation.
     """

@@ -222,9 +222,9 @@ def step_cases():
 def antipodal_cases():
     """Yield test cases in which the axis is nearly reversed in one step.
 
-    The Bobenko-Suris map rotates the axis by 2 atan(h |w| / 2) per step. This angle is less than
-    half a turn. The axis rotates by half a turn minus `gap` if h |w| / 2 = cot(gap / 2). Other
-    methods rotate the axis by the angle h |w|.
+    The Bobenko-Suris map rotates the axis by 2 atan(h |w| / 2) per step. The rotation angle per
+    step is less than half a turn. The axis rotates by half a turn minus `gap` if h |w| / 2 =
+    cot(gap / 2). Other methods rotate the axis by the angle h |w|.
     """
     across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
     light = scene_factory(lagrange, 1.0, momentum=across, gravity=1e-3)

@@ -29,8 +29,8 @@ class Candidate:
     """A method of kreisel, or another integrator, that is tested in the stability atlas.
 
     The function `run` takes a problem, a scene, the output times, and a step size or tolerance. The
-    function returns the attitudes, the momenta, and the numbers of steps and evaluations. Attitudes
-    are those of the principal axes, and momenta are given in the space frame.
+    function `run` returns the attitudes, the momenta, and the numbers of steps and evaluations.
+    Attitudes are those of the principal axes, and momenta are given in the space frame.
     """
 
     name: str

@@ -145,7 +145,7 @@ def list_heyoka_runs(problem, end, orders):
 
 
 def time_function(problem, end, truth):
-    """Return a function that estimates the run time of DOP853 [s] for a given error."""
+    """Return a function that estimates the run time [s] of DOP853 for a given error."""
     ladder = make_ladder([FunctionRun(problem, end, 10.0**-k) for k in DECADES], truth)
     samples = [[processor_time(run.solve)] for run, _ in ladder]
 
@@ -212,7 +212,7 @@ def count_operations(run):
 
 
 def compare(band, name):
-    """Return heyoka's run time relative to kreisel's: the median ratio and the ratio of minima."""
+    """Return the median ratio of heyoka's to kreisel's run times, and the ratio of the shortest."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 
@@ -225,7 +225,7 @@ def compute_share(scene, band):
 
 
 def count_paying_runs(band):
-    """Return the number of runs after which heyoka's compile time has paid off."""
+    """Return the number of runs after which the compilation of heyoka's integrator pays off."""
     gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
     return band["compiling"] / gain if gain > 0 else inf
 

@@ -131,7 +131,7 @@ def conclude(findings):
 
 
 def compare_movers(groups, own, target):
-    """Return the target error, kreisel's run time per top [s], and heyoka's relative run time.
+    """Return the target error, kreisel's run time [s] per top, and heyoka's relative run time.
 
     If one of the programs cannot reach the target error, a larger error is chosen.
     """

@@ -17,7 +17,7 @@ TIE = 4 / 3
 
 
 def fastest_reaching(rows, target):
-    """Return the fastest run of one method that reaches the target error, or None.
+    """Return the fastest run of one method that reaches the target error, or None if there is none.
 
     The list `rows` is sorted by increasing accuracy.
     """
@@ -77,7 +77,7 @@ def times_to_targets(rows, scene):
 
 
 def list_references(methods):
-    """Return a dictionary from the names of the other integrators to their titles."""
+    """Return a dictionary that maps the name of each other integrator to its title."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 

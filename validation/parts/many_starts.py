@@ -50,7 +50,7 @@ COLUMNS = ("scene", "start", "program", "tol", "seconds", "attitude_error")
 
 
 def list_programs():
-    """Return a dictionary from the names of the programs to their titles."""
+    """Return a dictionary that maps the name of each program to its title."""
     known = {*kr.methods, *(peer.name for peer in PEERS)}
     return {OWN: OWN} | fastest.list_references(known)
 
@@ -217,7 +217,7 @@ def summarize_programs(found):
 
 
 def format_share(times):
-    """Return the percentage of initial states for which an error is reached."""
+    """Return the percentage of initial states for which a program reaches a given error."""
     return f"{100 * np.isfinite(times).mean():.0f} %"
 
 

@@ -42,7 +42,7 @@ KINDS = {
 
 
 def draw_body(kind, random):
-    """Draw a random body of one kind, with moments between 0.2 and 1."""
+    """Draw a random body of one kind, with moments of inertia between 0.2 and 1."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)
@@ -70,7 +70,7 @@ def draw_problems(kind, members):
 
 
 def time_solve(problems, name, setting):
-    """Return the run time per top [s] and the paths of all tops."""
+    """Return the run time [s] per top and the paths of all tops."""
     ensemble = kr.Ensemble.of([problem.user for problem in problems])
     with timing.pause_gc():
         begin = timing.perf_counter()

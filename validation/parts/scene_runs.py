@@ -64,7 +64,7 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Return a power of two that is close to the duration of a turn [T].
+    """Return a power of two that is close to the duration [T] of a turn.
 
     A power of two allows the steps to divide the final time exactly.
     """

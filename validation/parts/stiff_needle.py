@@ -6,9 +6,9 @@ theta in one step, where theta = 2 atan(h |V| / 4). A step changes <m,a> by
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
-The change in one step is of order h^2 if the step size resolves the spin. If the step does not
-resolve the spin, the change per unit of time is independent of the step size. The change per unit
-of time is about as large as the component of the torque along V.
+The change of <m,a> in one step is of order h^2 if the step size resolves the spin. If the step does
+not resolve the spin, the change per unit of time is independent of the step size. The change per
+unit of time is about as large as the component of the torque along V.
 """
 
 import kreisel as kr

@@ -56,7 +56,7 @@ def has_many_digits(way):
 def summarize_agreement(lines):
     """Yield the largest differences between several computations of the reference solution.
 
-    The differences are divided by the conditioning.
+    Each difference is divided by the conditioning of the motion.
     """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

@@ -1,9 +1,9 @@
 """Assessment of the results of the stability atlas.
 
 To judge a solution, a user can compute it again with half the step size or a hundredth of the
-tolerance. Let d be the difference in attitude between these two solutions. If the method attains
-its order p, the error of the first solution is about d 2^p / (2^p - 1). The error of an adaptive
-method is about as large as the difference d.
+tolerance. Let d be the difference in attitude between the two solutions. If the method attains its
+order p, the error of the first solution is about d 2^p / (2^p - 1). The error of an adaptive method
+is about as large as the difference d.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -88,13 +88,13 @@ def estimate_error(second_run, order):
     """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
 
     The argument `second_run` is the angle between the attitudes of the two runs. If `order` is
-    zero, the method is adaptive and this angle is the estimate.
+    zero, the method is adaptive, and `second_run` itself is the estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the name of a warning sign that reveals an attitude error, or None.
+    """Return the name of a sign that reveals an attitude error, or None if there is no sign.
 
     The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
     per turn, which is infinite for adaptive methods. The argument `explained` contains errors that

@@ -87,7 +87,7 @@ def describe_timing(rows):
 
 
 def summarize_setup(rows):
-    """Return the smallest, median and largest compile time of heyoka [s]."""
+    """Return the smallest, median and largest compile time [s] of heyoka."""
     known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
     if not known:
         return None
@@ -95,7 +95,7 @@ def summarize_setup(rows):
 
 
 def describe_payment(rows, scenes):
-    """Describe after how many runs heyoka's compile time pays off.
+    """Describe after how many runs the compilation of heyoka's integrator pays off.
 
     Only scenes and target errors that both programs can reach are included.
     """

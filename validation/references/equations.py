@@ -45,9 +45,8 @@ def round_to(numbers, fp):
 def compute_coefficients(problem, form="velocity", digits=40):
     """Return the coefficients of the equations of motion in multiprecision.
 
-    The list begins with the coefficients of the angular velocities, followed by those of products
-    of two variables and of the torque. For a damped top, the decay rates due to damping are
-    appended.
+    The list contains the coefficients of the angular velocities, then those of the quadratic terms,
+    and finally those of the torque. For a damped top, the decay rates due to damping are appended.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]

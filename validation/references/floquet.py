@@ -28,7 +28,7 @@ _AXES = np.eye(3)
 
 
 def _add_as_decimals(high: Array, low: Array | None = None) -> Decimals:
-    """Return the sums of high and low parts as decimal numbers."""
+    """Return the elementwise sums of `high` and `low` as decimal numbers."""
     return _to_decimals(high) if low is None else _to_decimals(high) + _to_decimals(low)
 
 
@@ -74,8 +74,8 @@ def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
 class _Body(NamedTuple):
     """A rigid body whose parameters are decimal numbers.
 
-    The moments, the lever arm and the symmetry axis are given along the principal axes. The matrix
-    `frame` rotates the principal axes to the axes of the user.
+    The moments of inertia, the lever arm and the symmetry axis are given along the principal axes.
+    The matrix `frame` rotates the principal axes to the axes of the user.
     """
 
     moments: Decimals
@@ -145,7 +145,7 @@ class _Point(NamedTuple):
         )
 
     def phase_rate(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return the time derivatives of the periodic functions."""
+        """Return the time derivatives of the functions that `phase` returns."""
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum
@@ -249,7 +249,7 @@ def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float)
 def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
     """Return the monodromy matrix and the period of a motion.
 
-    The argument `longest` is the latest time at which derivatives are needed. If this time is less
+    The argument `longest` is the latest time at which derivatives are needed. If `longest` is less
     than the period, the monodromy matrix is not computed. Raises ValueError if the motion lies on a
     separatrix.
     """

@@ -1,8 +1,8 @@
 """The width of the chaotic layer near the separatrix of a slightly asymmetric top.
 
 An upright Lagrange top that spins too slowly to be stable falls, swings and becomes upright again.
-Let the moments be I1 / (1 - e), I1 / (1 + e) and I3. Then the axial momentum c changes at the rate
-dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a swing is
+Let the moments of inertia be I1 / (1 - e), I1 / (1 + e) and I3. Then the axial momentum c changes
+at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a swing is
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
 Here psi is the spin angle at the lowest point of the swing. The Melnikov integral is taken along
 the separatrix with psi = 0. Near the upright position, the nutation grows exponentially at the rate
@@ -32,7 +32,7 @@ def make_body(e):
 
 
 def lowest_scene():
-    """Return the top at the lowest point of the separatrix."""
+    """Return the top at the lowest point of its motion along the separatrix."""
     tilt = acos(VERTICAL**2 / (2.0 * I1) - 1.0)
     across = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
     attitude = (cos(tilt / 2.0), sin(tilt / 2.0), 0.0, 0.0)

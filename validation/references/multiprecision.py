@@ -34,7 +34,7 @@ class MultiprecisionIntegrator:
         )
 
     def __call__(self, scene, times):
-        """Return the attitudes of the principal axes at `times`, which are monotonic from 0."""
+        """Return the attitudes of the principal axes at `times`, which must move away from 0."""
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q
@@ -71,7 +71,7 @@ def path_attitudes(path):
 
 
 def rotation_angles(one, other):
-    """Return the angles [rad] between pairs of attitudes, which are accurate even if small."""
+    """Return the angles [rad] between pairs of attitudes; even small angles are accurate."""
     found = []
     for p, q in zip(one, other, strict=True):
         turn = np.array(product(conjugate(p), q))

@@ -31,7 +31,7 @@ def fit_slope(steps, errors, rounding):
 
 
 def compute_errors(path, truth):
-    """Return the largest errors of attitude and momentum over several times.
+    """Return the errors of attitude and momentum, each as a norm over several times.
 
     The error at a single time may vanish by coincidence.
     """

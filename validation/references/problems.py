@@ -1,4 +1,4 @@
-"""Test problems from problems.json and from scenes of the user.
+"""Test problems from problems.json and from user-defined scenes.
 
 All parameters are double-precision numbers and are taken as exact.
 """
@@ -81,7 +81,7 @@ class Problem:
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
     def highest_rate(self, q, m):
-        """Return the largest angular velocity of all states [T^-1]."""
+        """Return the largest angular velocity [T^-1] of all states."""
         return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
@@ -112,7 +112,7 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def scale_to_internal_units(self):
-        """Convert the problem to internal units, and return the units of moment and rate.
+        """Convert the problem to units in which its moments of inertia and its rate are at most 1.
 
         Return the problem in internal units, and the units of inertia and angular velocity. The
         units are powers of two, so that the conversion is exact.

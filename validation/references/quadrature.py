@@ -236,7 +236,7 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order_axes(self, inertia, body):
-        """Order the axes so that the second moment is the middle one and M3 is not negative.
+        """Order the axes so that the middle moment of inertia is the second and M3 is not negative.
 
         The attribute `relabel` is the rotation from the sorted axes to the body axes.
         """

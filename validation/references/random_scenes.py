@@ -73,7 +73,7 @@ def sleeping(rng):
 
 
 def middle_axis(rng):
-    """Draw a free body that rotates nearly about the axis of its middle moment."""
+    """Draw a free body that rotates nearly about its middle principal axis."""
     half = np.sort(np.exp(rng.normal(0.0, 0.5, 3)))
     body = kr.Body.cuboid(half=tuple(half), pivot=(0.0, 0.0, 0.0))
     momentum = rng.normal(size=3) * 10 ** rng.uniform(-9, -2)
@@ -82,7 +82,7 @@ def middle_axis(rng):
 
 
 def near_a_rod(rng):
-    """Draw a slow top with one very small moment or with two almost equal moments."""
+    """Draw a slow top with one very small moment of inertia and two almost equal ones."""
     least, apart = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
     body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), unphysical=True)
     speed = 10 ** rng.uniform(-8, 0)

@@ -4,10 +4,10 @@ The solutions for the scenes of the report are stored in reference.json by the c
 validation.references.reference`.
 
 Each solution is computed from two forms of the equations in 128-bit arithmetic, and once in 80-bit
-arithmetic. The differences between these computations show how accurate the solution is. The
-conditioning is the change in attitude caused by perturbing each parameter and initial value by one
-double-precision rounding error. No method in double precision can be expected to have a smaller
-error than the conditioning.
+arithmetic. The differences between the three computations show how accurate the reference solution
+is. The conditioning is the change in attitude caused by perturbing each parameter and initial value
+by one double-precision rounding error. No method in double precision can be expected to have a
+smaller error than the conditioning.
 """
 
 import argparse
@@ -153,7 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the change in attitude [rad] if each number of the problem is rounded once."""
+    """Return the change in attitude [rad] if each parameter and initial value is rounded once."""
     own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -274,7 +274,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each independent computation and its deviation from the reference [rad]."""
+    """Yield the name of each independent computation and its deviation [rad] from the reference."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (

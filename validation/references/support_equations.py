@@ -152,7 +152,7 @@ class SupportIntegrator:
                 needed = math.copysign(2.0 * friction, needed)
 
     def _leave(self, state, pars, begin, t):
-        """Return the state and the time shortly after an event."""
+        """Return the state and the time shortly after a change between sliding and rest."""
         left = float(FP(t) - begin)
         soon = begin + FP(math.copysign(min(LEAVE, 0.5 * abs(left)), left))
         top, _ = self._run(self.smooth, state, pars, begin, soon)

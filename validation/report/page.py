@@ -32,7 +32,7 @@ def load_template(name, *folders):
 
 
 def cite_peers(svg, about):
-    """Return a note with versions and date if a figure shows other integrators."""
+    """Return a note with versions and date if a figure shows other integrators, or else ""."""
     if not any(name in svg for name in (*(peer.name for peer in PEERS), "gsl_")):
         return ""
     return markupsafe.Markup("<small>{}</small>").format(about["peers"])

@@ -6,7 +6,7 @@ errors dominate. With method='geometric', the true error never exceeds the reque
     python -m validation.studies.error_estimates [--scenes 100] [--seed 5]
 
 The tops are drawn at random as in references/random_scenes.py. The equations of motion are solved
-up to a random time of at most about 30 units, forward or backward. The error estimate of a path is
+forward or backward over a random time of at most about 30 units. The error estimate of a path is
 compared with the largest true error of all states. The reference solutions are computed by heyoka
 in 60-digit arithmetic.
 """

@@ -3,8 +3,8 @@
     python -m validation.studies.fit_coverage [--seeds 1000] [KIND ...]
 
 Measurements are simulated for tops with known parameters. The noise is normally distributed, with a
-standard deviation of 1 % of the signal or 0.01 rad. The fit starts from wrong moments, a wrong
-centre of mass and a wrong initial state. The initial guess must therefore be derived from the
+standard deviation of 1 % of the signal or 0.01 rad. The fit starts from wrong moments of inertia, a
+wrong centre of mass and a wrong initial state. The initial guess must therefore be derived from the
 measurements. Only quantities that can be determined from the measurements are compared. Errors
 within one fit are correlated, so that each fit counts as one sample.
 """

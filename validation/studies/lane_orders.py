@@ -4,9 +4,9 @@ Conclusion: csrc/ensemble/lane_scheduler.c uses the fastest order that does not 
 
     python -m validation.studies.lane_orders [orders isas limits]
 
-For each tolerance, methods of all orders are timed, and their errors are compared with those of the
-integration of single tops. The reference solutions are computed in 20-digit arithmetic. All
-integrations are called from C and timed alternately on one thread of one process.
+For each tolerance, the Taylor method is timed for every order, and its errors are compared with the
+errors obtained when each top is integrated alone. The reference solutions are computed in 20-digit
+arithmetic. All integrations are called from C and timed alternately on one thread of one process.
 """
 
 import argparse
@@ -89,8 +89,8 @@ def error_quantiles(q, truth):
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
     """Find the largest tolerance for which the errors are acceptable.
 
-    Returns by how many powers of two the tolerance is reduced, a function that integrates the
-    scenes, and the errors. Returns None if all tolerances are too large.
+    Returns the base-2 logarithm of the factor by which the tolerance is reduced, a function that
+    integrates the scenes, and the errors. Returns None if all tolerances are too large.
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
@@ -134,7 +134,7 @@ def isas(lanes):
 def limits(lanes):
     """Print the rate of floating-point operations, relative to the peak rate of one core.
 
-    Each step performs order (order + 1) operations for each of 12 products of Taylor series.
+    A step of order p takes p (p + 1) operations for each of 12 products of Taylor series.
     """
     most = peak.measure_peak()
     for name, scenes, t in draw_families():

@@ -10,15 +10,16 @@ strong. The reference is computed by heyoka in 128-bit arithmetic
 only the attributes of the scene. The motion of every top is computed with 16, 20 and 30 digits, in
 an ensemble, and by a run that is saved and resumed. The closed form is also tested if there is one.
 
-The conditioning of a state is its largest first-order change when all numbers of the scene are
-rounded once. The conditioning is computed as the larger of `path.conditioning` and the same sum for
-the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +- 2^-30 with
-random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed the
-conditioning.
+The conditioning of a state is its largest change, to first order, when each parameter and initial
+value of the scene is rounded once. The conditioning is the larger of `path.conditioning`, which
+refers to the attitude, and the analogous value for the momentum. As a check, the reference is
+recomputed with each parameter and initial value multiplied at random by 1 + 2^-30 or 1 - 2^-30. The
+change of the reference, scaled to a perturbation of 2^-53, must not exceed the conditioning.
 
-Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment
-times the rate of the top. All errors should be at most 10 times the conditioning. For solutions
-with 20 and 30 digits, the conditioning is scaled to rounding errors of 1e-20 and 1e-30.
+Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment of
+inertia times the rotation rate of the top. All errors should be at most 10 times the conditioning.
+For solutions with 20 and 30 digits, the conditioning is scaled to rounding errors of 1e-20 and
+1e-30.
 """
 
 import argparse
@@ -121,7 +122,7 @@ def draw_top(rng):
 
 @dataclass
 class Nudged:
-    """A scene whose numbers are all multiplied by 1 + `NUDGE` or 1 - `NUDGE` at random."""
+    """A scene with every number multiplied at random by 1 + `NUDGE` or 1 - `NUDGE`."""
 
     scene: kr.Scene
     rng: np.random.Generator
@@ -150,7 +151,7 @@ def differ(one, other, scale):
 
 
 def bound_conditioning(scene, t, scale):
-    """Return the largest change of the state if each number of the scene is rounded once."""
+    """Return the largest change of the state if every parameter and initial value is rounded."""
     numbers = collect_scene_numbers(scene)
     by = tuple(name for name, values in numbers.items() if any(values))
     path = kr.solve(scene, [t], "taylor", tangents=by)
@@ -187,7 +188,7 @@ class Top:
 
 @dataclass
 class Tally:
-    """Numbers of results, and the largest errors in units of the conditioning."""
+    """The number of results of each kind, and their largest errors in units of the conditioning."""
 
     counts: Counter = field(default_factory=Counter)
     worst: dict = field(default_factory=dict)
@@ -253,7 +254,7 @@ def check_ensemble(tops, tally):
 
 
 def run(count, seed):
-    """Return the counts and the largest errors of `count` random tops."""
+    """Check `count` random tops, and return the numbers of results and the largest errors."""
     truth, tally, group = SupportIntegrator(), Tally(), []
     for index in range(count):
         rng = np.random.default_rng((seed, index))

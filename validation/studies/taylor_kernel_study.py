@@ -54,9 +54,9 @@ def attitude_error(truth, states):
 def count_operations(order):
     """Return how many vector operations of a step belong to sums of products, and how many do not.
 
-    A sum takes 7 operations for each pair of products and 5 for a middle term. Each coefficient
-    requires 27 other operations. The 27 operations are 3 additions, 17 for the derivatives of q, P
-    and W, 5 permutations, and 2 for the evaluation of the series.
+    In a sum, each pair of products takes 7 operations, and an unpaired product takes 5. Each
+    coefficient requires 27 other operations. The 27 operations are 3 additions, 17 for the
+    derivatives of q, P and W, 5 permutations, and 2 for the evaluation of the series.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
@@ -65,8 +65,8 @@ def count_operations(order):
 def limits():
     """Compare the speed of the Taylor method with the peak speed of the processor.
 
-    The peak is two vector operations per clock cycle. The peak is not reached, because each
-    coefficient depends on the previous one.
+    The peak speed is two vector operations per clock cycle. The peak speed is not reached, because
+    each coefficient depends on the previous one.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()

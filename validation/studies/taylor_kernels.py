@@ -41,7 +41,7 @@ class TaylorKernels:
         self.orders = read_list(self.library.kr_bench_order)
 
     def run(self, block, isa, kernel, log2_tol, t, steps=None):
-        """Return a function that integrates to time `t` and returns states as high and low parts.
+        """Return a function that integrates to `t` and returns the high and low parts of the state.
 
         The number of steps is stored in `steps`.
         """

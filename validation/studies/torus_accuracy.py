@@ -105,8 +105,8 @@ def drift_of_integrals(top, tau, rng, scale):
 def compare_restarted(scene, top, tau, rng, scale):
     """Return the difference between closed-form solutions computed from two states of a motion.
 
-    The difference is divided by the conditioning. Returns None if the closed form is rejected for
-    the second state.
+    The difference between the two solutions is divided by the conditioning. Returns None if the
+    closed form is rejected for the second state.
     """
     at = float(rng.uniform(1.0, 20.0) * tau)
     begin = solve_with_30_digits(scene, [at])

@@ -85,7 +85,7 @@ def discriminant(h, vertical, c):
 
 
 def find_size(value, velocity, up, kind):
-    """Return the factor by which to scale a velocity so that `value` is zero, or None."""
+    """Return a factor for the velocity that makes `value` zero, or None if none is found."""
     sizes = np.linspace(0.1, 2.5, 25)
     values = [value(make_scene(kind, x * velocity, up)) for x in sizes]
     for i in range(len(sizes) - 1):

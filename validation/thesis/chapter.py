@@ -137,7 +137,7 @@ def check_sentences(results):
 
 
 def compute_errata():
-    """Return all errata in order."""
+    """Compute all errata of the thesis, in the order of their numbers."""
     return [made() for made in ERRATA]
 
 
@@ -151,7 +151,7 @@ def draw_forms(forms, scene):
 
 
 def make_units_table():
-    """Return a table of the printed and the corrected units of section 4.2.1."""
+    """Return a table of the printed and the corrected units in section 4.2.1."""
     units = scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF

@@ -8,7 +8,7 @@ class Erratum:
     """An erratum.
 
     `text` is the numerical error of the printed text, and `right` is that of the correction. The
-    text `measure` describes how these errors are measured.
+    text `measure` describes how the two numerical errors are measured.
     """
 
     number: int

@@ -67,7 +67,7 @@ def which_rotation():
 
 
 def integrate_alpha():
-    """Return the ratio I3 / I1 for moments of the cuboid about the centre of its lower face.
+    """Return the ratio I3 / I1 of the cuboid's moments about the centre of its lower face.
 
     Gauss quadrature is exact here, because the integrand is a polynomial.
     """

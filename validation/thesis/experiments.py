@@ -72,8 +72,8 @@ class FourTops(Comparison):
     def term(self):
         """The energy error of the Bobenko-Suris method, computed as in section 6.1.4.
 
-        In scaled units, the energy error is the change of -I1 eps2/2 <a x m, p> since the initial
-        time.
+        In the units of Bobenko and Suris, the energy error is the change of -I1 eps2/2 <a x m, p>
+        since the initial time.
         """
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
@@ -81,7 +81,7 @@ class FourTops(Comparison):
 
 
 def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Run experiment 6.1, by default with the values of the thesis."""
+    """Run experiment 6.1, by default with the parameters used in the thesis."""
     ratio = round(eps2 / eps1)
     return FourTops(
         scene,
@@ -169,7 +169,7 @@ def solve_in_periods(substeps, end, method=None):
 
 
 def time_period(green, rounds=9, some=40):
-    """Return the run times of Bobenko-Suris and extrap for five units of time [s].
+    """Return the run times [s] of the Bobenko-Suris and extrap methods over five units of time.
 
     The overhead of a Python call is subtracted. The shortest run time of all rounds is used.
     """

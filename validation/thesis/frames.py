@@ -84,8 +84,8 @@ def draw_cuboid(axes, corners, top):
 def draw_vectors(axes, top, origin, behind):
     """Draw the momentum in green and the angular velocity in blue.
 
-    Only vectors that point away from the viewer are drawn if `behind` is true, and only the others
-    if it is false.
+    If `behind` is true, only vectors that point away from the viewer are drawn; otherwise, only
+    vectors that point towards the viewer are drawn.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
@@ -121,7 +121,7 @@ def top_at_time(course, t, colour, width, opacity):
 
 
 def draw_four_tops(courses, t, half, pivot):
-    """Draw a picture like figures 6.1 to 6.4 of the thesis.
+    """Draw a picture like figures 6.1 to 6.4 in the thesis.
 
     The dictionary `courses` contains the trajectories of the red, blue, yellow and green tops. Two
     of the four tops are translucent.

@@ -49,7 +49,7 @@ def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 
 
 
 def draw_scatter(groups, xlabel, ylabel):
-    """Plot groups (label, x, y, colour, marker) of points on logarithmic axes."""
+    """Plot groups of points, given as tuples (label, x, y, colour, marker), on logarithmic axes."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
         for label, x, y, colour, marker in groups:

@@ -24,7 +24,7 @@ class Units:
     mass: float
 
     def into(self, scene: kr.Scene) -> kr.Scene:
-        """Convert a scene to the scaled units."""
+        """Convert a scene to the scaled units of Bobenko and Suris."""
         return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
@@ -52,8 +52,8 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
 
         H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
 
-    The energy is I1 times the sum of the first two terms and the constant (1 / alpha - 1) <m, a>^2
-    / 2. The path may be given in any units.
+    The energy is I1 (|m|^2 / 2 + <p, a> + (1 / alpha - 1) <m, a>^2 / 2), whose last term is
+    constant. The path may be given in any units.
     """
     i1, i3 = _lagrange_moments(path.scene.body)
     kept: np.ndarray = (

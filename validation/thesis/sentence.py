@@ -1,4 +1,4 @@
-"""Statements of the thesis with the results of numerical checks."""
+"""Statements in the thesis, with the results of numerical checks."""
 
 from dataclasses import dataclass
 

@@ -29,7 +29,7 @@ def check_runge_kutta(by_step):
 
 
 def find_divergence(equal):
-    """Return the first time at which the frame error of Runge-Kutta exceeds 0.5, or None."""
+    """Return the first time when the frame error of rk4 exceeds 0.5, or None if it never does."""
     errors = zip(equal.t, equal.L["rk4"], strict=True)
     return next((t for t, error in errors if error > 0.5), None)
 
@@ -108,7 +108,7 @@ def check_equal_time(timed):
 
 
 def find_overtaking(timed):
-    """Return the time from which extrap is less accurate than the Bobenko-Suris method, or None.
+    """Return when extrap becomes less accurate than Bobenko-Suris, or None if it never does.
 
     The two methods are compared at equal run time.
     """

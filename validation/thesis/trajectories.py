@@ -1,4 +1,4 @@
-"""Computation of the trajectories in the experiments of the thesis."""
+"""Computation of trajectories for the experiments in the thesis."""
 
 from dataclasses import dataclass, replace
 
@@ -77,10 +77,10 @@ def solve_theorem42(scene, step, end, every=1):
 
 
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
-    """Integrate with extrap, and restart after each interval as the program of the thesis does.
+    """Integrate with extrap, and restart after each interval like the program in the thesis.
 
-    An interval is the time between two pictures in the program of the thesis. After each restart,
-    the initial step size is used again. The state is recorded once per `every` intervals.
+    An interval is the time between two pictures drawn by the program in the thesis. After each
+    restart, the initial step size is used again. The state is recorded once per `every` intervals.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
@@ -97,7 +97,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 def compute_frame_error(one, other):
     """Return half the angle [rad] between two attitudes, which the thesis denotes by L.
 
-    Raises ValueError if the times differ.
+    Raises ValueError if the two trajectories are given at different times.
     """
     if not np.allclose(one.t, other.t, rtol=1e-9, atol=1e-9):
         raise ValueError("the two courses are not known at one set of times")
