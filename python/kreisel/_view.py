@@ -109,12 +109,12 @@ def open_viewer(page: View) -> tuple[File, bool]:
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
-    file = _find_viewer_folder() / f"{name if name in about else 'top'}.html"
+    file = _create_viewer_folder() / f"{name if name in about else 'top'}.html"
     page.save(file)
     return file, webbrowser.open(file.as_uri())
 
 
-def _find_viewer_folder() -> File:
+def _create_viewer_folder() -> File:
     """Return the viewer folder in the user's cache or, if that fails, a temporary folder."""
     home = os.path.expanduser("~")
     base = {

@@ -134,11 +134,11 @@ PRESSED = """
 import os, signal
 from kreisel._cli import main, progress
 
-tell = progress.SignalHandler.progress
+tell = progress.StopSignalHandler.progress
 def press(stops, t):
     os.kill(os.getpid(), signal.SIGNAL)
     tell(stops, t)
-progress.SignalHandler.progress = press
+progress.StopSignalHandler.progress = press
 main()
 """
 

@@ -254,9 +254,9 @@ def test_too_many_states_are_refused_in_the_shell(tmp_path):
 def test_shell_grids_of_zero_length_contain_their_start():
     assert cli.main is not None
     for word in ("0:0:0.1", "0:0:-0.1", "2:2:-1"):
-        t = shell_times.times(word).to_array()
+        t = shell_times.parse_times(word).to_array()
         assert t.tolist() == [float(word[0])]
     with pytest.raises(Exception, match="too many times"):
-        shell_times.times(f"0:{2**53}:1")
+        shell_times.parse_times(f"0:{2**53}:1")
     with pytest.raises(Exception, match=r"cannot go from 0 to 4\.94066e-324"):
-        shell_times.times("0:5e-324:-1")
+        shell_times.parse_times("0:5e-324:-1")

@@ -238,7 +238,7 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
         whole = whole.halve_cells()
     assert len(whole.height) == 32
     assert (whole.tall * whole.wide).sum() == pytest.approx(0.5 * math.pi, rel=1e-14)
-    centres, reach = whole.compute_centres_and_radii()
+    centres, reach = whole.compute_cell_centres_and_radii()
     corners = np.stack(
         [
             starts._convert_to_sphere_points(

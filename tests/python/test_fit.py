@@ -8,7 +8,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, SYMMETRIC_GUESS, gyroscope, ratios, tip
-from kreisel._fit.rotations import exponential, multiply_quaternions
+from kreisel._fit.rotations import compute_rotation_quaternions, multiply_quaternions
 
 FREE = ("start", "moments", "com")
 SCALE = "the scale of the moments: moments, damping and com have an unknown common factor"
@@ -73,7 +73,9 @@ def test_fits_do_not_depend_on_units(fit, factor):
 def test_the_sign_of_quaternions_does_not_matter(seed):
     rng = np.random.default_rng(seed)
     t = np.linspace(0.0, 3.0, 150)
-    q = multiply_quaternions(kr.solve(HEAVY, t).q, exponential(0.01 * rng.normal(size=(len(t), 3))))
+    q = multiply_quaternions(
+        kr.solve(HEAVY, t).q, compute_rotation_quaternions(0.01 * rng.normal(size=(len(t), 3)))
+    )
     signs = rng.choice((-1.0, 1.0), size=(len(t), 1))
     one, other = (kr.fit(GUESS, kr.Record(t, {"q": x}, 0.01), FREE) for x in (q, q * signs))
     assert one.values == other.values and one.unidentified == (SCALE,)
@@ -159,7 +161,7 @@ def test_damping_is_found_and_equal_damping_stays_equal():
 def test_instrument_parameters_are_fitted():
     t, late = np.linspace(0.0, 4.0, 300), np.linspace(0.1, 3.9, 150)
     rng = np.random.default_rng(5)
-    turn = exponential(np.array((0.03, -0.02, 0.05)))
+    turn = compute_rotation_quaternions(np.array((0.03, -0.02, 0.05)))
     w = kr.solve(HEAVY, t).body_velocity
     mounted = kr.quaternion.turn_back(tuple(turn), tuple(w.T))
     values = np.stack(mounted, axis=-1) + (0.1, -0.2, 0.3) + SIGMA * rng.normal(size=w.shape)

@@ -4,7 +4,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._fit.measurable import MEASURABLE, SEEN_FROM_BODY
-from kreisel._fit.parameters import Parameters, parse_free_names
+from kreisel._fit.parameters import FreeParameters, parse_free_names
 from kreisel._fit.residuals import ResidualModel
 
 TIMES = np.linspace(-1.0, 3.0, 9)
@@ -59,7 +59,7 @@ def make_model(name, scene, free):
     instrument = ["delay"] if name == "q" else ["bias", "scale", "delay"]
     instrument += ["mounting"] if name == "q" or name in SEEN_FROM_BODY else []
     record = make_record(name, TIMES, values, 0.3, free=instrument)
-    parameters = Parameters(scene, parse_free_names(free), [record])
+    parameters = FreeParameters(scene, parse_free_names(free), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     natural = np.minimum(model.estimate_parameter_scales(parameters.start), 1.0)
     return model, model.add_step_within_bounds(
@@ -98,13 +98,13 @@ def test_derivatives_on_moving_supports_and_with_friction(name, words):
 
 
 def check_jacobian(model, point):
-    jacobian = model.evaluate(point).jacobian * model.estimate_parameter_scales(point)
+    jacobian = model.evaluate_residuals(point).jacobian * model.estimate_parameter_scales(point)
     assert np.isfinite(jacobian).all() and np.abs(jacobian).max() > 0.1
     for k in range(jacobian.shape[1]):
         step = np.zeros(jacobian.shape[1])
         step[k] = 1e-4 * model.estimate_parameter_scales(point)[k]
         there = {
-            i: model.evaluate(
+            i: model.evaluate_residuals(
                 model.add_step_within_bounds(point, i * step), has_jacobian=False
             ).residuals
             for i in (-2, -1, 1, 2)
@@ -121,9 +121,9 @@ def test_model_values_equal_those_of_a_path(name, description, words):
     scene = make_scene(description, **own)
     path = kr.solve(scene, np.linspace(0.0, 3.0, 9))
     record = make_record(name, path.t, measure(name, path), 1.0)
-    parameters = Parameters(scene, ("attitude",), [record])
+    parameters = FreeParameters(scene, ("attitude",), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
-    assert np.abs(model.evaluate(parameters.start).residuals).max() < 1e-13
+    assert np.abs(model.evaluate_residuals(parameters.start).residuals).max() < 1e-13
 
 
 @pytest.mark.parametrize("name", ["spin", "kinetic", "energy"])
@@ -131,12 +131,12 @@ def test_derivatives_without_a_lever_are_finite(name):
     scene = make_scene("principal axes")
     body = kr.Body(1.0, scene.body.moments, com=(0.0, 0.0, 0.0))
     model, point = make_model(name, scene.replace(body=body), ("start", "moments"))
-    assert np.isfinite(model.evaluate(point).jacobian).all()
+    assert np.isfinite(model.evaluate_residuals(point).jacobian).all()
 
 
 def test_derivatives_at_a_pole_are_finite():
     record = kr.Record([0.0, 0.1], {"nutation": [0.0, 0.1], "precession_angle": [0.0, 0.1]}, 0.1)
-    parameters = Parameters(kr.scenes.sleeping, ("attitude", "velocity"), [record])
+    parameters = FreeParameters(kr.scenes.sleeping, ("attitude", "velocity"), [record])
     sigmas = [series.sigma for series in record.series]
     model = ResidualModel(parameters, [record], sigmas)
-    assert np.isfinite(model.evaluate(parameters.start).jacobian).all()
+    assert np.isfinite(model.evaluate_residuals(parameters.start).jacobian).all()

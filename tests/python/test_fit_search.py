@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cli_helpers import call
 from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, gyroscope, ratios
-from kreisel._fit.rotations import exponential, multiply_quaternions
+from kreisel._fit.rotations import compute_rotation_quaternions, multiply_quaternions
 
 FREE = ("start", "moments", "com")
 CHAOTIC = kr.scenes.asymmetric
@@ -17,7 +17,7 @@ CHAOTIC = kr.scenes.asymmetric
 def attitudes(end, n, seed=0):
     """Return noisy measurements of the attitude of a chaotic top."""
     t = np.linspace(0.0, end, n)
-    turns = exponential(0.01 * np.random.default_rng(seed).normal(size=(n, 3)))
+    turns = compute_rotation_quaternions(0.01 * np.random.default_rng(seed).normal(size=(n, 3)))
     q = multiply_quaternions(kr.solve(CHAOTIC, t, "taylor").q, turns)
     return kr.Record(t, {"q": q}, 0.01)
 
@@ -143,7 +143,7 @@ def turning(t, free=("start", "moments"), change=0.0):
     The initial guess of the spin differs from the true value by `change`.
     """
     rng = np.random.default_rng(0)
-    turns = exponential(0.01 * rng.normal(size=(len(t), 3)))
+    turns = compute_rotation_quaternions(0.01 * rng.normal(size=(len(t), 3)))
     q = multiply_quaternions(kr.solve(SYMMETRIC, t).q, turns)
     velocity = kr.solve(SYMMETRIC, [0.0]).body_velocity[0] + (0.0, 0.0, change)
     words = {"attitude": SYMMETRIC.attitude, "gravity": SYMMETRIC.gravity}

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fits import HEAVY, SYMMETRIC, gyroscope
 from kreisel._fit.multiple_shooting import ShootingModel
-from kreisel._fit.parameters import Parameters, parse_free_names
+from kreisel._fit.parameters import FreeParameters, parse_free_names
 from kreisel._fit.residuals import ResidualModel
 from moving_tops import Motion
 
@@ -222,18 +222,18 @@ def test_multiple_shooting_keeps_the_shaking_phase():
 def test_derivatives_of_shooting_gaps_are_right(words):
     scene = HEAVY.replace(body=ROTOR, **words)
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
-    parameters = Parameters(
+    parameters = FreeParameters(
         scene, parse_free_names(("start", "moments", "rotor", *words)), [record]
     )
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
-    pieces = model.start_on_motion(parameters.start)
-    assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
+    pieces = model.build_segment_starts(parameters.start)
+    assert np.abs(model.evaluate_residuals(pieces).residuals[model.data_size :]).max() < 1e-9
     natural = np.minimum(model.estimate_parameter_scales(pieces), 1.0)
-    jacobian = model.evaluate(pieces).jacobian * natural
+    jacobian = model.evaluate_residuals(pieces).jacobian * natural
     for k in range(model.width):
         step = 1e-5 * natural * (np.arange(model.width) == k)
         there = [
-            model.evaluate(model.add_step_within_bounds(pieces, sign * step)).residuals
+            model.evaluate_residuals(model.add_step_within_bounds(pieces, sign * step)).residuals
             for sign in (1.0, -1.0)
         ]
         difference = (there[0] - there[1]) / 2e-5
@@ -247,14 +247,14 @@ def test_derivatives_are_right_after_stops():
     assert len(stops) > 1 and np.abs(t - stops[:, None]).min() > 0.01
     record = kr.Record(t, {"body_velocity": kr.solve(scene, t).body_velocity}, 0.3, free="delay")
     names = parse_free_names(("start", "moments", "com", "damping", "friction"))
-    parameters = Parameters(scene, names, [record])
+    parameters = FreeParameters(scene, names, [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     natural = model.estimate_parameter_scales(parameters.start)
-    jacobian = model.evaluate(parameters.start).jacobian * natural
+    jacobian = model.evaluate_residuals(parameters.start).jacobian * natural
     for k in range(parameters.size):
         step = 1e-6 * natural * (np.arange(parameters.size) == k)
         ends = [model.add_step_within_bounds(parameters.start, sign * step) for sign in (1.0, -1.0)]
-        there = [model.evaluate(end, has_jacobian=False).residuals for end in ends]
+        there = [model.evaluate_residuals(end, has_jacobian=False).residuals for end in ends]
         difference = (there[0] - there[1]) / 2e-6
         assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(jacobian).max()
 

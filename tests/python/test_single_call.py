@@ -8,7 +8,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import _core
-from kreisel._results.requests import build_request_from_arguments
+from kreisel._results.requests import build_request_from_solve_arguments
 from tops import scene_for, words_for
 
 TOP = kr.scenes.asymmetric
@@ -201,7 +201,7 @@ def test_threads_share_requests():
 
 
 def test_the_core_refuses_invalid_arguments():
-    request, motion = build_request_from_arguments("taylor"), kr.start(TOP)._top
+    request, motion = build_request_from_solve_arguments("taylor"), kr.start(TOP)._top
     for call in (request.solve, motion.advance, motion.reset):
         with pytest.raises(TypeError, match="takes"):
             call(1)

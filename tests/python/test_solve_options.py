@@ -29,8 +29,9 @@ def test_equal_options_share_one_request():
     assert one.get_signed_step(True) == -0.1 and one.get_signed_step(False) == 0.1
     assert solve_options.parse_solve_options(TOP, "taylor").get_signed_step(True) is None
     assert (
-        one.exact_step_count_horizon == 2.0**52 * 0.1
-        and solve_options.parse_solve_options(TOP, "taylor").exact_step_count_horizon == math.inf
+        one.max_time_with_exact_step_count == 2.0**52 * 0.1
+        and solve_options.parse_solve_options(TOP, "taylor").max_time_with_exact_step_count
+        == math.inf
     )
     assert (
         solve_options.parse_solve_options(TOP, "taylor").chunk_size

@@ -16,9 +16,9 @@ import pyarrow.parquet as parquet
 import pytest
 from argument_values import ENSEMBLES
 from ensembles import MIXED, random_ensemble
-from kreisel._model.broadcasting import Parameter
+from kreisel._model.broadcasting import BatchParameter
 from kreisel._sweep import checksum, sweep_plan
-from kreisel._sweep.sweep_plan import dump_canonical
+from kreisel._sweep.sweep_plan import dump_canonical_json
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, hash_rows, run_sweep
 
 SHAPE = SOURCE.shape
@@ -370,7 +370,7 @@ def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, 
 
 
 def test_a_file_may_contain_only_its_checksum():
-    whole = checksum.add_checksum(bytearray(checksum.PLACEHOLDER.encode()))
+    whole = checksum.fill_in_checksum(bytearray(checksum.PLACEHOLDER.encode()))
     assert checksum.has_correct_checksum(bytes(whole))
     assert not checksum.has_correct_checksum(b"") and not checksum.has_correct_checksum(
         bytes(whole[1:])
@@ -381,15 +381,15 @@ def test_a_file_may_contain_only_its_checksum():
 def test_long_parameters_have_a_file_beside_the_plan():
     most = sweep_plan._MAX_INLINE
     ((name, shape, inside),) = sweep_plan._list_parameters_as_json(
-        [Parameter("spin", np.arange(float(most)), ())]
+        [BatchParameter("spin", np.arange(float(most)), ())]
     )
     assert (name, shape, len(inside)) == ("spin", [], most)
     ((*_, beside),) = sweep_plan._list_parameters_as_json(
-        [Parameter("spin", np.arange(float(most + 1)), (3,))]
+        [BatchParameter("spin", np.arange(float(most + 1)), (3,))]
     )
     assert isinstance(beside, str)
 
 
 def test_a_plan_contains_only_numbers_that_json_allows():
     with pytest.raises(ValueError, match="not JSON compliant"):
-        dump_canonical({"step": math.nan})
+        dump_canonical_json({"step": math.nan})

@@ -127,18 +127,18 @@ def test_every_changed_bit_is_detected(tmp_path):
     found = run_sweep(tmp_path, WATCHED)
     file = tmp_path / "part-000001.parquet"
     data, folder = file.read_bytes(), found._store
-    assert folder.verify_part(1) == "done"
+    assert folder.determine_part_status(1) == "done"
     rng = random.Random(1)
     edges = [*range(32), *range(8 * len(data) - 32, 8 * len(data))]
     seal = range(8 * data.rindex(b"kreisel-sha256:"), 8 * data.rindex(b"kreisel-sha256:") + 8 * 79)
     for at in [*edges, *rng.sample(seal, 64), *rng.sample(range(8 * len(data)), 200)]:
         file.write_bytes(flip_bit(data, at))
-        assert folder.verify_part(1) == "damaged", at
+        assert folder.determine_part_status(1) == "damaged", at
     for size in [0, 1, 3, 4, 5, len(data) - 1, *rng.sample(range(len(data)), 100)]:
         file.write_bytes(data[:size])
-        assert folder.verify_part(1) == "damaged", size
+        assert folder.determine_part_status(1) == "damaged", size
     file.write_bytes(data + b"x")
-    assert folder.verify_part(1) == "damaged"
+    assert folder.determine_part_status(1) == "damaged"
 
 
 def test_a_part_without_its_checksum_is_damaged_not_foreign(tmp_path):
@@ -147,7 +147,7 @@ def test_a_part_without_its_checksum_is_damaged_not_foreign(tmp_path):
     data = file.read_bytes()
     for lost in (b"kreisel-sha256:", b"kreisel-", b"sha256:"):
         file.write_bytes(data.replace(lost, b"?" * len(lost)))
-        assert found._store.verify_part(0) == "damaged"
+        assert found._store.determine_part_status(0) == "damaged"
 
 
 def test_damaged_parts_are_recomputed_with_a_warning(tmp_path):

@@ -209,7 +209,7 @@ def test_viewers_are_saved_in_the_cache_folder_of_the_system(
     for name, value in words.items():
         monkeypatch.setenv(name, value.format(empty_home))
     monkeypatch.setattr(sys, "platform", system)
-    found = view._find_viewer_folder()
+    found = view._create_viewer_folder()
     monkeypatch.setattr(sys, "platform", "linux")
     assert found == empty_home / place and found.is_dir()
 
@@ -218,7 +218,7 @@ def test_viewers_are_saved_in_a_temporary_folder_without_a_cache_folder(empty_ho
     (empty_home / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(empty_home / "file"))
     monkeypatch.setattr(tempfile, "tempdir", str(empty_home))
-    found = view._find_viewer_folder()
+    found = view._create_viewer_folder()
     assert found.parent == empty_home and found.name.startswith("kreisel-") and found.is_dir()
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import kreisel as kr
 import numpy as np
-from kreisel._fit.rotations import exponential, multiply_quaternions
+from kreisel._fit.rotations import compute_rotation_quaternions, multiply_quaternions
 
 NOISE = 0.01  # standard deviation, relative to the signal or in radians
 LOST = 2.0  # chi2 per degree of freedom of a fit that missed the motion
@@ -44,7 +44,7 @@ class Case(NamedTuple):
 
 def heavy_truth():
     body = kr.Body(1.0, (1.0, 1.3, 0.6), com=(0.05, 0.1, 0.4), unphysical=True)
-    attitude = exponential(np.array([0.6, 0.3, 0.2]))
+    attitude = compute_rotation_quaternions(np.array([0.6, 0.3, 0.2]))
     return kr.Scene(body, attitude=attitude, body_velocity=(3.0, 2.0, 12.0), gravity=GRAVITY)
 
 
@@ -89,7 +89,7 @@ def gyroscope(rng):
 
 def attitudes(rng):
     t = np.arange(300) * 0.02
-    turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
+    turns = compute_rotation_quaternions(NOISE * rng.normal(size=(len(t), 3)))
     q = multiply_quaternions(kr.solve(heavy_truth(), t).q, turns)
     return heavy_case([kr.Record(t, {"q": q}, NOISE)])
 
@@ -166,7 +166,7 @@ def turning(rng):
     t, truth = np.arange(300) * 0.02, heavy_truth().replace(turning=(0.3, -0.2, 1.5))
     path = kr.solve(truth, t)
     values, sigma = add_noise(rng, path.inertial_velocity)
-    turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
+    turns = compute_rotation_quaternions(NOISE * rng.normal(size=(len(t), 3)))
     seen = {"q": multiply_quaternions(path.q, turns), "inertial_velocity": values}
     record = kr.Record(t, seen, {"q": NOISE, "inertial_velocity": sigma})
     return environment_case([record], truth, "turning", lambda scene: scene.turning)
@@ -178,7 +178,7 @@ def shaking(rng):
     The initial guess of the shaking rate is within 2 % of the true rate.
     """
     t, truth = np.arange(300) * 0.01, heavy_truth().replace(shaking=(0.02, 15.0, 0.4))
-    turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
+    turns = compute_rotation_quaternions(NOISE * rng.normal(size=(len(t), 3)))
     record = kr.Record(t, {"q": multiply_quaternions(kr.solve(truth, t).q, turns)}, NOISE)
 
     def measure(scene):

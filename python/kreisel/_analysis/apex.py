@@ -112,9 +112,9 @@ class Apex:
             )
         first, last = low[0], low[-1]
         period = (last - first) / (len(low) - 1)
-        turned = self._interpolate_between_states(
+        turned = self._interpolate_values_at_time(
             self.azimuth, last
-        ) - self._interpolate_between_states(self.azimuth, first)
+        ) - self._interpolate_values_at_time(self.azimuth, first)
         greatest, least = (
             float(np.mean([self._interpolate_nutation(t) for t in times])) for times in (low, high)
         )
@@ -160,12 +160,12 @@ class Apex:
         vertical. Both the height and the squared distance are smooth functions, so the result is
         accurate even near the vertical.
         """
-        square = self._interpolate_between_states(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
+        square = self._interpolate_values_at_time(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(
-            math.sqrt(max(square, 0.0)), self._interpolate_between_states(self.height, t)
+            math.sqrt(max(square, 0.0)), self._interpolate_values_at_time(self.height, t)
         )
 
-    def _interpolate_between_states(self, values: Array, t: float) -> float:
+    def _interpolate_values_at_time(self, values: Array, t: float) -> float:
         return _interpolate_polynomial(
             *self._select_four_nearest_samples(int(np.searchsorted(self.t, t)), values), t
         )

@@ -139,7 +139,7 @@ class _TimedMethodRun:
         except ValueError as error:  # a step that turns out to be too large
             self.failure = str(error)
 
-    def row(self, scene: str, truth: Path) -> Row:
+    def make_comparison_row(self, scene: str, truth: Path) -> Row:
         path, good = self.path, not self.failure
         stats = path.stats if path else Stats(0, 0, 0, 0)
         if path and good and not np.array_equal(path.t, truth.t):
@@ -221,7 +221,7 @@ def _build_comparison_table(
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]
-    return Table(tuple(run.row(name_of(scene), truth) for run in made))
+    return Table(tuple(run.make_comparison_row(name_of(scene), truth) for run in made))
 
 
 class CompareInterrupted(KeyboardInterrupt):

@@ -41,7 +41,7 @@ from .._utils.validation import (
 )
 from ..quaternion import multiply, turn
 from .torus_rates import compute_torus_rates
-from .turns import Waves, compute_body_axis_motion, measure_turn_angles
+from .turns import Waves, compute_body_axis_motion, measure_angle_increments
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -149,7 +149,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._has_damping:
         raise ValueError("a damped top has no frequencies, because its motion decays")
-    _refuse_varying_support(path.scene)
+    _refuse_varying_rates(path.scene)
     _refuse_free_body_with_tilted_rotor(path)
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
@@ -166,11 +166,11 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     turning = path.scene.turning[2]
     path = _transform_path_to_inertial_frame(path, turning) if turning else path
     rates = _compute_closed_form_rates(exact(path.scene)) if path.method == EXACT else None
-    precession, nutation, spin = _compute_rates_from_states(path) if rates is None else rates
+    precession, nutation, spin = _compute_mean_euler_rates(path) if rates is None else rates
     return Frequencies(precession - turning, nutation, spin, *spectrum, rates is not None)
 
 
-def _refuse_varying_support(scene: Scene) -> None:
+def _refuse_varying_rates(scene: Scene) -> None:
     """Raise ValueError for friction, or for a support whose motion makes the rates vary."""
     is_free = not (scene.gravity and any(scene.body.com))
     is_upright = not (any(scene.turning[:2]) or is_free)
@@ -200,7 +200,7 @@ def _compute_closed_form_rates(form: Exact) -> tuple[float, float, float] | None
     return form.precession, math.tau / form.period, form.spin
 
 
-def _compute_rates_from_states(path: Path) -> tuple[float, float, float]:
+def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
     """Compute the precession, nutation and spin rates from the states of a path."""
     t, (up, along) = path.t, _choose_reference_axes(path)
     principal, east = path.frame, _perpendicular_unit_vector(up)
@@ -214,7 +214,7 @@ def _compute_rates_from_states(path: Path) -> tuple[float, float, float]:
         nutation = abs(float(line))
     if not np.abs(motion.z).max() > _LEVEL:
         return math.nan, nutation, math.nan
-    turns = measure_turn_angles(path, motion, about, up, along, east)
+    turns = measure_angle_increments(path, motion, about, up, along, east)
     window, span = _kaiser_window(len(t) - 1), len(t) - 1
     if not math.tau * span * float(window[turns.unknown].sum()) < _SMOOTH:
         return math.nan, nutation, math.nan

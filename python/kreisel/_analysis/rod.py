@@ -130,7 +130,7 @@ class Rod:
             ORANGE,
             check_axes_type,
             compute_twist_free_normals,
-            draw_scale_bar,
+            draw_start_and_scale_bar,
             draw_tube,
         )
 
@@ -148,7 +148,7 @@ class Rod:
         draw_tube(
             self.centre[along], normals[along], section, drawn, side, colour or ORANGE, *turned
         )
-        draw_scale_bar(self.centre, drawn, unit, *turned)
+        draw_start_and_scale_bar(self.centre, drawn, unit, *turned)
         return drawn
 
     def _repr_html_(self) -> str | None:

@@ -46,7 +46,7 @@ class BodyAxisMotion(NamedTuple):
     own: Array
 
 
-class TurnAngles(NamedTuple):
+class AngleIncrements(NamedTuple):
     """The angles by which a body turns between n consecutive states.
 
     precession  (n - 1,) angle by which the axis turns about the direction [rad]
@@ -118,9 +118,9 @@ def compute_body_axis_motion(path: Path, up: Array, along: Array, east: Array) -
     )
 
 
-def measure_turn_angles(
+def measure_angle_increments(
     path: Path, motion: BodyAxisMotion, about: Waves, up: Array, along: Array, east: Array
-) -> TurnAngles:
+) -> AngleIncrements:
     """Count the turns about the body axis and about a fixed direction between successive states."""
     z, rate, n = motion.z, motion.rate, len(motion.z) - 1
     apart = np.diff(path.t)
@@ -149,7 +149,7 @@ def measure_turn_angles(
     is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
     unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
     unknown[arcs.parent] = True
-    return TurnAngles(
+    return AngleIncrements(
         angle,
         _compute_spin_angle_increments(motion, about, apart, angle, through),
         through,

@@ -20,10 +20,10 @@ from .parsers import (
     SEVERAL,
     convert_errors_to_usage_errors,
     method,
-    numbers,
     parse_method_list,
+    parse_number_list,
 )
-from .parsers import scene as a_scene
+from .parsers import find_or_read_scene as a_scene
 
 _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 
@@ -31,7 +31,11 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 @click.command()
 @click.argument("scene", type=a_scene, shell_complete=A_SCENE)
 @click.option(
-    "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
+    "--t",
+    type=time_option.parse_times,
+    required=True,
+    metavar=time_option.METAVAR,
+    help=time_option.HELP,
 )
 @click.option(
     "--methods",
@@ -40,8 +44,12 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     shell_complete=METHODS,
     help="Names of methods; default: all that apply to the body.",
 )
-@click.option("--steps", type=numbers, metavar=SEVERAL, help="The step of fixed-step methods.")
-@click.option("--tols", type=numbers, metavar=SEVERAL, help="The tolerance of adaptive methods.")
+@click.option(
+    "--steps", type=parse_number_list, metavar=SEVERAL, help="The step of fixed-step methods."
+)
+@click.option(
+    "--tols", type=parse_number_list, metavar=SEVERAL, help="The tolerance of adaptive methods."
+)
 @click.option(
     "--truth",
     type=method,

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from .._model.scene import Scene
 from .._utils.errors import suggest_name
 from ..events import MAKERS, Event
-from .parsers import UsageError, numbers
+from .parsers import UsageError, parse_number_list
 
 _TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
 
@@ -36,7 +36,7 @@ def _parse_event_text(scene: Scene, word: str) -> Event:
                 if not free:
                     raise ValueError(f"{field!r} is an unexpected argument")
                 key, value = free.pop(0), field
-            given[key] = _parse_event_argument(key, value)
+            given[key] = _parse_value_of_event_argument(key, value)
         return maker(**given)
     except (TypeError, ValueError) as error:
         said = str(error).replace(f"{name}()", "it")
@@ -49,7 +49,7 @@ def _list_positional_arguments(maker: Callable[..., Event]) -> list[str]:
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
-def _parse_event_argument(key: str, value: str) -> object:
+def _parse_value_of_event_argument(key: str, value: str) -> object:
     if key == "terminal":
         if value:
             raise ValueError("terminal takes no value")
@@ -59,7 +59,7 @@ def _parse_event_argument(key: str, value: str) -> object:
     if key in ("value", "offset", "within"):
         return float(value)
     if key == "normal":
-        return numbers(value)
+        return parse_number_list(value)
     return _parse_event_polynomial(value) if key in ("function", "where") else value
 
 

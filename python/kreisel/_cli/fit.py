@@ -21,10 +21,10 @@ from .parsers import (
     UsageError,
     convert_errors_to_usage_errors,
     make_list_completer,
-    names,
-    numbers,
+    parse_name_list,
+    parse_number_list,
 )
-from .parsers import scene as a_scene
+from .parsers import find_or_read_scene as a_scene
 
 _OPTIONS = ("free", "sigma", "loss", "pieces", "point")
 _NOT_CONVERGED = 1  # exit code
@@ -62,7 +62,7 @@ def _parse_sigma_options(given: tuple[str, ...]) -> float | dict[str, float] | N
 @click.argument("scene", type=a_scene, shell_complete=A_SCENE)
 @click.option(
     "--free",
-    type=names,
+    type=parse_name_list,
     default="start,moments",
     show_default=True,
     metavar="NAME[,...]",
@@ -85,7 +85,7 @@ def _parse_sigma_options(given: tuple[str, ...]) -> float | dict[str, float] | N
 )
 @click.option(
     "--instrument",
-    type=names,
+    type=parse_name_list,
     default="",
     metavar="NAME[,...]",
     shell_complete=make_list_completer(INSTRUMENT),
@@ -93,7 +93,7 @@ def _parse_sigma_options(given: tuple[str, ...]) -> float | dict[str, float] | N
 )
 @click.option(
     "--point",
-    type=numbers,
+    type=parse_number_list,
     metavar="X,Y,Z",
     help="Position of an accelerometer (specific_force) in the frame of the body.",
 )

@@ -32,7 +32,7 @@ _FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
 }
 
 
-class OutputFileOption(NamedTuple):
+class OutputDestination(NamedTuple):
     """A command-line option and the file name given with it (- for standard output)."""
 
     option: str
@@ -46,14 +46,14 @@ class OutputFileOption(NamedTuple):
 
 def parse_output_files(
     places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
-) -> list[OutputFileOption]:
+) -> list[OutputDestination]:
     """Validate the requested output files and return them.
 
     `places` lists each option with its file name, which is None if the option was not given. Raises
     UsageError if a file cannot be written, or if the same file is used twice.
     """
     asked = [
-        _append_npz_extension(OutputFileOption(option, file))
+        _append_npz_extension(OutputDestination(option, file))
         for option, file in places
         if file is not None
     ]
@@ -68,14 +68,14 @@ def parse_output_files(
     return asked
 
 
-def _append_npz_extension(place: OutputFileOption) -> OutputFileOption:
+def _append_npz_extension(place: OutputDestination) -> OutputDestination:
     """Add the extension .npz to the file name of an archive if it is missing.
 
     Raises UsageError if the file name has the extension of a different format.
     """
     _check_output_extension(place)
     whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
-    return place if whole else OutputFileOption(place.option, f"{place.file}.npz")
+    return place if whole else OutputDestination(place.option, f"{place.file}.npz")
 
 
 def _resolve_output_path(file: str) -> str:
@@ -94,7 +94,7 @@ def _check_output_is_writable(file: str) -> None:
         raise UsageError(str(error)) from None
 
 
-def _check_output_extension(place: OutputFileOption) -> None:
+def _check_output_extension(place: OutputDestination) -> None:
     ending = File(place.file).suffix.lower()
     if ending in _FORMATS and ending not in _ENDINGS[place.option]:
         option = place.option.split()[-1]

@@ -23,9 +23,9 @@ from .._core import values as values_of
 from .._core import version
 from .._options.quantities import LOW
 from .._results.path import Events, Path
-from .._results.serialization import dump_path
+from .._results.serialization import encode_path_as_archive
 from .._results.state_quantities import NO_STATES
-from .._results.tables import columns, compute_quantity_rows
+from .._results.tables import columns, list_quantities_with_values
 from .._utils.atomic_io import atomic_open, atomic_write
 from .._utils.validation import Array
 from .table import AngleOptions, StateTablePrinter
@@ -35,7 +35,7 @@ _SHOWN = 20  # largest number of events in the summary
 Columns = Mapping[str, Sequence[object]]
 
 
-class Output(Protocol):
+class PathOutput(Protocol):
     """An output that receives a path in consecutive chunks."""
 
     def add_path_piece(self, piece: Path) -> None:
@@ -89,7 +89,7 @@ class CsvOutput:
     def _open_csv_file(self) -> Callable[[bytes], None]:
         if self._file == "-":
             return lambda rows: write_bytes("-", rows)
-        return self._files.enter_context(atomic_open(self._file)).add
+        return self._files.enter_context(atomic_open(self._file)).append_bytes
 
 
 @dataclass
@@ -136,7 +136,7 @@ class EventCollector:
     def add_path_piece(self, piece: Path) -> None:
         self.parts.append((piece.events, list_output_quantities(piece)))
 
-    def table(self) -> dict[str, list[object]]:
+    def build_event_table(self) -> dict[str, list[object]]:
         """Return a table with one row for each event."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
@@ -152,7 +152,7 @@ class EventCollector:
 
     def print_output(self) -> None:
         """Print a table of the first events to standard output."""
-        table = self.table()
+        table = self.build_event_table()
         names = ("event", "t", "direction")
         rows = list(zip(*(table[name] for name in names), strict=True))
         grid = Grid(*names, box=box.SIMPLE_HEAD)
@@ -224,11 +224,11 @@ def encode_path_as_json(
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in compute_quantity_rows(
+    for quantity, values in list_quantities_with_values(
         path, list_output_quantities(path), angles.degrees, angles.unwrap
     ):
         found[quantity.name] = _replace_nonfinite(values.tolist())
-    events = {} if met is None else {"events": _replace_nonfinite(met.table())}
+    events = {} if met is None else {"events": _replace_nonfinite(met.build_event_table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
 
 
@@ -243,4 +243,4 @@ def _replace_nonfinite(value: object) -> object:
 
 def encode_path_as_npz(path: Path) -> bytes:
     """Return the contents of the file that path.save would write."""
-    return dump_path(path, path._events_for_archive)
+    return encode_path_as_archive(path, path._events_for_archive)

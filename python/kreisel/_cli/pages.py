@@ -13,7 +13,7 @@ from .._view import open_viewer
 from .._view import view as viewed
 from .output_files import FILE, parse_output_files
 from .parsers import A_SCENE, UsageError, convert_errors_to_usage_errors
-from .parsers import scene as a_scene
+from .parsers import find_or_read_scene as a_scene
 
 _REPORT = "validation.__main__"
 

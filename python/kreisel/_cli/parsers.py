@@ -12,7 +12,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from .._model.scene import Scene, parse_scene_toml
-from .._model.toml import prefix_errors_with_name, read_limited_text
+from .._model.toml import call_with_error_prefix, read_limited_text
 from .._options.methods import methods, unknown_method_message
 from .._options.quantities import RECORDABLE
 from .._utils.errors import suggest_name
@@ -31,7 +31,7 @@ class UsageError(click.ClickException):
     exit_code = 2
 
 
-def numbers(words: str) -> list[float]:
+def parse_number_list(words: str) -> list[float]:
     """Parse a comma-separated list of numbers."""
     try:
         return [float(word) for word in words.split(",")]
@@ -41,12 +41,12 @@ def numbers(words: str) -> list[float]:
         ) from None
 
 
-def names(words: str) -> list[str]:
+def parse_name_list(words: str) -> list[str]:
     """Parse a comma-separated list of names."""
     return words.split(",")
 
 
-def scene(word: str) -> Scene:
+def find_or_read_scene(word: str) -> Scene:
     """Return a named scene, or read a scene from a file or from standard input."""
     if word in about:
         return get_scene(word)
@@ -60,7 +60,7 @@ def scene(word: str) -> Scene:
 def _read_scene_argument(word: str) -> Scene:
     try:
         if word == "-":
-            return prefix_errors_with_name(
+            return call_with_error_prefix(
                 "standard input", lambda: parse_scene_toml(read_limited_text(sys.stdin.buffer))
             )
         return Scene.from_toml(word)
@@ -82,29 +82,29 @@ def method(name: str) -> str:
 
 def parse_method_list(words: str) -> list[str]:
     """Parse a comma-separated list of method names."""
-    return [method(name) for name in names(words)]
+    return [method(name) for name in parse_name_list(words)]
 
 
 def make_name_completer(known: Iterable[str], files: bool = False) -> Completer:
     """Return a function that completes one of the `known` names or, optionally, a file name."""
     words = list(known)
 
-    def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
+    def complete_word(_: click.Context, __: click.Parameter, begun: str) -> Completion:
         found = [CompletionItem(word) for word in words if word.startswith(begun)]
         return [CompletionItem(begun, type="file"), *found] if files else found
 
-    return complete
+    return complete_word
 
 
 def make_list_completer(known: Iterable[str]) -> Completer:
     """Return a function that completes the last name in a comma-separated list."""
     words = list(known)
 
-    def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
+    def complete_word(_: click.Context, __: click.Parameter, begun: str) -> Completion:
         before, comma, last = begun.rpartition(",")
         return [CompletionItem(before + comma + word) for word in words if word.startswith(last)]
 
-    return complete
+    return complete_word
 
 
 A_METHOD = make_name_completer([*_AUTO, *methods])
@@ -122,14 +122,14 @@ def convert_errors_to_usage_errors(options: Collection[str]) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError) as error:
-        raise UsageError(replace_arguments_by_options(str(error), options)) from None
+        raise UsageError(replace_arguments_in_message(str(error), options)) from None
     except MemoryError as error:
         raise UsageError(
-            replace_arguments_by_options(str(error), options) or "it needs more memory"
+            replace_arguments_in_message(str(error), options) or "it needs more memory"
         ) from None
 
 
-def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
+def replace_arguments_in_message(message: str, options: Collection[str]) -> str:
     """Replace arguments in an error message by options: step=0.01 becomes --step 0.01."""
     if not options:
         return message

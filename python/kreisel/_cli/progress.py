@@ -13,10 +13,10 @@ from rich.progress import Progress
 
 from .._results.path import Error, Interrupted, Path
 from .._solve.run import Run
-from .outputs import Output
+from .outputs import PathOutput
 
 
-class SignalHandler:
+class StopSignalHandler:
     """A handler for Ctrl-C and SIGTERM during a run.
 
     After a first signal, the run stops, and all results obtained so far are written. A second
@@ -63,7 +63,7 @@ class SignalHandler:
                 self._bar, self._task = bar, bar.add_task("t", total=abs(self._end))
             yield
 
-    def progress(self, t: float) -> None:
+    def update_progress_bar(self, t: float) -> None:
         """Update the progress bar. Raises KeyboardInterrupt if a signal was received."""
         if self._bar is not None:
             self._bar.update(self._task, completed=abs(t))
@@ -83,7 +83,7 @@ class RunOutcome:
 
 
 def write_path_pieces_to_outputs(
-    outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
+    outputs: list[PathOutput], pieces: Iterator[Path], run: Run | None, stops: StopSignalHandler
 ) -> RunOutcome:
     """Write all parts of a path to the outputs, and return the outcome of the run.
 

@@ -12,8 +12,8 @@ from .output_files import FILE, parse_output_files
 from .outputs import (
     CsvOutput,
     EventCollector,
-    Output,
     PathCollector,
+    PathOutput,
     RunSummaryOutput,
     encode_path_as_json,
     encode_path_as_npz,
@@ -115,9 +115,9 @@ class RunOutputs:
         """True if the whole path must be kept in memory."""
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
-    def create_outputs(self) -> list[Output]:
+    def create_outputs(self) -> list[PathOutput]:
         """Create the outputs of the run."""
-        outputs: list[Output] = [self._met] if self._met else []
+        outputs: list[PathOutput] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
         if self.needs_whole_path:
@@ -169,4 +169,6 @@ class RunOutputs:
 
     def _write_events(self) -> None:
         if self._met and "--events-csv" in self.files:
-            write_bytes(self.files["--events-csv"], encode_table_as_csv(self._met.table()))
+            write_bytes(
+                self.files["--events-csv"], encode_table_as_csv(self._met.build_event_table())
+            )

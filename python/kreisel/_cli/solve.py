@@ -29,10 +29,10 @@ from .parsers import (
     convert_errors_to_usage_errors,
     make_name_completer,
     method,
-    names,
+    parse_name_list,
 )
-from .parsers import scene as a_scene
-from .progress import SignalHandler, write_path_pieces_to_outputs
+from .parsers import find_or_read_scene as a_scene
+from .progress import StopSignalHandler, write_path_pieces_to_outputs
 from .run_outputs import OutputOptions, RunOutputs, add_output_options
 
 _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much smaller
@@ -64,7 +64,11 @@ _OPTIONS = (
     ),
 )
 _T = click.option(
-    "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
+    "--t",
+    type=time_option.parse_times,
+    required=True,
+    metavar=time_option.METAVAR,
+    help=time_option.HELP,
 )
 _EVERY = click.option(
     "--every", type=int, help="Record the state after every N steps, up to the time --t."
@@ -93,7 +97,7 @@ _EVERY = click.option(
 )
 @click.option(
     "--want",
-    type=names,
+    type=parse_name_list,
     metavar="NAME[,...]",
     shell_complete=QUANTITIES,
     help="Quantities to record instead of states, such as nutation,energy (see `kreisel "
@@ -114,7 +118,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveCommandOptions
     If the computation fails or is interrupted, the output files contain all states up to the last
     valid one. Memory use is constant unless --json or --npz is given.
     """
-    top, stops = a_scene(scene), SignalHandler(t.end)
+    top, stops = a_scene(scene), StopSignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])
     with convert_errors_to_usage_errors(_OPTIONS):
         events = parse_event_option(top, words["events"])
@@ -158,7 +162,7 @@ def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeCommandOptions
     RUN is a file written by --save. Times up to the saved state are ignored, so --t can be the same
     as for the whole run. --save can overwrite the file RUN.
     """
-    stops = SignalHandler(t.end)
+    stops = StopSignalHandler(t.end)
     with convert_errors_to_usage_errors(_OPTIONS):
         top = _read_saved_run(run, words["max_steps"])
         sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
@@ -169,7 +173,7 @@ def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeCommandOptions
 
 
 def _run_and_write_outputs(
-    pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: SignalHandler
+    pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: StopSignalHandler
 ) -> None:
     """Compute a path, and write it to the outputs."""
     with stops.defer_signals():
@@ -188,7 +192,7 @@ def _run_and_write_outputs(
 
 
 def _yield_whole_path(
-    scene: Scene, t: time_option.Times, words: _SolveCommandOptions, stops: SignalHandler
+    scene: Scene, t: time_option.Times, words: _SolveCommandOptions, stops: StopSignalHandler
 ) -> Iterator[Path]:
     """Yield the whole path at once, because method='geometric' cannot compute it in parts."""
     solve_all: Callable[..., Path] = solved
@@ -203,12 +207,12 @@ def _yield_whole_path(
         max_steps=words["max_steps"],
         error=words["error"],
         want=words["want"],
-        progress=stops.progress,
+        progress=stops.update_progress_bar,
     )
 
 
 def _iterate_path_pieces(
-    run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
+    run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: StopSignalHandler
 ) -> Iterator[Path]:
     """Return an iterator over the parts of a path, starting at the current time of the run."""
     check_resolvable_horizon(run.scene, t.end, run.step)
@@ -224,11 +228,12 @@ def _iterate_path_pieces(
         given = np.array([0.0, t.end] if run._fresh else [t.end])
     elif left.needs_whole_path:
         return run.stream(
-            _select_remaining_grid_times(run, t.end, every, size), progress=stops.progress
+            _select_remaining_grid_times(run, t.end, every, size),
+            progress=stops.update_progress_bar,
         )
     else:
         given = t.end
-    return run.stream(given, every=every, progress=stops.progress)
+    return run.stream(given, every=every, progress=stops.update_progress_bar)
 
 
 def _select_remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:

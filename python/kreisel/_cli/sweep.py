@@ -28,7 +28,7 @@ _SHOWN = 6  # largest number of ranges of parts in a printed line
 Watch = Callable[[float], object]
 
 
-class _SweepGroup(click.Group):
+class _SweepCommandGroup(click.Group):
     """The command group `kreisel sweep`, whose default command is `run`."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -37,7 +37,7 @@ class _SweepGroup(click.Group):
         return super().parse_args(ctx, args)
 
 
-@click.group("sweep", cls=_SweepGroup)
+@click.group("sweep", cls=_SweepCommandGroup)
 def sweep() -> None:
     """Run a task on many tops, and store the results in parts: kreisel sweep PLAN --folder FOLDER.
 
@@ -83,7 +83,7 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
         raise UsageError("give either --workers or --dask")
     with (
         convert_errors_to_usage_errors(_OPTIONS),
-        _translate_sweep_errors(),
+        _convert_sweep_errors_to_cli_errors(),
         _open_progress_bar() as progress,
         _open_executor(workers, dask) as executor,
     ):
@@ -94,7 +94,7 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
 
 
 @contextmanager
-def _translate_sweep_errors() -> Iterator[None]:
+def _convert_sweep_errors_to_cli_errors() -> Iterator[None]:
     """Return a context manager that converts exceptions of a sweep to command-line errors."""
     try:
         yield
@@ -165,7 +165,7 @@ def _open_progress_bar() -> Iterator[Watch | None]:
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
     """Verify the parts in FOLDER, and count the complete, missing and damaged ones."""
-    with convert_errors_to_usage_errors(_OPTIONS), _translate_sweep_errors():
+    with convert_errors_to_usage_errors(_OPTIONS), _convert_sweep_errors_to_cli_errors():
         found = read_sweep(folder, partial=True)
         stand, there = found._verify_existing_parts()
     click.echo(_format_sweep_summary(found, stand[DONE]))

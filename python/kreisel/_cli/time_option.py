@@ -69,7 +69,7 @@ class Times:
         return Times(tuple(grid for grid in left if grid.count), self.one)
 
 
-def times(words: str) -> Times:
+def parse_times(words: str) -> Times:
     """Parse comma-separated numbers and grids start:end:step."""
     grids = tuple(map(_parse_time_grid, words.split(",")))
     _refuse_unordered_time_grids([t for grid in grids for t in (grid[0], grid[grid.count - 1])])

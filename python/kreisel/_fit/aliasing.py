@@ -12,14 +12,14 @@ from dataclasses import replace
 import numpy as np
 
 from .._utils.validation import Array
-from .parameters import FitPoint, Parameters
+from .parameters import FitPoint, FreeParameters
 from .records import Record
 
 _FEW = 4.0  # samples per turn from which an angular velocity is determined
 
 
 def list_alternative_spins(
-    parameters: Parameters, point: FitPoint, records: Sequence[Record]
+    parameters: FreeParameters, point: FitPoint, records: Sequence[Record]
 ) -> list[FitPoint]:
     """Return the parameters of motions that differ from `point` by one turn between two samples.
 
@@ -30,7 +30,7 @@ def list_alternative_spins(
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
-    if not (between > 0.0 and parameters.has_free("velocity")):
+    if not (between > 0.0 and parameters.can_vary("velocity")):
         return []
     turn, made = 2.0 * np.pi / between, []
     for axis, rate in _yield_fast_rotation_axes(point, turn / _FEW):
@@ -38,7 +38,7 @@ def list_alternative_spins(
         for other in (reverse, 2.0 * rate - reverse) if abs(rate) > 0.5 * turn else (reverse,):
             alias = replace(point, rate=point.rate + (other - rate) * axis)
             made.append(alias)
-            made += _list_spins_with_same_momentum(
+            made += _rescale_moment_for_same_momentum(
                 parameters, alias, axis, rate / other if other else 0.0
             )
     return made
@@ -54,13 +54,13 @@ def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[A
             yield axis, float(own)
 
 
-def _list_spins_with_same_momentum(
-    p: Parameters, alias: FitPoint, axis: Array, factor: float
+def _rescale_moment_for_same_momentum(
+    p: FreeParameters, alias: FitPoint, axis: Array, factor: float
 ) -> list[FitPoint]:
     """Rescale the moment of inertia about `axis`; return an empty list if it cannot be changed."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
-    if not (p.has_free("moments") and is_principal and 0.0 < factor < np.inf):
+    if not (p.can_vary("moments") and is_principal and 0.0 < factor < np.inf):
         return []
     moments = alias.moments.copy()
     moments[k] *= factor

@@ -10,7 +10,7 @@ from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, check_type, short_repr
 from .fit_result import Fit, build_fit_from_session
 from .levenberg_marquardt import LossName
-from .parameters import FreeName, Parameters, parse_free_names
+from .parameters import FreeName, FreeParameters, parse_free_names
 from .records import Record
 from .search_session import SearchSession
 from .summary import describe_misfit, describe_residual_excess, is_misfit
@@ -89,7 +89,7 @@ def fit(
     a soft-loss fit are larger than expected from their standard deviations.
     """
     guesses = _parse_start_scenes(scene)
-    blocks, measured = parse_free_names(free), _parse_measurement_records(records)
+    blocks, measured = parse_free_names(free), _parse_records_argument(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
     limit = as_int("max_evaluations", max_evaluations, 1)
@@ -97,11 +97,11 @@ def fit(
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function, not {short_repr(progress)}")
     sessions = [
-        SearchSession(Parameters(guess, blocks, measured), measured, loss, limit, progress)
+        SearchSession(FreeParameters(guess, blocks, measured), measured, loss, limit, progress)
         for guess in guesses
     ]
     for session in sessions:
-        session.check_enough_measurements()
+        session.check_measurement_count_and_start()
         session.check_segment_count(count)
     return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
 
@@ -112,7 +112,7 @@ def _run_search_sessions(
     best: Fit | None = None
     for session in sessions:
         try:
-            session.run(pieces, has_data_guess=not is_multistart)
+            session.find_best_solution(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
             reached = session.best
             found = (
@@ -148,7 +148,7 @@ def _make_incomputable_motion_error(session: SearchSession) -> Error:
     """Return the exception raised while computing the motion of the initial scene."""
     session.refuse_start_held_by_friction()
     try:
-        session.solve_initial_scene()
+        session.check_start_scene_is_solvable()
     except Error as error:
         return error
     raise ValueError("the residuals leave the range of doubles: check the values and their sigma")
@@ -163,7 +163,7 @@ def _parse_start_scenes(scene: object) -> list[Scene]:
     return [check_type("scene", scene, Scene)]
 
 
-def _parse_measurement_records(records: object) -> tuple[Record, ...]:
+def _parse_records_argument(records: object) -> tuple[Record, ...]:
     given = [records] if isinstance(records, Record) else records
     if not isinstance(given, Iterable) or isinstance(given, str):
         raise TypeError(f"records must be kreisel.Record objects, not {short_repr(records)}")

@@ -7,11 +7,11 @@ import numpy as np
 from .._results.path import Path
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .parameters import FitPoint, Parameters
+from .parameters import FitPoint, FreeParameters
 
 
 def solve_fitted_motion(
-    parameters: Parameters, pieces: tuple[tuple[float, FitPoint], ...], t: Array
+    parameters: FreeParameters, pieces: tuple[tuple[float, FitPoint], ...], t: Array
 ) -> Path:
     """Return the path at increasing times; each state is computed from the start of its segment."""
     scene = parameters.to_scene(next(point for begin, point in pieces if begin == 0.0))

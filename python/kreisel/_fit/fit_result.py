@@ -19,14 +19,14 @@ from .._utils.validation import Array, ReadOnlyArrays, as_int, freeze_arrays
 from .aliasing import describe_alternative_spin
 from .fit_path import solve_fitted_motion
 from .identifiability import describe_undetermined_directions
-from .parameters import FitPoint, Parameters
+from .parameters import FitPoint, FreeParameters
 from .records import Record
 from .search_session import BestFit, SearchSession
 from .summary import format_fit_summary, format_fit_summary_as_html
 from .uncertainty import (
     ParameterDirections,
     analyse_parameter_space,
-    compute_statistics,
+    compute_residual_statistics,
     measure_cost_nonlinearity,
 )
 
@@ -101,7 +101,7 @@ class Fit(ReadOnlyArrays):
     evaluations: int
     piece_starts: tuple[float, ...]
     cost: float
-    _parameters: Parameters
+    _parameters: FreeParameters
     _point: FitPoint
     _spectrum: ParameterDirections
     _pieces: tuple[tuple[float, FitPoint], ...]
@@ -168,7 +168,7 @@ class Fit(ReadOnlyArrays):
         determine. Moments of inertia, damping and friction are clipped to their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
-        steps = self._spectrum.draw_parameter_changes(np.random.default_rng(key), count)
+        steps = self._spectrum.draw_random_parameter_changes(np.random.default_rng(key), count)
         return Ensemble.of(
             [
                 self._parameters.to_scene(
@@ -231,7 +231,7 @@ class Fit(ReadOnlyArrays):
         )
 
 
-class _ChartPanel(NamedTuple):
+class _SeriesChartData(NamedTuple):
     """The measurements and residuals of one quantity, for a chart."""
 
     name: str
@@ -241,14 +241,14 @@ class _ChartPanel(NamedTuple):
     sigma: Array
 
 
-def _list_chart_panels(fit: Fit) -> Iterator[_ChartPanel]:
+def _list_chart_panels(fit: Fit) -> Iterator[_SeriesChartData]:
     for i, record in enumerate(fit.records):
         for series in record.series:
             values = np.where(series.measured, series.values / series.unit, np.nan)
             residuals = fit.residuals[i][series.name]
             shaped = residuals.reshape(len(record.t), series.residuals_per_row)
             sigma = np.asarray(fit.sigma[i][series.name])
-            yield _ChartPanel(series.name, record.t, values, shaped, sigma)
+            yield _SeriesChartData(series.name, record.t, values, shaped, sigma)
 
 
 def _convert_to_float_array(value: ArrayLike) -> Array:
@@ -262,7 +262,9 @@ def build_fit_from_session(session: SearchSession) -> Fit:
     """Build a Fit from the best solution found by a search."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
-    statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
+    statistics = compute_residual_statistics(
+        session.model, best.residuals, loss, session.is_sigma_known
+    )
     spectrum = analyse_parameter_space(best.jacobian, best.natural, statistics.inflation, p.size)
     names, units, values, by_step = p.list_names_units_and_values(best.point)
     covariance, errors = spectrum.propagate_errors(by_step)
@@ -276,7 +278,7 @@ def build_fit_from_session(session: SearchSession) -> Fit:
         tuple(units),
         dict(zip(names, map(float, values), strict=True)),
         dict(zip(names, map(float, errors), strict=True)),
-        _compute_moment_ratios(p, names, values, by_step, spectrum),
+        _compute_moment_ratios_and_errors(p, names, values, by_step, spectrum),
         covariance,
         residuals,
         sigma,
@@ -301,11 +303,15 @@ def build_fit_from_session(session: SearchSession) -> Fit:
     )
 
 
-def _compute_moment_ratios(
-    p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: ParameterDirections
+def _compute_moment_ratios_and_errors(
+    p: FreeParameters,
+    names: list[str],
+    values: Array,
+    by_step: Array,
+    spectrum: ParameterDirections,
 ) -> dict[str, tuple[float, float]]:
     """Return the ratio of each free moment to the last free moment, and its standard deviation."""
-    if not p.has_free("moments"):
+    if not p.can_vary("moments"):
         return {}
     *others, last = range(*p.get_parameter_slice("moments").indices(p.size))
     made = {}
@@ -332,7 +338,7 @@ def _collect_residuals_and_sigmas(
     found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     for rows in session.model.rows:
-        values = np.where(rows.is_measured, rows.select_series_residuals(residuals), np.nan)
+        values = np.where(rows.measured_mask, rows.select_series_residuals(residuals), np.nan)
         found[rows.record][rows.series.name] = values[:, 0] if values.shape[1] == 1 else values
         deviation = rows.sigma / rows.series.unit
         is_constant = bool((deviation == deviation[0, 0]).all())
@@ -340,18 +346,18 @@ def _collect_residuals_and_sigmas(
     return found, sigma
 
 
-def _describe_reached_bounds(p: Parameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
+def _describe_reached_bounds(p: FreeParameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
     """Return one sentence for each density, damping or friction parameter that is zero."""
     sentences = []
     distances = p.compute_distances_to_bounds(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
-        if not p.has_free(name):
+        if not p.can_vary(name):
             continue
         at = p.get_parameter_slice(name)
         for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
             axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
             sentences.append(_describe_reached_bound(name, axes))
-    if p.has_free("friction") and not point.friction:
+    if p.can_vary("friction") and not point.friction:
         sentences.append("friction is zero: negative friction is excluded")
     return tuple(sentences)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._core import values
 from .._utils.validation import Array
-from .parameters import FitPoint, Parameters
+from .parameters import FitPoint, FreeParameters
 from .rotations import rotation_matrix
 
 _ALIKE = 0.999  # cosine from which a generator lies in the blind directions
@@ -25,7 +25,7 @@ Blocks = Mapping[str, Array]
 
 
 def describe_undetermined_directions(
-    parameters: Parameters, point: FitPoint, natural: Array, blind: Array, names: list[str]
+    parameters: FreeParameters, point: FitPoint, natural: Array, blind: Array, names: list[str]
 ) -> tuple[str, ...]:
     """Describe each direction in parameter space that the residuals do not determine."""
     sentences: list[str] = []
@@ -54,35 +54,33 @@ def _describe_parameter_direction(direction: Array, names: list[str]) -> str:
     return f"a combination of parameters: {' '.join(told)}, in natural units"
 
 
-def _yield_unobservable_changes(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
+def _yield_unobservable_changes(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     """Yield parameter changes, each with a description, that leave some measurements unchanged."""
-    yield from _list_parameter_scalings(p, point)
+    yield from _yield_unobservable_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)
     if np.linalg.norm(turned) > _LEVEL * np.linalg.norm(point.turning):
         heading = "the heading: a rotation of the start and of turning about the vertical"
-        yield from _yield_change_of_free_parameters(
-            p, heading, {"attitude": vertical, "turning": turned}
-        )
+        yield from _yield_change_if_all_free(p, heading, {"attitude": vertical, "turning": turned})
     heading = "the heading: a rotation of the start about the vertical"
-    yield from _yield_change_of_free_parameters(p, heading, {"attitude": vertical})
+    yield from _yield_change_if_all_free(p, heading, {"attitude": vertical})
     if not _has_gravity_or_shaking_torque(point):
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
-            yield from _yield_change_of_free_parameters(p, sentence, {"attitude": axis})
+            yield from _yield_change_if_all_free(p, sentence, {"attitude": axis})
             carried = -np.cross(point.inertial_velocity - point.rate, axis)
-            yield from _yield_change_of_free_parameters(
+            yield from _yield_change_if_all_free(
                 p, sentence, {"attitude": axis, "velocity": carried}
             )
-    yield from _list_rotations_about_axis(p, point)
+    yield from _yield_unobservable_axial_changes(p, point)
     yield from _list_clock_shifts_and_rotations(p, point)
 
 
-def _yield_change_of_free_parameters(
-    p: Parameters, sentence: str, blocks: Blocks
+def _yield_change_if_all_free(
+    p: FreeParameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
     """Yield `sentence` and the given change of parameters if all of these parameters are free."""
-    if not all(p.has_free(name) for name in blocks):
+    if not all(p.can_vary(name) for name in blocks):
         return
     change = np.zeros(p.size)
     for name, value in blocks.items():
@@ -102,14 +100,14 @@ def _has_gravity_or_shaking_torque(point: FitPoint) -> bool:
     return bool(point.mass * pull * np.linalg.norm(point.com))
 
 
-def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
+def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     own = _list_gravity_torque_scalings(p, point)
     size: dict[str, Array] = {"moments": _average_equal_parameters(p.moments, point.densities)}
-    others, is_scalable = ["damping"], p.has_free("damping") or not point.damping.any()
-    if p.has_free("damping"):
+    others, is_scalable = ["damping"], p.can_vary("damping") or not point.damping.any()
+    if p.can_vary("damping"):
         size["damping"] = _average_equal_parameters(p.damping, point.damping)
     for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
-        if p.has_free(name):
+        if p.can_vary(name):
             size[name] = value
             others.append(name)
         elif value.any():
@@ -117,7 +115,7 @@ def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[s
     if is_scalable and not _has_gravity_or_shaking_torque(point):
         words = " and ".join(others)
         sentence = f"the scale of the moments: only their ratios, and {words} over moments, matter"
-        yield from _yield_change_of_free_parameters(p, sentence, size)
+        yield from _yield_change_if_all_free(p, sentence, size)
     elif is_scalable:
         words = ", ".join(others)
         for name, blocks in own.items():
@@ -125,15 +123,17 @@ def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[s
                 f"the scale of the moments: moments, {words} and {name} have an unknown "
                 "common factor"
             )
-            yield from _yield_change_of_free_parameters(p, sentence, {**size, **blocks})
+            yield from _yield_change_if_all_free(p, sentence, {**size, **blocks})
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),
                           ("mass", "lever"), ("gravity", "mass")):  # fmt: skip
         sentence = f"{first} against {second}: only mass * gravity * com counts"
         against = {name: -value for name, value in own[second].items()}
-        yield from _yield_change_of_free_parameters(p, sentence, {**own[first], **against})
+        yield from _yield_change_if_all_free(p, sentence, {**own[first], **against})
 
 
-def _list_gravity_torque_scalings(p: Parameters, point: FitPoint) -> dict[str, dict[str, Array]]:
+def _list_gravity_torque_scalings(
+    p: FreeParameters, point: FitPoint
+) -> dict[str, dict[str, Array]]:
     """Return, for each factor of the gravitational torque, parameter changes that rescale it."""
     made = {
         "com": {"com": point.com},
@@ -141,18 +141,20 @@ def _list_gravity_torque_scalings(p: Parameters, point: FitPoint) -> dict[str, d
         "gravity": {"gravity": np.array([point.gravity])},
         "mass": {"mass": np.array([point.mass])},
     }
-    if p.has_free("shaking"):
+    if p.can_vary("shaking"):
         made["gravity"]["shaking"] = np.array([point.shaking[0], 0.0, 0.0])
     return made
 
 
-def _list_rotations_about_axis(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
+def _yield_unobservable_axial_changes(
+    p: FreeParameters, point: FitPoint
+) -> Iterator[tuple[str, Array]]:
     length = float(np.linalg.norm(point.com))
     axis = point.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
     sentence = "the spin angle: a rotation of the start about the axis"
-    yield from _yield_change_of_free_parameters(p, sentence, {"attitude": axis})
+    yield from _yield_change_if_all_free(p, sentence, {"attitude": axis})
     turned = {"attitude": axis, "velocity": -np.cross(axis, point.rate)}
-    yield from _yield_change_of_free_parameters(p, sentence, turned)
+    yield from _yield_change_if_all_free(p, sentence, turned)
     k = int(np.argmax(np.abs(axis)))
     unit = np.eye(3)[k]
     moments = point.moments[k] * unit
@@ -162,25 +164,27 @@ def _list_rotations_about_axis(p: Parameters, point: FitPoint) -> Iterator[tuple
         "velocity": -point.rate[k] * unit,
     }
     sentence = "the moment about the axis against the spin: only their product counts"
-    yield from _yield_change_of_free_parameters(p, sentence, spin)
+    yield from _yield_change_if_all_free(p, sentence, spin)
     sentence = "the rotor against the spin: only the momentum about the axis counts"
     against = {"velocity": -unit, "rotor": point.moments[k] * unit}
-    yield from _yield_change_of_free_parameters(p, sentence, against)
+    yield from _yield_change_if_all_free(p, sentence, against)
     sentence = "the rotor against the moment about its axis: only the momentum counts"
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
-    yield from _yield_change_of_free_parameters(p, sentence, heavier)
-    if p.has_free("damping"):
+    yield from _yield_change_if_all_free(p, sentence, heavier)
+    if p.can_vary("damping"):
         drag = _average_equal_parameters(p.damping, point.damping * unit)
-        yield from _yield_change_of_free_parameters(p, sentence, {**spin, "damping": drag})
-        yield from _yield_change_of_free_parameters(p, sentence, {**spin, "damping": 2.0 * drag})
+        yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": drag})
+        yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": 2.0 * drag})
     across = np.array([0.0, 1.0, -1.0])
     sentence = "damping across the axis, one way against the other: only their mean counts"
-    yield from _yield_change_of_free_parameters(
+    yield from _yield_change_if_all_free(
         p, sentence, {"damping": _average_equal_parameters(p.damping, np.roll(across, k))}
     )
 
 
-def _list_clock_shifts_and_rotations(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
+def _list_clock_shifts_and_rotations(
+    p: FreeParameters, point: FitPoint
+) -> Iterator[tuple[str, Array]]:
     """Yield parameter changes that shift all clocks or rotate the principal axes."""
     scene = point.to_scene()
     [change] = values("body_acceleration", scene._block, scene._start_state)
@@ -188,16 +192,16 @@ def _list_clock_shifts_and_rotations(p: Parameters, point: FitPoint) -> Iterator
     if delays and len(delays) == len(p.records):
         sentence = "the delay against the start: a shift in time"
         blocks = {"attitude": point.rate, "velocity": change}
-        if p.has_free("shaking"):
+        if p.can_vary("shaking"):
             blocks["shaking"] = np.array([0.0, 0.0, point.shaking[1]])
-        for _, step in _yield_change_of_free_parameters(p, sentence, blocks):
+        for _, step in _yield_change_if_all_free(p, sentence, blocks):
             for at in delays:
                 step[at] = 1.0
             yield sentence, step
     for axis in np.eye(3):
         sentence = "the principal axes against the start"
         turned = {"axes": axis, "attitude": axis}
-        yield from _yield_change_of_free_parameters(p, sentence, turned)
-        yield from _yield_change_of_free_parameters(
+        yield from _yield_change_if_all_free(p, sentence, turned)
+        yield from _yield_change_if_all_free(
             p, sentence, {**turned, "velocity": -np.cross(axis, point.rate)}
         )

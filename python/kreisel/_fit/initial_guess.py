@@ -31,14 +31,14 @@ from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
 from .motion_data import FEWEST, ApexTrace, MotionSamples, compute_apex_traces, reconstruct_motions
-from .parameters import FitPoint, Parameters, convert_scene_to_fit_point
+from .parameters import FitPoint, FreeParameters, convert_scene_to_fit_point
 from .records import Record
 from .rotations import (
-    compute_rotation_from_vertical,
+    compute_rotation_quaternions,
+    compute_tilt_quaternions,
     conjugate_quaternions,
     convert_matrix_to_quaternion,
     cross_matrix,
-    exponential,
     multiply_quaternions,
     rotation_matrix,
 )
@@ -66,7 +66,7 @@ class Guess(NamedTuple):
     allowed: Array | None = None
 
 
-class _LinearSolution(NamedTuple):
+class _LinearBodyEstimates(NamedTuple):
     """Solution of the momentum equation, up to a factor common to all fields but the vertical."""
 
     inertia: Array
@@ -83,7 +83,9 @@ class _EnergyLossTypes(NamedTuple):
     is_rubbed: bool
 
 
-def guess_parameters_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
+def guess_parameters_from_records(
+    parameters: FreeParameters, records: Sequence[Record]
+) -> list[Guess]:
     """Compute initial guesses of the parameters from the records.
 
     Returns an empty list if the motion cannot be reconstructed from the records.
@@ -102,16 +104,16 @@ def guess_parameters_from_records(parameters: Parameters, records: Sequence[Reco
 
 
 def _guess_parameters_from_motion(
-    parameters: Parameters, motion: MotionSamples, part: MotionSamples
+    parameters: FreeParameters, motion: MotionSamples, part: MotionSamples
 ) -> list[Guess]:
     base = parameters.start
-    is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.has_free("com"))
+    is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.can_vary("com"))
     axis = _compute_friction_axis(base)
-    is_rubbed = part.source != "space" and (parameters.has_free("friction") or base.friction > 0.0)
+    is_rubbed = part.source != "space" and (parameters.can_vary("friction") or base.friction > 0.0)
     if is_rubbed:
         part = _select_samples_before_stop(part, axis)
-    losses = _EnergyLossTypes(parameters.has_free("damping"), is_rubbed)
-    solution = _solve_linear_motion_equations(part, base, is_heavy, losses)
+    losses = _EnergyLossTypes(parameters.can_vary("damping"), is_rubbed)
+    solution = _fit_momentum_equation(part, base, is_heavy, losses)
     if solution is None:
         return []
     twins = [solution]
@@ -125,12 +127,12 @@ def _guess_parameters_from_motion(
 
 
 def _make_guess_from_linear_solution(
-    parameters: Parameters, motion: MotionSamples, solution: _LinearSolution
+    parameters: FreeParameters, motion: MotionSamples, solution: _LinearBodyEstimates
 ) -> Guess:
     turn = np.array([1.0, 0.0, 0.0, 0.0])  # from the axes of the motion to the principal axes
     if motion.source == "space":
         turn = convert_matrix_to_quaternion(
-            _match_principal_axes_to_scene(solution, parameters.start)
+            _orient_principal_axes_like_scene(solution, parameters.start)
         )
     turned = rotation_matrix(turn)
     moments = np.diag(turned.T @ solution.inertia @ turned).copy()
@@ -151,7 +153,7 @@ def _make_guess_from_linear_solution(
 
 def _transform_motion_to_support_frame(motion: MotionSamples, turning: Array) -> MotionSamples:
     """Return the motion relative to a support that initially coincides with the inertial frame."""
-    turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
+    turned = compute_rotation_quaternions((motion.t[0] - motion.t)[:, None] * turning)
     attitude = multiply_quaternions(turned, motion.attitude)
     rate = motion.rate - turning @ rotation_matrix(attitude)
     return motion._replace(attitude=attitude, rate=rate, is_at_rest=False)
@@ -171,42 +173,42 @@ def _select_samples_before_stop(motion: MotionSamples, axis: Array) -> MotionSam
 
 
 def _replace_body_by_estimates(
-    parameters: Parameters, moments: Array, lever: Array, losses: _LinearSolution | None
+    parameters: FreeParameters, moments: Array, lever: Array, losses: _LinearBodyEstimates | None
 ) -> FitPoint:
     """Return the parameters of the scene after replacing its free body parameters by estimates."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
     size, heavy = float(np.linalg.norm(base.com)), float(np.linalg.norm(lever))
-    is_size_known = heavy > 0.0 and base.gravity_force != 0.0 and not parameters.has_free("com")
+    is_size_known = heavy > 0.0 and base.gravity_force != 0.0 and not parameters.can_vary("com")
     factor = base.moments.sum() / (2.0 * densities.sum())
     if is_size_known and size > 0.0:
         factor = abs(base.gravity_force) * size / heavy
     changes: dict[str, Array | float] = {}
-    if parameters.has_free("moments"):
+    if parameters.can_vary("moments"):
         groups = parameters.moments
         mean = groups @ (groups.T @ densities / groups.sum(axis=0))
         changes["densities"] = factor * mean
     else:
         factor = base.moments.sum() / (2.0 * densities.sum())
-    if base.gravity_force and heavy > 0.0 and parameters.has_free("com"):
+    if base.gravity_force and heavy > 0.0 and parameters.can_vary("com"):
         changes["com"] = factor * lever / base.gravity_force
-    if parameters.has_free("damping"):
+    if parameters.can_vary("damping"):
         drag = 0.0 if losses is None else losses.damping
         changes["damping"] = np.full(3, max(factor * drag, 0.0))
-    if parameters.has_free("friction") and losses is not None:
+    if parameters.can_vary("friction") and losses is not None:
         changes["friction"] = max(factor * losses.friction, 0.0)
     return replace(base, **changes)  # type: ignore[arg-type]
 
 
 def _find_parameters_through_state(
-    parameters: Parameters, point: FitPoint, since: float, attitude: Array, rate: Array
+    parameters: FreeParameters, point: FitPoint, since: float, attitude: Array, rate: Array
 ) -> FitPoint:
     """Return the parameters for which the motion passes through a given state at time `since`."""
     there = replace(
         point,
-        attitude=attitude if parameters.has_free("attitude") else point.attitude,
-        rate=rate if parameters.has_free("velocity") else point.rate,
+        attitude=attitude if parameters.can_vary("attitude") else point.attitude,
+        rate=rate if parameters.can_vary("velocity") else point.rate,
     )
     if since == 0.0:
         return there
@@ -219,14 +221,14 @@ def _find_parameters_through_state(
     )
     return replace(
         there,
-        attitude=start.attitude if parameters.has_free("attitude") else there.attitude,
-        rate=start.rate if parameters.has_free("velocity") else there.rate,
+        attitude=start.attitude if parameters.can_vary("attitude") else there.attitude,
+        rate=start.rate if parameters.can_vary("velocity") else there.rate,
     )
 
 
-def _solve_linear_motion_equations(
+def _fit_momentum_equation(
     motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossTypes
-) -> _LinearSolution | None:
+) -> _LinearBodyEstimates | None:
     """Solve the momentum equation using the singular vector of the smallest singular value.
 
     Returns None if there are too few samples, or if the body has a rotor and its principal axes are
@@ -253,14 +255,14 @@ def _list_coefficient_columns(
 ) -> list[Array]:
     """Return the columns of the coefficient matrix as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
-    turning = _select_support_velocity(motion, base)
+    turning = _select_support_angular_velocity(motion, base)
     rate = motion.rate + turning @ rotation
     momenta = [rotation @ _build_inertia_to_momentum_matrices(rate, motion.source == "space")]
     momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
     columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
     columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
     if is_heavy:
-        weight = base.compute_vertical_acceleration(t) / base.gravity
+        weight = base.compute_effective_gravity(t) / base.gravity
         integral = _integrate_by_trapezoids(t, weight[:, None, None] * rotation)
         columns.append(
             -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
@@ -277,7 +279,7 @@ def _list_coefficient_columns(
     return columns
 
 
-def _select_support_velocity(motion: MotionSamples, base: FitPoint) -> Array:
+def _select_support_angular_velocity(motion: MotionSamples, base: FitPoint) -> Array:
     """Return the part of the support's angular velocity that is used in the momentum equation.
 
     The components are zero if the motion is relative to the inertial frame.
@@ -290,7 +292,7 @@ def _select_support_velocity(motion: MotionSamples, base: FitPoint) -> Array:
 
 def _unpack_linear_solution(
     found: Array, motion: MotionSamples, is_heavy: bool, losses: _EnergyLossTypes
-) -> _LinearSolution | None:
+) -> _LinearBodyEstimates | None:
     is_full = motion.source == "space"
     count = 6 if is_full else 3
     inertia = np.diag(found[:3])
@@ -309,7 +311,9 @@ def _unpack_linear_solution(
         lever, vertical = sizes[0] * right[0], left[:, 0]
     lost = rest[len(rest) - sum(losses) :].tolist()
     damping = lost.pop(0) if losses.is_damped else 0.0
-    return _LinearSolution(inertia, lever, vertical, damping, lost[0] if losses.is_rubbed else 0.0)
+    return _LinearBodyEstimates(
+        inertia, lever, vertical, damping, lost[0] if losses.is_rubbed else 0.0
+    )
 
 
 def _build_inertia_to_momentum_matrices(rate: Array, is_full: bool) -> Array:
@@ -331,7 +335,7 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
     return made
 
 
-def _match_principal_axes_to_scene(solution: _LinearSolution, base: FitPoint) -> Array:
+def _orient_principal_axes_like_scene(solution: _LinearBodyEstimates, base: FitPoint) -> Array:
     """Return the principal axes of a solution as columns, in the order of the scene's moments.
 
     The signs of the axes are chosen so that the centre of mass is close to that of the scene.
@@ -357,7 +361,7 @@ def _build_frame_from_vertical(vertical: Array) -> Array:
     return np.stack((first, np.cross(vertical, first), vertical))
 
 
-def _guess_parameters_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
+def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexTrace) -> list[Guess]:
     """Compute guesses from apex directions, assuming that the body is symmetric about its apex."""
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
@@ -368,19 +372,17 @@ def _guess_parameters_from_apex(parameters: Parameters, trace: ApexTrace) -> lis
     left = carried + np.cross(turning, _integrate_by_trapezoids(t, carried))
     summed = _integrate_by_trapezoids(t, apex)
     along = apex + np.cross(turning, summed)
-    weight = (
-        base.compute_vertical_acceleration(t) / base.gravity if base.gravity else np.ones(len(t))
-    )
+    weight = base.compute_effective_gravity(t) / base.gravity if base.gravity else np.ones(len(t))
     integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
     columns = [-along[:, :, None], integral[:, :, None], identity]
-    if parameters.has_free("friction") or base.friction:
+    if parameters.can_vary("friction") or base.friction:
         columns.append(((t - t[0])[:, None] * apex - summed)[:, :, None])
     matrix = np.concatenate(columns, axis=2)
     found = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), left.ravel(), rcond=None)[0]
     slowing = float(found[5]) if len(found) > 5 else 0.0
     triples = [(float(found[0]), float(found[1]), slowing)]
-    triples += [(*pair, 0.0) for pair in _estimate_nutation_parameters(trace, float(turning[2]))]
+    triples += [(*pair, 0.0) for pair in _estimate_spin_and_torque_ratios(trace, float(turning[2]))]
     return [
         _guess_from_apex_and_spin(parameters, trace, (apex, change), triple) for triple in triples
     ]
@@ -391,7 +393,7 @@ def _estimate_mean_precession_rate(trace: ApexTrace) -> float:
     return float(np.polyfit(trace.t, angle, 1)[0])
 
 
-def _estimate_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
+def _estimate_spin_and_torque_ratios(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
     """Estimate the top's parameters a and k from the strongest spectral lines of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
@@ -419,7 +421,7 @@ def _estimate_nutation_parameters(trace: ApexTrace, turning: float) -> list[tupl
 
 
 def _guess_from_apex_and_spin(
-    parameters: Parameters,
+    parameters: FreeParameters,
     trace: ApexTrace,
     smoothed: tuple[Array, Array],
     found: tuple[float, float, float],
@@ -429,18 +431,18 @@ def _guess_from_apex_and_spin(
     along = float(axis @ (base.moments * axis))
     across = 0.5 * (base.moments.sum() - along)
     torque = base.gravity_force * float(np.linalg.norm(base.com))
-    if parameters.has_free("moments") and torque * k > 0.0:
+    if parameters.can_vary("moments") and torque * k > 0.0:
         across = torque / k
         along = min(along, 1.9 * across)
     moments = along * axis**2 + across * (1.0 - axis**2)
     point = _replace_body_by_estimates(parameters, moments, base.gravity_force * base.com, None)
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
-    turn = compute_rotation_from_vertical(axis)
-    tilts = compute_rotation_from_vertical(apex / np.linalg.norm(apex, axis=1)[:, None])
+    turn = compute_tilt_quaternions(axis)
+    tilts = compute_tilt_quaternions(apex / np.linalg.norm(apex, axis=1)[:, None])
     attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
     spin = (a * across - float(axis @ base.rotor)) / along - float(base.turning @ apex[0])
-    if parameters.has_free("friction"):
+    if parameters.can_vary("friction"):
         point = replace(point, friction=max(across * slowing * np.sign(spin), 0.0))
     lost = point.friction / along * (trace.t - trace.t[0])
     left = np.copysign(np.maximum(abs(spin) - lost, 0.0), spin)
@@ -451,7 +453,7 @@ def _guess_from_apex_and_spin(
     return Guess(start, motion, _build_constant_spin_projection(parameters, axis))
 
 
-def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Array:
+def _build_constant_spin_projection(parameters: FreeParameters, axis: Array) -> Array:
     """Return the projection onto changes of state and instruments that leave the spin unchanged.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
@@ -460,7 +462,7 @@ def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Arra
     for name in parameters.free:
         if name not in ("attitude", "velocity"):
             allowed[:, parameters.get_parameter_slice(name)] = 0.0
-    if parameters.has_free("velocity"):
+    if parameters.can_vary("velocity"):
         at = parameters.get_parameter_slice("velocity")
         allowed[at, at] -= np.outer(axis, axis)
     return allowed

@@ -40,7 +40,7 @@ class LeastSquaresModel(Protocol[P]):
     def evaluations(self) -> int: ...
     @property
     def size(self) -> int: ...
-    def evaluate(self, point: P) -> ResidualEvaluation: ...
+    def evaluate_residuals(self, point: P) -> ResidualEvaluation: ...
     def estimate_parameter_scales(self, point: P) -> Array: ...
     def add_step_within_bounds(self, point: P, step: Array) -> P: ...
     def compute_distances_to_bounds(self, point: P) -> Array: ...
@@ -94,7 +94,7 @@ def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings)
 
     The search stops early if the residuals are large and hardly decrease.
     """
-    evaluation = model.evaluate(point)
+    evaluation = model.evaluate_residuals(point)
     best = Minimum(point, evaluation, _compute_cost_or_infinity(evaluation, search.loss), False)
     damping, natural = _DAMPING, model.estimate_parameter_scales(point)
     if not np.isfinite(best.cost):
@@ -169,7 +169,7 @@ def _find_cost_reducing_step(
     """Increase the damping until a step does not increase the cost."""
     while model.evaluations < search.limit:
         moved = model.add_step_within_bounds(point, steps.compute_damped_step(damping))
-        evaluation = model.evaluate(moved)
+        evaluation = model.evaluate_residuals(moved)
         found = _compute_cost_or_infinity(evaluation, search.loss)
         if found <= cost:
             minimum = Minimum(moved, evaluation, found, False)

@@ -13,10 +13,10 @@ from .._utils.validation import Array
 from .parameters import FitPoint
 from .records import Record, Series
 from .rotations import (
-    compute_rotation_from_vertical,
+    compute_rotation_quaternions,
+    compute_rotation_vectors,
+    compute_tilt_quaternions,
     conjugate_quaternions,
-    exponential,
-    logarithm,
     multiply_quaternions,
     rotation_matrix,
 )
@@ -175,12 +175,14 @@ def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> list[MotionSamples
     """Reconstruct a motion; each velocity is computed from two sufficiently different attitudes."""
     if len(t) < FEWEST:
         return []
-    angle = np.median(np.linalg.norm(logarithm(_compute_relative_rotations(q, 1)), axis=1))
+    angle = np.median(
+        np.linalg.norm(compute_rotation_vectors(_compute_relative_rotations(q, 1)), axis=1)
+    )
     stride = int(np.clip(round(_TURN / max(float(angle), 1e-9)), 1, len(t) // 4))
-    turns = logarithm(_compute_relative_rotations(q, stride))
+    turns = compute_rotation_vectors(_compute_relative_rotations(q, stride))
     rate = turns / (t[stride:] - t[:-stride])[:, None]
     middle = 0.5 * (t[stride:] + t[:-stride])
-    halfway = multiply_quaternions(q[:-stride], exponential(0.5 * turns))
+    halfway = multiply_quaternions(q[:-stride], compute_rotation_quaternions(0.5 * turns))
     return [MotionSamples(middle, halfway, rate, "attitude")]
 
 
@@ -196,9 +198,7 @@ def _reconstruct_motion_from_gyroscope(
         return []
     first = np.array([1.0, 0.0, 0.0, 0.0])
     if vertical is not None:
-        first = conjugate_quaternions(
-            compute_rotation_from_vertical(vertical / np.linalg.norm(vertical))
-        )
+        first = conjugate_quaternions(compute_tilt_quaternions(vertical / np.linalg.norm(vertical)))
     attitude = _integrate_angular_velocity(t, rate, first, False)
     source = "gyroscope" if vertical is None else "vertical"
     return [MotionSamples(t, attitude, rate, source)]
@@ -226,7 +226,7 @@ def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space
     """Integrate angular velocities to obtain attitudes, starting from the attitude `first`."""
     made = np.empty((len(t), 4))
     made[0] = first
-    made[1:] = exponential(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
+    made[1:] = compute_rotation_quaternions(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
     shift = 1
     while shift < len(t):  # products of 2, 4, 8, ... neighbours
         ends = (made[shift:], made[:-shift]) if is_in_space else (made[:-shift], made[shift:])
@@ -241,5 +241,5 @@ def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)
     about = slice(max(k - 2, 0), k + 3)
     rate = motion.rate[about].mean(axis=0)
-    turn = exponential((t - motion.t[k]) * rate)
+    turn = compute_rotation_quaternions((t - motion.t[k]) * rate)
     return multiply_quaternions(motion.attitude[k], turn), rate

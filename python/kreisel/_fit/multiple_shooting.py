@@ -19,14 +19,14 @@ from .._solve.solve import solve
 from .._utils.validation import Array
 from .levenberg_marquardt import LossName, Minimum, SearchSettings, minimize_cost
 from .motion_data import MotionSamples, interpolate_motion
-from .parameters import FitPoint, Parameters
+from .parameters import FitPoint, FreeParameters
 from .records import Record, slice_record
 from .residuals import Indices, ResidualEvaluation, ResidualModel
 from .rotations import (
+    compute_rotation_vectors,
     conjugate_quaternions,
     cross_matrix,
     inverse_left_jacobian,
-    logarithm,
     multiply_quaternions,
     rotation_matrix,
 )
@@ -74,7 +74,11 @@ class ShootingModel:
     """
 
     def __init__(
-        self, parameters: Parameters, records: Sequence[Record], sigmas: Sequence[Array], count: int
+        self,
+        parameters: FreeParameters,
+        records: Sequence[Record],
+        sigmas: Sequence[Array],
+        count: int,
     ) -> None:
         self.parameters, self.gap = parameters, GAPS[0]
         times = np.concatenate([record.t for record in records])
@@ -108,7 +112,7 @@ class ShootingModel:
         names = [n for n in self.parameters.free if n not in _START]
         is_first = begin == 0.0
         free = self.parameters.free if is_first else (*_START, *names)
-        own = Parameters(self.parameters.scene, free, parts)
+        own = FreeParameters(self.parameters.scene, free, parts)
         model = ResidualModel(own, parts, own_sigmas, float(end - begin), float(begin))
         self.models.append(model)
         self.rows.append(np.concatenate(rows))
@@ -137,7 +141,7 @@ class ShootingModel:
             points.append(point if k == self.first else own)
         return SegmentStartStates(tuple(points))
 
-    def start_on_motion(self, point: FitPoint) -> SegmentStartStates:
+    def build_segment_starts(self, point: FitPoint) -> SegmentStartStates:
         """Set the initial states of all segments to states of the motion that starts at `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
@@ -171,11 +175,11 @@ class ShootingModel:
         )
         return made
 
-    def evaluate(self, pieces: SegmentStartStates) -> ResidualEvaluation:
+    def evaluate_residuals(self, pieces: SegmentStartStates) -> ResidualEvaluation:
         self.evaluations += 1
         residuals, jacobian = np.zeros(self.size), np.zeros((self.size, self.width))
         for k, model in enumerate(self.models):
-            found = model.evaluate(pieces.points[k])
+            found = model.evaluate_residuals(pieces.points[k])
             if not np.isfinite(found.residuals).all():
                 return ResidualEvaluation(np.full(self.size, np.inf), jacobian)
             residuals[self.rows[k]] = found.residuals
@@ -189,7 +193,9 @@ class ShootingModel:
         """Return the gap between segment k and the next one, and its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
-        turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
+        turn = compute_rotation_vectors(
+            multiply_quaternions(conjugate_quaternions(end.q), following.attitude)
+        )
         rotation, moments = rotation_matrix(end.q), point.moments
         momentum, rate = rotation.T @ end.m, point.relative_angular_velocity(end.q, end.m)
         scale = float(np.linalg.norm(rate)) or 1.0
@@ -199,22 +205,22 @@ class ShootingModel:
         by_rate /= moments[:, None]
         support = point.turning @ rotation
         by_rate -= cross_matrix(support) @ end.by[:3]
-        if p.has_free("moments"):
+        if p.can_vary("moments"):
             whole = (rate + support) / moments
             by_rate[:, p.get_parameter_slice("moments")] -= (
                 whole[:, None] * p.compute_moments_jacobian()
             )
-        if p.has_free("rotor"):
+        if p.can_vary("rotor"):
             by_rate[:, p.get_parameter_slice("rotor")] -= np.diag(1.0 / moments)
-        if p.has_free("turning"):
+        if p.can_vary("turning"):
             by_rate[:, p.get_parameter_slice("turning")] -= rotation.T
         made = np.zeros((6, self.width))
         made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
         made[3:, self.columns[k]] = -by_rate / scale
         q, columns = self.models[k + 1].parameters, self.columns[k + 1]
-        if q.has_free("attitude"):
+        if q.can_vary("attitude"):
             made[:3, columns[q.get_parameter_slice("attitude")]] += inverse_left_jacobian(-turn)
-        if q.has_free("velocity"):
+        if q.can_vary("velocity"):
             made[3:, columns[q.get_parameter_slice("velocity")]] += np.eye(3) / scale
         return gap, made / self.gap
 
@@ -245,7 +251,7 @@ def minimize_by_multiple_shooting(
     return found
 
 
-def fits_with_gaps(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
+def has_gapped_fit(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
     """Return True if the segments agree with the records when gaps between them are allowed."""
     model.gap = GAPS[0]
     search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)

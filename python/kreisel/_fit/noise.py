@@ -8,7 +8,12 @@ from .._utils.validation import Array
 from .levenberg_marquardt import LossName
 from .records import Record, Series
 from .residuals import ResidualModel
-from .rotations import conjugate_quaternions, logarithm, multiply_quaternions, wrap_angle
+from .rotations import (
+    compute_rotation_vectors,
+    conjugate_quaternions,
+    multiply_quaternions,
+    wrap_angle,
+)
 
 _FEWEST = 6  # values that an estimate needs
 _UNKNOWN = 0.1  # standard deviation without an estimate, relative to the spread
@@ -35,7 +40,9 @@ def _estimate_series_noise(series: Series) -> float:
     if len(values) < _FEWEST:
         return _UNKNOWN * series.spread
     if series.is_attitude:
-        steps = logarithm(multiply_quaternions(conjugate_quaternions(values[:-1]), values[1:]))
+        steps = compute_rotation_vectors(
+            multiply_quaternions(conjugate_quaternions(values[:-1]), values[1:])
+        )
     else:
         steps = np.diff(values, axis=0)
         steps = wrap_angle(steps) if series.is_angle else steps
@@ -54,7 +61,7 @@ def estimate_sigmas_from_residuals(
         if rows.series.sigma is not None:
             made.append(rows.sigma)
             continue
-        own = rows.select_series_residuals(residuals)[rows.is_measured]
+        own = rows.select_series_residuals(residuals)[rows.measured_mask]
         if loss == "soft" and own.size:
             factor = MEDIAN * float(np.median(np.abs(own)))
         else:

@@ -23,10 +23,10 @@ from .._utils.validation import Array, Vector, short_repr
 from .measurable import MEASURABLE
 from .records import Record
 from .rotations import (
+    compute_rotation_quaternions,
+    compute_rotation_vectors,
     conjugate_quaternions,
     cross_matrix,
-    exponential,
-    logarithm,
     multiply_quaternions,
     normalize_quaternion,
     rotation_matrix,
@@ -178,7 +178,7 @@ class FitPoint:
         amplitude, rate, phase = self.shaking.tolist()
         return advance_shaking_phase((amplitude, rate, phase), t)
 
-    def compute_vertical_acceleration(self, t: Array) -> Array:
+    def compute_effective_gravity(self, t: Array) -> Array:
         """Return the acceleration along -e3 at times t due to gravity and shaking."""
         amplitude, rate, phase = self.shaking
         made: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
@@ -245,7 +245,7 @@ def _build_equal_group_matrix(values: Array) -> Array:
     return np.stack(columns, axis=-1)
 
 
-class Parameters:
+class FreeParameters:
     """Free parameters of a scene and of the instruments that recorded its motion.
 
     slices   {key: slice}: the columns of each block
@@ -268,13 +268,13 @@ class Parameters:
         self.slices: dict[Key, slice] = {}
         self.size = 0
         for name in free:
-            self._add_parameter_columns((name, -1, ""), self._count_free_components(name))
+            self._reserve_parameter_slice((name, -1, ""), self._count_free_components(name))
         instruments: dict[Key, Array] = {}
         for i, record in enumerate(records):
             for name in record.free:
                 instruments |= self._add_instrument_parameters(name, i, record)
         densities = self.start.densities
-        if self.has_free("moments"):
+        if self.can_vary("moments"):
             densities = np.maximum(densities, 0.0)
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
@@ -302,7 +302,7 @@ class Parameters:
                         "where the spin stops: leave it out"
                     )
 
-    def _add_parameter_columns(self, key: Key, count: int) -> None:
+    def _reserve_parameter_slice(self, key: Key, count: int) -> None:
         self.slices[key] = slice(self.size, self.size + count)
         self.size += count
 
@@ -316,17 +316,17 @@ class Parameters:
         """Add parameters of an instrument to the fit, and return their initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
-            self._add_parameter_columns(key, 3 if name == "mounting" else 1)
+            self._reserve_parameter_slice(key, 3 if name == "mounting" else 1)
             return {key: np.array([1.0, 0.0, 0.0, 0.0]) if name == "mounting" else np.zeros(1)}
         made: dict[Key, Array] = {}
         for series in record.series:
             if not series.is_attitude:
                 key = (name, i, series.name)
-                self._add_parameter_columns(key, series.residuals_per_row)
+                self._reserve_parameter_slice(key, series.residuals_per_row)
                 made[key] = np.full(series.residuals_per_row, 1.0 if name == "scale" else 0.0)
         return made
 
-    def has_free(self, name: str) -> bool:
+    def can_vary(self, name: str) -> bool:
         return (name, -1, "") in self.slices
 
     def get_parameter_slice(self, name: str) -> slice:
@@ -338,7 +338,7 @@ class Parameters:
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
             if name == "attitude":
-                moved = multiply_quaternions(point.attitude, exponential(by))
+                moved = multiply_quaternions(point.attitude, compute_rotation_quaternions(by))
                 changes["attitude"] = normalize_quaternion(moved)
             elif name in _VECTORS:
                 changes[_VECTORS[name]] = getattr(point, _VECTORS[name]) + by
@@ -349,7 +349,7 @@ class Parameters:
             elif name == "lever":
                 changes["com"] = point.com + self.lever * by
             elif name == "axes":
-                moved = multiply_quaternions(point.axes, exponential(by))
+                moved = multiply_quaternions(point.axes, compute_rotation_quaternions(by))
                 changes["axes"] = normalize_quaternion(moved)
             else:
                 changes[name] = float(getattr(point, name) + by[0])
@@ -361,7 +361,7 @@ class Parameters:
             changes["shaking"] = self._make_shaking_rate_positive(
                 np.array(changes["shaking"]), point
             )
-        instruments = self._move_instrument_parameters(point, step) if point.instruments else {}
+        instruments = self._add_step_to_instruments(point, step) if point.instruments else {}
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _make_shaking_rate_positive(self, shaking: Array, before: FitPoint) -> Array:
@@ -372,12 +372,12 @@ class Parameters:
             shaking[2] -= np.copysign(np.pi, shaking[2])
         return shaking
 
-    def _move_instrument_parameters(self, point: FitPoint, step: Array) -> dict[Key, Array]:
+    def _add_step_to_instruments(self, point: FitPoint, step: Array) -> dict[Key, Array]:
         made = {}
         for key, value in point.instruments.items():
             by = step[self.slices[key]]
             if key[0] == "mounting":
-                moved = multiply_quaternions(value, exponential(by))
+                moved = multiply_quaternions(value, compute_rotation_quaternions(by))
                 made[key] = normalize_quaternion(moved)
             else:
                 made[key] = value + by
@@ -390,9 +390,9 @@ class Parameters:
             ("moments", self.moments, point.densities),
             ("damping", self.damping, point.damping),
         ):
-            if self.has_free(name):
+            if self.can_vary(name):
                 made[self.get_parameter_slice(name)] = columns.T @ values / columns.sum(axis=0)
-        if self.has_free("friction"):
+        if self.can_vary("friction"):
             made[self.get_parameter_slice("friction")] = point.friction
         return made
 
@@ -435,9 +435,9 @@ class Parameters:
             "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
             "delay": 1.0 / rate,
         }
-        if self.has_free("turning"):
+        if self.can_vary("turning"):
             made["turning"] = max(float(np.linalg.norm(point.turning)), rate)
-        if self.has_free("shaking"):
+        if self.can_vary("shaking"):
             amplitude, pace, _ = np.abs(point.shaking)
             made["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
         return made
@@ -448,12 +448,12 @@ class Parameters:
         The friction must be positive, because derivatives with respect to it do not exist at zero
         friction.
         """
-        if self.has_free("friction") and not point.friction:
-            point = replace(point, friction=self._smallest_positive_friction)
+        if self.can_vary("friction") and not point.friction:
+            point = replace(point, friction=self._small_friction_instead_of_zero)
         return point.to_scene(since)
 
     @cached_property
-    def _smallest_positive_friction(self) -> float:
+    def _small_friction_instead_of_zero(self) -> float:
         start = self.start
         moving = float(start.moments.max()) * float(start.rate @ start.rate)
         energy = moving + abs(start.gravity_force) * float(np.linalg.norm(start.com))
@@ -466,7 +466,7 @@ class Parameters:
         """
         old = self.scene.body
         turned = rotation_matrix(point.axes)
-        is_kept = not (self.has_free("moments") or self.has_free("axes"))
+        is_kept = not (self.can_vary("moments") or self.can_vary("axes"))
         is_diagonal = abs(point.axes[0]) == 1.0
         moments = point.moments
         inertia = (
@@ -481,10 +481,10 @@ class Parameters:
             point.mass,
             inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
             com
-            if self.has_free("com") or self.has_free("lever") or self.has_free("axes")
+            if self.can_vary("com") or self.can_vary("lever") or self.can_vary("axes")
             else old.com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
-            rotor=turned @ point.rotor if self.has_free("rotor") else old.rotor,
+            rotor=turned @ point.rotor if self.can_vary("rotor") else old.rotor,
             unphysical=old.unphysical or not _is_physical(point),
         )
         attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
@@ -521,9 +521,9 @@ class Parameters:
             units += [unit] * len(words) if isinstance(unit, str) else unit
             if i >= 0:
                 value = point.instruments[key]
-                values[at] = logarithm(value) if name == "mounting" else value
+                values[at] = compute_rotation_vectors(value) if name == "mounting" else value
             else:
-                values[at] = self._evaluate_parameter_group(name, point, by_step[at])
+                values[at] = self._compute_group_values_and_jacobian(name, point, by_step[at])
         return names, units, values, by_step
 
     def _find_series_unit(self, i: int, label: str) -> str:
@@ -546,26 +546,26 @@ class Parameters:
             return [head]
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
 
-    def _evaluate_parameter_group(self, name: str, point: FitPoint, rows: Array) -> Array:
+    def _compute_group_values_and_jacobian(self, name: str, point: FitPoint, rows: Array) -> Array:
         """Return the values of one group of parameters, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
         at = self.get_parameter_slice(name)
         if name == "attitude":
             rows[:, at] = turned
             back = conjugate_quaternions(point.axes)
-            return logarithm(multiply_quaternions(point.attitude, back))
+            return compute_rotation_vectors(multiply_quaternions(point.attitude, back))
         if name in ("turning", "shaking"):
             seen: Array = getattr(point, name)
             return seen
         if name in _VECTORS:
             vector = getattr(point, _VECTORS[name])
             rows[:, at] = turned
-            if self.has_free("axes"):
+            if self.can_vary("axes"):
                 rows[:, self.get_parameter_slice("axes")] = -turned @ cross_matrix(vector)
             made: Array = turned @ vector
             return made
         if name == "axes":
-            return logarithm(point.axes)
+            return compute_rotation_vectors(point.axes)
         if name in ("moments", "damping"):
             columns = self.moments if name == "moments" else self.damping
             first = columns.argmax(axis=0)

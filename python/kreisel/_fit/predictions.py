@@ -20,7 +20,7 @@ from .._core import tangents as TANGENTS
 from .._results.specific_force import INERTIAL_VELOCITY, SPECIFIC_FORCE, specific_force
 from .._utils.validation import Array
 from .measurable import MEASURABLE, SEEN_FROM_BODY
-from .parameters import FitPoint, Parameters
+from .parameters import FitPoint, FreeParameters
 from .rotations import (
     conjugate_quaternions,
     cross_matrix,
@@ -46,7 +46,7 @@ class Prediction(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class MotionPredictor:
+class QuantityPredictor:
     """The states of a motion in principal axes, and their derivatives (tangents).
 
     block      the scene of the point, for the core
@@ -58,7 +58,7 @@ class MotionPredictor:
     origin     the time of the motion at which the scene begins
     """
 
-    parameters: Parameters
+    parameters: FreeParameters
     point: FitPoint
     block: bytes
     states: Array
@@ -78,16 +78,16 @@ class MotionPredictor:
 
     @property
     def _is_described_in_principal_axes(self) -> bool:
-        return abs(self.point.axes[0]) == 1.0 and not self.parameters.has_free("axes")
+        return abs(self.point.axes[0]) == 1.0 and not self.parameters.can_vary("axes")
 
     @cached_property
-    def attitude_derivatives(self) -> Array:
+    def attitude_jacobian(self) -> Array:
         """Derivatives of the attitude, expressed as rotation vectors."""
         made: Array = self.tangents[:, :3] @ self.transform
         return made
 
     @cached_property
-    def time_derivatives(self) -> Array:
+    def state_time_derivatives(self) -> Array:
         """Time derivatives of the attitude (as a rotation vector) and of the angular momentum."""
         rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
@@ -123,7 +123,7 @@ class MotionPredictor:
     def _differentiate_quantity_by_time(self, name: str) -> Array:
         pace = float(self.point.shaking[1]) if self.point.shaking[0] else 0.0
         along = np.zeros((len(self.states), 6, 9 if pace else 6))
-        along[:, :, 0] = self.time_derivatives
+        along[:, :, 0] = self.state_time_derivatives
         made = self._differentiate_quantity(name, _START | (_SHAKING if pace else 0), along)
         # time changes a quantity by the state and by the phase of the shaking
         return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
@@ -150,7 +150,7 @@ class MotionPredictor:
         if self._is_described_in_principal_axes:
             return seen
         by = self.rotation_to_described_frame @ seen.by if seen.by.size else seen.by
-        if by.size and self.parameters.has_free("axes"):
+        if by.size and self.parameters.can_vary("axes"):
             by[:, :, self.parameters.get_parameter_slice("axes")] -= (
                 self.rotation_to_described_frame @ cross_matrix(seen.values)
             )
@@ -159,11 +159,11 @@ class MotionPredictor:
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
-        change = self._transform_to_described_frame(self._predict_inertial_acceleration())
+        change = self._transform_to_described_frame(self._predict_angular_acceleration())
         rate = self._transform_to_described_frame(self._predict_inertial_velocity())
         up = self._transform_to_described_frame(self._predict_quantity_of_core("body_vertical"))
         t = self.origin + self.states[:, 0]
-        weight = self.point.compute_vertical_acceleration(t)
+        weight = self.point.compute_effective_gravity(t)
         found = specific_force(change.values, rate.values, up.values, weight, place)
         by_change = -cross_matrix(place)
         w = rate.values
@@ -175,7 +175,7 @@ class MotionPredictor:
         by, along = np.empty((len(w), 0, 0)), np.empty((len(w), 0))
         if change.by.size:
             by = by_change @ change.by + by_rate @ rate.by + weight[:, None, None] * up.by
-            for name, gain in self._differentiate_vertical_acceleration(t):
+            for name, gain in self._differentiate_effective_gravity(t):
                 by[:, :, self.parameters.get_parameter_slice(name)] += (
                     up.values[:, :, None] * gain[:, None]
                 )
@@ -186,11 +186,11 @@ class MotionPredictor:
             along += (amplitude * pace**3 * np.sin(pace * t + phase))[:, None] * up.values
         return Prediction(found, by, along)
 
-    def _differentiate_vertical_acceleration(self, t: Array) -> Iterator[tuple[str, Array]]:
+    def _differentiate_effective_gravity(self, t: Array) -> Iterator[tuple[str, Array]]:
         """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
-        if self.parameters.has_free("gravity"):
+        if self.parameters.can_vary("gravity"):
             yield "gravity", np.ones((len(t), 1))
-        if self.parameters.has_free("shaking"):
+        if self.parameters.can_vary("shaking"):
             amplitude, pace, phase = self.point.shaking
             angle = pace * t + phase
             sine, cosine = amplitude * pace**2 * np.sin(angle), np.cos(angle)
@@ -199,7 +199,7 @@ class MotionPredictor:
 
     @property
     def _is_on_turning_support(self) -> bool:
-        return self.parameters.has_free("turning") or self.point.has_turning_support
+        return self.parameters.can_vary("turning") or self.point.has_turning_support
 
     @cached_property
     def _support_angular_velocity(self) -> Prediction:
@@ -207,13 +207,13 @@ class MotionPredictor:
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
-            by = cross_matrix(found) @ self.attitude_derivatives
-            if self.parameters.has_free("turning"):
+            by = cross_matrix(found) @ self.attitude_jacobian
+            if self.parameters.can_vary("turning"):
                 by[:, :, self.parameters.get_parameter_slice("turning")] += np.swapaxes(
                     rotation, 1, 2
                 )
         rate = (
-            np.cross(found, self.time_derivatives[:, :3])
+            np.cross(found, self.state_time_derivatives[:, :3])
             if self.has_rate
             else np.empty((len(rotation), 0))
         )
@@ -226,7 +226,7 @@ class MotionPredictor:
             return relative
         return Prediction(*map(np.add, relative, self._support_angular_velocity))
 
-    def _predict_inertial_acceleration(self) -> Prediction:
+    def _predict_angular_acceleration(self) -> Prediction:
         """Predict the angular acceleration relative to the inertial frame."""
         relative = self._predict_quantity_of_core("body_acceleration")
         if not self._is_on_turning_support:
@@ -248,7 +248,7 @@ class MotionPredictor:
         body = p.to_scene(self.point)
         states = self.states.copy()
         states[:, 1:5] = multiply_quaternions(self.q, conjugate_quaternions(self.point.axes)[None])
-        own = MotionPredictor(
+        own = QuantityPredictor(
             p, self.point, body._block, states, self.tangents, 0, self.transform, False
         )
         own.__dict__["_is_at_pole"] = self._is_at_pole
@@ -260,15 +260,15 @@ class MotionPredictor:
         found = values("spin_angle", body._block, states)[:, None]
         by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
         if self.tangents.shape[2]:
-            by = by_turn @ self.attitude_derivatives
-            if p.has_free("com"):
+            by = by_turn @ self.attitude_jacobian
+            if p.can_vary("com"):
                 by[:, :, p.get_parameter_slice("com")] += by_com
-            if p.has_free("lever"):
+            if p.can_vary("lever"):
                 by[:, :, p.get_parameter_slice("lever")] += by_com @ p.lever[:, None]
-            if p.has_free("axes"):
+            if p.can_vary("axes"):
                 by[:, :, p.get_parameter_slice("axes")] -= by_turn + by_com @ cross_matrix(
                     self.point.com
                 )
         if self.has_rate:
-            rate = (by_turn @ self.time_derivatives[:, :3, None])[:, :, 0]
+            rate = (by_turn @ self.state_time_derivatives[:, :3, None])[:, :, 0]
         return Prediction(found, by, rate)

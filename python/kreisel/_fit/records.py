@@ -166,7 +166,7 @@ class Record(ReadOnlyArrays):
         kept["t"], kept["series"], kept["free"] = (
             times,
             series,
-            _parse_free_instrument_names(free, series),
+            _parse_free_instrument_parameters(free, series),
         )
         kept["point"] = _parse_accelerometer_position(point, series)
         freeze_arrays((times, series, kept["point"]))
@@ -368,7 +368,7 @@ def _parse_accelerometer_position(
     return np.array(as_vector("point", point))
 
 
-def _parse_free_instrument_names(
+def _parse_free_instrument_parameters(
     free: InstrumentName | Iterable[InstrumentName], series: tuple[Series, ...]
 ) -> tuple[InstrumentName, ...]:
     given = [free] if isinstance(free, str) else free

@@ -15,14 +15,14 @@ from .._solve.solve import solve
 from .._solve.variational import TangentSpec
 from .._utils.validation import Array
 from .measurable import SEEN_FROM_BODY
-from .parameters import FitPoint, Parameters
-from .predictions import MotionPredictor, Prediction
+from .parameters import FitPoint, FreeParameters
+from .predictions import Prediction, QuantityPredictor
 from .records import Record, Series
 from .rotations import (
+    compute_rotation_vectors,
     conjugate_quaternions,
     cross_matrix,
     inverse_left_jacobian,
-    logarithm,
     multiply_quaternions,
     rotation_matrix,
     wrap_angle,
@@ -71,7 +71,7 @@ class ResidualRows:
         return len(self.series.values), self.series.residuals_per_row
 
     @property
-    def is_measured(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    def measured_mask(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         return self.series.measured[:, : self.series.residuals_per_row]
 
     @property
@@ -110,7 +110,7 @@ class ResidualModel:
 
     def __init__(
         self,
-        parameters: Parameters,
+        parameters: FreeParameters,
         records: Sequence[Record],
         sigmas: Sequence[Array],
         end: float | None = None,
@@ -119,7 +119,7 @@ class ResidualModel:
         self.parameters, self.records, self.origin = parameters, tuple(records), origin
         self.rows = assign_residual_rows(records, sigmas)
         self.size = self.rows[-1].residual_slice.stop
-        self.measured = np.concatenate([rows.is_measured.ravel() for rows in self.rows])
+        self.measured = np.concatenate([rows.measured_mask.ravel() for rows in self.rows])
         self.evaluations = 0
         self.end: SegmentEndState | None = None
         self._end_time = [] if end is None else [end]
@@ -139,7 +139,7 @@ class ResidualModel:
     def compute_distances_to_bounds(self, point: FitPoint) -> Array:
         return self.parameters.compute_distances_to_bounds(point)
 
-    def evaluate(self, point: FitPoint, has_jacobian: bool = True) -> ResidualEvaluation:
+    def evaluate_residuals(self, point: FitPoint, has_jacobian: bool = True) -> ResidualEvaluation:
         """Return the residuals at a point; they are infinite if no path can be computed there."""
         try:
             return self._evaluate_residuals(point, has_jacobian)
@@ -154,7 +154,9 @@ class ResidualModel:
         states, tangents = self._solve_both_time_directions(
             scene, times, self._tangents if has_jacobian else ()
         )
-        transform = self._compute_scene_jacobian(point) if has_jacobian else np.empty((0, 0))
+        transform = (
+            self._differentiate_scene_attributes(point) if has_jacobian else np.empty((0, 0))
+        )
         if self._end_time:
             last = int(where[-1][0])
             by = tangents[last] @ transform if has_jacobian else np.empty(0)
@@ -164,16 +166,16 @@ class ResidualModel:
         for i, record in enumerate(self.records):
             own = states[where[i]], tangents[where[i]], self._bits, transform
             has_rate = has_jacobian and "delay" in record.free
-            motion = MotionPredictor(
+            motion = QuantityPredictor(
                 self.parameters, point, scene._block, *own, has_rate, self.origin
             )
             for rows in self.rows:
                 if rows.record == i:
-                    builder = _ResidualBuilder(rows, motion, record.point)
-                    residuals[rows.residual_slice] = builder.residuals.ravel()
+                    single_series = _SeriesResiduals(rows, motion, record.point)
+                    residuals[rows.residual_slice] = single_series.residuals.ravel()
                     if has_jacobian:
-                        jacobian[rows.residual_slice] = builder.differentiate_residuals().reshape(
-                            -1, jacobian.shape[1]
+                        jacobian[rows.residual_slice] = (
+                            single_series.differentiate_residuals().reshape(-1, jacobian.shape[1])
                         )
         return ResidualEvaluation(residuals, jacobian)
 
@@ -226,7 +228,7 @@ class ResidualModel:
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
-    def _compute_scene_jacobian(self, point: FitPoint) -> Array:
+    def _differentiate_scene_attributes(self, point: FitPoint) -> Array:
         """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
@@ -256,25 +258,25 @@ class ResidualModel:
                 made[places[name], at] = np.eye(3)
             elif name != "axes":
                 made[places[name], at] = np.eye(at.stop - at.start)
-        if p.has_free("turning"):
+        if p.can_vary("turning"):
             made[3:6, p.get_parameter_slice("turning")] = (rotation * point.moments) @ rotation.T
-        if p.has_free("shaking"):  # the phase at the origin depends on the rate
+        if p.can_vary("shaking"):  # the phase at the origin depends on the rate
             made[places["shaking"].stop - 1, p.get_parameter_slice("shaking").start + 1] = (
                 self.origin
             )
         return made
 
 
-class _ResidualBuilder:
+class _SeriesResiduals:
     """The residuals of one series at one point, and their derivatives."""
 
-    def __init__(self, rows: ResidualRows, motion: MotionPredictor, place: Array | None) -> None:
+    def __init__(self, rows: ResidualRows, motion: QuantityPredictor, place: Array | None) -> None:
         self.rows, self.motion = rows, motion
         self.parameters, self.point = motion.parameters, motion.point
         mounting = self._get_instrument_parameter("mounting")
         # the rotation from the frame of description to the instrument
         self.view = None if mounting is None else rotation_matrix(mounting).T
-        self.weight = np.where(rows.is_measured, 1.0 / rows.sigma, 0.0)
+        self.weight = np.where(rows.measured_mask, 1.0 / rows.sigma, 0.0)
         self.residuals = self.weight * (
             self._compute_attitude_residuals()
             if rows.series.is_attitude
@@ -298,7 +300,7 @@ class _ResidualBuilder:
             turn = multiply_quaternions(conjugate_quaternions(mounting), turn)
         measured = multiply_quaternions(self.rows.series.values, turn[None])
         back = conjugate_quaternions(self.motion.q)
-        self.turned = logarithm(multiply_quaternions(back, measured))
+        self.turned = compute_rotation_vectors(multiply_quaternions(back, measured))
         return -self.turned
 
     def _compute_value_residuals(self, place: Array | None) -> Array:
@@ -337,8 +339,8 @@ class _ResidualBuilder:
     def _differentiate_attitude_residuals(self) -> Array:
         p = self.parameters
         left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
-        made: Array = left @ self.motion.attitude_derivatives
-        if p.has_free("axes"):
+        made: Array = left @ self.motion.attitude_jacobian
+        if p.can_vary("axes"):
             made[:, :, p.get_parameter_slice("axes")] -= right
         mounting, delay = (
             self._get_instrument_parameter_columns("mounting"),
@@ -347,7 +349,7 @@ class _ResidualBuilder:
         if mounting is not None and self.view is not None:
             made[:, :, mounting] += right @ (self.view @ self.motion.rotation_to_described_frame).T
         if delay is not None:
-            made[:, :, delay] -= left @ self.motion.time_derivatives[:, :3, None]
+            made[:, :, delay] -= left @ self.motion.state_time_derivatives[:, :3, None]
         return made
 
     def _differentiate_value_residuals(self) -> Array:

@@ -1,4 +1,4 @@
-"""Vectorized rotations: exponential map, logarithm, and their derivatives.
+"""Vectorized rotations: exponential map, logarithms, and their derivatives.
 
 Source: Sola, Deray and Atchuthan, A micro Lie theory for state estimation in robotics, 2018
 (arXiv:1812.01537).
@@ -45,13 +45,13 @@ def normalize_quaternion(q: Array) -> Array:
     return made
 
 
-def exponential(v: Array) -> Array:
+def compute_rotation_quaternions(v: Array) -> Array:
     """Return the unit quaternions that correspond to rotation vectors [rad]."""
     angle = np.sqrt((v * v).sum(axis=-1, keepdims=True))
     return np.concatenate((np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * v), axis=-1)
 
 
-def logarithm(q: Array) -> Array:
+def compute_rotation_vectors(q: Array) -> Array:
     """Return the rotation vectors, of length 0 to pi [rad], that correspond to unit quaternions."""
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.sqrt((q[..., 1:] ** 2).sum(axis=-1, keepdims=True))
@@ -87,13 +87,15 @@ def convert_matrix_to_quaternion(matrix: Array) -> Array:
     return made if made[0] >= 0.0 else -made
 
 
-def compute_rotation_from_vertical(direction: Array) -> Array:
+def compute_tilt_quaternions(direction: Array) -> Array:
     """Return the quaternions of the smallest rotations that take e3 to the given unit vectors."""
     x, y, z = direction[..., 0], direction[..., 1], direction[..., 2]
     sine = np.hypot(x, y)
     is_vertical = sine == 0.0
     factor = np.arctan2(sine, z) / np.where(is_vertical, 1.0, sine)
-    made = exponential(np.stack((-y * factor, x * factor, np.zeros_like(x)), axis=-1))
+    made = compute_rotation_quaternions(
+        np.stack((-y * factor, x * factor, np.zeros_like(x)), axis=-1)
+    )
     made[is_vertical & (z < 0.0)] = [0.0, 1.0, 0.0, 0.0]
     return made
 

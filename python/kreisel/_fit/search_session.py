@@ -18,14 +18,14 @@ from .multiple_shooting import (
     SegmentStartStates,
     ShootingModel,
     choose_segment_count,
-    fits_with_gaps,
+    has_gapped_fit,
     minimize_by_multiple_shooting,
 )
 from .noise import MEDIAN, estimate_initial_sigmas, estimate_sigmas_from_residuals
-from .parameters import FitPoint, Parameters
+from .parameters import FitPoint, FreeParameters
 from .records import Record, slice_record
 from .residuals import STEPS_MOST, ResidualEvaluation, ResidualModel, ResidualRows
-from .rotations import exponential, multiply_quaternions, rotation_matrix
+from .rotations import compute_rotation_quaternions, multiply_quaternions, rotation_matrix
 from .uncertainty import analyse_parameter_space
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
@@ -44,13 +44,8 @@ _MEDIAN_SPREAD = 2.34  # its standard deviation for one normally distributed res
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
 _FAR = 100.0  # longest time before the first measurement, relative to the length of the records
 _SAME = 1e-6  # relative difference of equal costs
-_BLIND_TO_SIGN = {
-    "body_velocity",
-    "inertial_velocity",
-    "body_acceleration",
-    "body_momentum",
-    "kinetic",
-}
+_BLIND_TO_SIGN = {"body_velocity", "inertial_velocity", "body_acceleration"}
+_BLIND_TO_SIGN |= {"body_momentum", "kinetic"}
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _WINDOW = 25  # residuals over which a disagreement is averaged
@@ -90,9 +85,9 @@ class SubspaceModel:
         self.add_step_within_bounds = model.add_step_within_bounds
         self.compute_distances_to_bounds = model.compute_distances_to_bounds
 
-    def evaluate(self, point: FitPoint) -> ResidualEvaluation:
+    def evaluate_residuals(self, point: FitPoint) -> ResidualEvaluation:
         before = self._model.evaluations
-        residuals, jacobian = self._model.evaluate(point)
+        residuals, jacobian = self._model.evaluate_residuals(point)
         self.evaluations += self._model.evaluations - before
         self._model.evaluations = before  # the session counts the paths of parts separately
         return ResidualEvaluation(residuals, jacobian @ self._allowed)
@@ -107,7 +102,7 @@ class SearchSession:
 
     def __init__(
         self,
-        parameters: Parameters,
+        parameters: FreeParameters,
         records: tuple[Record, ...],
         loss: LossName,
         limit: int,
@@ -131,7 +126,7 @@ class SearchSession:
     def sigmas(self) -> list[Array]:
         return [rows.sigma for rows in self.model.rows]
 
-    def solve_initial_scene(self) -> None:
+    def check_start_scene_is_solvable(self) -> None:
         """Compute the motion of the scene; raise kreisel.Error if the computation fails."""
         times = np.unique(np.concatenate([record.t for record in self.records]))
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
@@ -145,7 +140,7 @@ class SearchSession:
         if self._has_small_misfit() or not self.parameters.start.friction:
             return
         try:
-            self.solve_initial_scene()
+            self.check_start_scene_is_solvable()
         except Error as error:
             if error.status == "ERR_STOPPED":
                 raise ValueError(
@@ -153,7 +148,7 @@ class SearchSession:
                     "and many motions lead there: subtract the first time from t"
                 ) from None
 
-    def check_enough_measurements(self) -> None:
+    def check_measurement_count_and_start(self) -> None:
         """Raise ValueError if there are too few measurements or if they start too late."""
         times = np.concatenate([record.t for record in self.records])
         first, span = float(np.abs(times).min()), float(np.ptp(times))
@@ -177,15 +172,15 @@ class SearchSession:
                 f"pieces must be at most {most}, one for two times of the records, not {pieces}"
             )
 
-    def run(self, pieces: int | None, has_data_guess: bool) -> None:
+    def find_best_solution(self, pieces: int | None, has_data_guess: bool) -> None:
         """Search the best solution."""
         own = Guess(self.parameters.start, None)
         is_single = pieces is None or pieces == 1
-        agreement, _ = self._measure_agreement(own.point)
+        agreement, _ = self._find_agreement_and_cost(own.point)
         is_done = is_single and (agreement >= self._end or not has_data_guess)
         if is_done:
             self._search_from_point(own.point, agreement)
-        if not self._is_excellent() and (has_data_guess or not is_single):
+        if not self._has_good_fit() and (has_data_guess or not is_single):
             found = guess_parameters_from_records(self.parameters, self.records)
             found = found if has_data_guess else [one._replace(point=own.point) for one in found]
             if pieces is None:
@@ -214,23 +209,23 @@ class SearchSession:
         count = choose_segment_count(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            self._fit_by_multiple_shooting(model, model.start_on_motion(point), np.inf)
+            self._fit_by_multiple_shooting(model, model.build_segment_starts(point), np.inf)
 
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
         """Search from the guesses, starting with the one that agrees best with the records."""
-        points = [(*self._measure_agreement(p), p) for p in map(self._refine_guess, guesses)]
+        points = [(*self._find_agreement_and_cost(p), p) for p in map(self._refine_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
-            if self._is_excellent():
+            if self._has_good_fit():
                 return
             self._search_from_point(point, agreement)
         if points and self.loss == "soft":  # outliers look like disagreement
             nearest = min(points, key=lambda entry: entry[1])
             self._search_from_point(nearest[2], self._end)
-        if points and not (self._is_excellent() if self.loss == "linear" else self._is_plausible()):
-            self._search_slowly_growing_parts(points[0][2])
+        if points and not (self._has_good_fit() if self.loss == "linear" else self._is_plausible()):
+            self._fit_slowly_growing_time_spans(points[0][2])
 
-    def _search_slowly_growing_parts(self, point: FitPoint) -> None:
+    def _fit_slowly_growing_time_spans(self, point: FitPoint) -> None:
         """Fit slowly growing parts of the records, starting from the body given in the scene.
 
         If the fitted part of the records grows slowly, the search does not lose the phase of an
@@ -265,7 +260,7 @@ class SearchSession:
     def _has_small_misfit(self) -> bool:
         return self._measure_misfit() <= _FITS
 
-    def _is_excellent(self) -> bool:
+    def _has_good_fit(self) -> bool:
         """Return True if the residuals are as small as the noise.
 
         For a soft-loss fit the result is always False, because a wrong motion can agree with most
@@ -288,7 +283,7 @@ class SearchSession:
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
 
-    def _make_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
+    def _configure_search(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
         """Return the settings of a search that reports each minimum it finds."""
 
         def report(found: Minimum) -> None:
@@ -313,7 +308,7 @@ class SearchSession:
         """Search from a point, starting with the parts of the records that agree with it."""
         before = self.best
         point = self._fit_growing_time_spans(point, agreement)
-        settings = self._make_settings(_FTOL, self.model, self.limit)
+        settings = self._configure_search(_FTOL, self.model, self.limit)
         found = minimize_cost(self.model, point, settings)
         if np.isfinite(found.cost):
             self._store_minimum_if_best(found, self.model)
@@ -328,7 +323,7 @@ class SearchSession:
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
-        if best is None or best.pieces or not (p.has_free("com") and p.has_free("attitude")):
+        if best is None or best.pieces or not (p.can_vary("com") and p.can_vary("attitude")):
             return
         if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
             half_turn = np.array([0.0, 1.0, 0.0, 0.0])
@@ -341,20 +336,20 @@ class SearchSession:
         Body-mounted instruments cannot detect a rotation of the whole scene about the vertical.
         """
         p, best = self.parameters, self.best
-        if best is None or best.pieces or not (p.has_free("attitude") and p.has_free("turning")):
+        if best is None or best.pieces or not (p.can_vary("attitude") and p.can_vary("turning")):
             return
         wanted, found = p.start.turning, best.point.turning
         if not (wanted[:2].any() and found[:2].any()):
             return
         angle = np.arctan2(wanted[1], wanted[0]) - np.arctan2(found[1], found[0])
-        turn = exponential(np.array([0.0, 0.0, angle]))
+        turn = compute_rotation_quaternions(np.array([0.0, 0.0, angle]))
         attitude = multiply_quaternions(turn, best.point.attitude)
         turning = rotation_matrix(turn) @ found
         self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
 
     def _try_equivalent(self, best: BestFit, twin: FitPoint) -> None:
         """Replace the best solution by the equivalent point `twin` if it fits equally well."""
-        evaluation = self.model.evaluate(twin)
+        evaluation = self.model.evaluate_residuals(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= (1.0 + _SAME) * best.cost:
             natural = self.model.estimate_parameter_scales(twin)
@@ -383,7 +378,7 @@ class SearchSession:
                 continue
             if found.cost < best.cost - rise:
                 self._store_minimum_if_best(found, self.model)
-                self._search_from_point(turned, self._measure_agreement(turned)[0])
+                self._search_from_point(turned, self._find_agreement_and_cost(turned)[0])
                 return self._try_alternative_spins()
             self.alias = turned if self._has_small_misfit() else None
             return
@@ -409,7 +404,7 @@ class SearchSession:
             part = self._build_residual_model_until(horizon)
             if part is not None:
                 point = self._fit_point_roughly(part, point)
-            agreement, cost = self._measure_agreement(point)
+            agreement, cost = self._find_agreement_and_cost(point)
             if not np.isfinite(cost):
                 break  # the motion takes too many steps, or leaves the range of doubles
         return point
@@ -440,17 +435,17 @@ class SearchSession:
             sigmas += [next(own)[low:high] for _ in record.series]
         return records, sigmas
 
-    def _measure_agreement(self, point: FitPoint) -> tuple[float, float]:
+    def _find_agreement_and_cost(self, point: FitPoint) -> tuple[float, float]:
         """Return the time up to which a motion agrees with the records, and the cost of the motion.
 
         The cost is computed with the soft loss.
         """
-        found = self.model.evaluate(point, has_jacobian=False)
+        found = self.model.evaluate_residuals(point, has_jacobian=False)
         if not np.isfinite(found.residuals).all():
             return 0.0, np.inf
         until = self._end
         for rows in self.model.rows:
-            late = _find_disagreement_time(rows, found, np.abs(self.records[rows.record].t))
+            late = _find_time_of_large_residuals(rows, found, np.abs(self.records[rows.record].t))
             until = min(until, late)
         return until, compute_cost(found.residuals, "soft")
 
@@ -462,10 +457,10 @@ class SearchSession:
                 continue
             if count == self._piece_count:
                 return  # these pieces have been tried
-            if least == _CHAOTIC and self._has_agreeing_guess(guesses):
+            if least == _CHAOTIC and self._has_guess_agreeing_with_records(guesses):
                 return
             self._piece_count = count
-            if pieces is None and count > _PIECES_TRIED and not self._fits_segments(guess, count):
+            if pieces is None and count > _PIECES_TRIED and not self._can_fit_pieces(guess, count):
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start_on_data(guess.point, guess.motion)
@@ -473,28 +468,29 @@ class SearchSession:
             return
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
-            self._fit_by_multiple_shooting(model, model.start_on_motion(self.parameters.start), 0.5)
+            begin = model.build_segment_starts(self.parameters.start)
+            self._fit_by_multiple_shooting(model, begin, 0.5)
 
     def _sort_guesses(self, guesses: list[Guess]) -> list[Guess]:
         """Return the guesses sorted by their agreement with the records."""
-        found = [(*self._measure_agreement(guess.point), guess) for guess in guesses]
+        found = [(*self._find_agreement_and_cost(guess.point), guess) for guess in guesses]
         return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
 
-    def _has_agreeing_guess(self, guesses: list[Guess]) -> bool:
+    def _has_guess_agreeing_with_records(self, guesses: list[Guess]) -> bool:
         """Return True if the motion of any guess agrees with all records.
 
         If one guess agrees, the motions of other guesses may appear chaotic only because these
         guesses are wrong.
         """
-        return any(self._measure_agreement(guess.point)[0] >= self._end for guess in guesses)
+        return any(self._find_agreement_and_cost(guess.point)[0] >= self._end for guess in guesses)
 
-    def _fits_segments(self, guess: Guess, count: int) -> bool:
+    def _can_fit_pieces(self, guess: Guess, count: int) -> bool:
         """Return True if segments with large gaps can fit a part of the records."""
         records, sigmas = self._select_records_until(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = fits_with_gaps(model, model.start_on_data(guess.point, guess.motion), self.loss)
+        is_near = has_gapped_fit(model, model.start_on_data(guess.point, guess.motion), self.loss)
         self.evaluations += model.evaluations
         return is_near
 
@@ -558,8 +554,8 @@ class SearchSession:
         """Return the size of the residuals relative to the measured values."""
         assert self.best is not None
         shares = [
-            rows.select_series_residuals(self.best.residuals)[rows.is_measured]
-            * rows.sigma[rows.is_measured]
+            rows.select_series_residuals(self.best.residuals)[rows.measured_mask]
+            * rows.sigma[rows.measured_mask]
             / rows.series.size
             for rows in self.model.rows
         ]
@@ -573,7 +569,7 @@ class SearchSession:
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:
-            own = scaled[rows.residual_slice][rows.is_measured.ravel()]
+            own = scaled[rows.residual_slice][rows.measured_mask.ravel()]
             scale = rows.series.spread / float(rows.sigma.mean())
             if own.size and own.max() <= _INSENSITIVE * scale:
                 raise ValueError(
@@ -582,9 +578,9 @@ class SearchSession:
                 )
 
 
-def _find_disagreement_time(rows: ResidualRows, found: ResidualEvaluation, t: Array) -> float:
+def _find_time_of_large_residuals(rows: ResidualRows, found: ResidualEvaluation, t: Array) -> float:
     """Return the first time at which the residuals of a series exceed a fraction of its spread."""
-    measured = rows.is_measured.any(axis=1)
+    measured = rows.measured_mask.any(axis=1)
     if not measured.any():
         return np.inf
     scale = np.hypot(rows.series.spread, 3.0 * rows.sigma)

@@ -75,7 +75,7 @@ class ParameterDirections:
         covariance[is_lost, is_lost] = np.inf
         return covariance, errors
 
-    def draw_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
+    def draw_random_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
         """Draw n random parameter changes with no components along undetermined directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural
@@ -99,7 +99,7 @@ def analyse_parameter_space(
     return ParameterDirections(natural[:size], factor[:size], directions[:, lengths > _PRESENT])
 
 
-def compute_statistics(
+def compute_residual_statistics(
     model: ResidualModel, residuals: Array, loss: LossName, is_sigma_known: bool
 ) -> ResidualStatistics:
     """Return the statistics of the residuals of a fit."""
@@ -128,7 +128,7 @@ def _correlate_neighbouring_residuals(rows: tuple[ResidualRows, ...], residuals:
     """Return the mean correlation of neighbouring residuals for each component of each series."""
     found = []
     for one in rows:
-        values, measured = one.select_series_residuals(residuals), one.is_measured
+        values, measured = one.select_series_residuals(residuals), one.measured_mask
         for k in range(values.shape[1]):
             column = np.clip(values[measured[:, k], k], -_CLIP, _CLIP)
             spread = float(((column - column.mean()) ** 2).sum()) if column.size else 0.0
@@ -159,7 +159,7 @@ def measure_cost_nonlinearity(
     for sign in (1.0, -1.0):
         if (-sign * step > room).any():
             continue
-        there = model.evaluate(
+        there = model.evaluate_residuals(
             model.add_step_within_bounds(point, sign * step), has_jacobian=False
         ).residuals
         with np.errstate(invalid="ignore"):

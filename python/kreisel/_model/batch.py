@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from .._utils.validation import read_only, short_repr
 from .broadcasting import (
+    BatchParameter,
     Column,
     ColumnMap,
     Index,
-    Parameter,
     Shape,
     collapse_broadcast_axes,
     memoize_by_buffer,
@@ -26,7 +26,7 @@ _M = TypeVar("_M")
 _PLACEHOLDER = np.False_  # represents each member where only shapes matter
 
 
-class Batch(Generic[_M]):
+class BatchBase(Generic[_M]):
     """Base class of ensembles and arrays of bodies, which store their parameters as arrays.
 
     Each parameter is stored in an array whose shape is that of the batch, followed by that of one
@@ -83,14 +83,14 @@ class Batch(Generic[_M]):
             {name: collapse_broadcast_axes(column, dims) for name, column in self._varied.items()}
         )
 
-    def _varying_parameters(self) -> list[Parameter]:
+    def _list_varying_parameters(self) -> list[BatchParameter]:
         """Return the varying parameters."""
         return [
-            Parameter(name, values, values.shape[len(self.shape) :])
+            BatchParameter(name, values, values.shape[len(self.shape) :])
             for name, values in self.coords.items()
         ]
 
-    def _clear_variation_cache(self) -> Self:
+    def _forget_varying_parameters(self) -> Self:
         """Clear the cached names of the varying parameters and of the dimensions."""
         self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
         return self
@@ -130,7 +130,7 @@ class Batch(Generic[_M]):
             return self._select_member((key % len(self),))
         if not _is_basic_index(key):
             return self._select_members_by_arrays(key)
-        left: Any = _index_column(np.broadcast_to(_PLACEHOLDER, self.shape), key)
+        left: Any = _apply_index_to_column(np.broadcast_to(_PLACEHOLDER, self.shape), key)
         places = _expand_index_key(key, len(self.shape))
         if not isinstance(left, np.ndarray):
             return self._select_member(
@@ -147,11 +147,11 @@ class Batch(Generic[_M]):
 
     def _select_members_by_arrays(self, key: object) -> _M | Self:
         """Return the member or the batch selected by index arrays or masks."""
-        order: Any = _index_column(np.arange(self.size).reshape(self.shape), key)
+        order: Any = _apply_index_to_column(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._select_member(tuple(map(int, np.unravel_index(int(order), self.shape))))
         dims = len(self.shape)
-        parts = _expand_row_key(key, dims)
+        parts = _expand_key_with_index_array(key, dims)
         if parts is None:
             return self._select_flat_members(order, (None,) * order.ndim)
 
@@ -210,7 +210,7 @@ class Batch(Generic[_M]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        varying = [_format_parameter_range(word) for word in self._varying_parameters()]
+        varying = [_format_parameter_range(word) for word in self._list_varying_parameters()]
         dims = len(self.shape)
         varying = varying or [
             name for name, held in self._columns.items() if any(held.strides[:dims])
@@ -247,14 +247,14 @@ class Batch(Generic[_M]):
         )
 
 
-def _format_parameter_range(word: Parameter) -> str:
+def _format_parameter_range(word: BatchParameter) -> str:
     """Describe a varying parameter by its name and, for a scalar, its least and largest values."""
     if word.value or not word.values.size:
         return word.name
     return f"{word.name} {word.values.min():.6g} .. {word.values.max():.6g}"
 
 
-def _index_column(array: Column, key: Any) -> Any:
+def _apply_index_to_column(array: Column, key: Any) -> Any:
     try:
         return array[key]
     except OverflowError:
@@ -284,7 +284,7 @@ def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
     return (*parts[:at], *[slice(None)] * (dims - spent), *parts[at + 1 :])
 
 
-def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:
+def _expand_key_with_index_array(key: object, dims: int) -> tuple[Any, ...] | None:
     """Return a key with one entry per dimension, or None unless it contains one index array."""
     parts = _expand_index_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]

@@ -12,18 +12,18 @@ from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
 from .._utils.errors import refuse_attribute_assignment, warn_user
 from .._utils.validation import Array, as_array, read_only, short_repr
-from .batch import Batch
+from .batch import BatchBase
 from .bodies_constructors import BodiesConstructors
 from .body import Body
 from .broadcasting import (
+    BatchParameter,
     Column,
     Index,
-    Parameter,
     Shape,
     broadcast_named_shapes,
     compute_common_parameter_shape,
     convert_to_python_numbers,
-    make_column,
+    make_batch_column,
     name_varying_dimensions,
     parse_parameter,
     split_components,
@@ -35,7 +35,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @refuse_attribute_assignment("construct new bodies with another {}")
-class Bodies(BodiesConstructors, Batch[Body]):
+class Bodies(BodiesConstructors, BatchBase[Body]):
     """An array of bodies whose parameters broadcast to a common shape.
 
     mass          [M], a number or an array
@@ -89,9 +89,9 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _store_parameters(
         self,
         make: Callable[..., Body],
-        words: Sequence[Parameter],
+        words: Sequence[BatchParameter],
         mass: Array,
-        tensor: Parameter,
+        tensor: BatchParameter,
         com: Array,
         inertia_rtol: ArrayLike = 0.0,
         unphysical: ArrayLike = False,
@@ -102,7 +102,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         Raises the same exception as the constructor `make` would for the first invalid member.
         """
         slacks = parse_parameter("inertia_rtol", inertia_rtol)
-        made = _parse_boolean_column("unphysical", unphysical)
+        made = _parse_boolean_array("unphysical", unphysical)
         slacks.raise_error_of_first_bad_value(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)),
             lambda _, x: parse_inertia_tolerance(x),
@@ -113,26 +113,26 @@ class Bodies(BodiesConstructors, Batch[Body]):
         shapes += [made.shape, rotors.shape]
         shape = broadcast_named_shapes([*names, "unphysical", "rotor"], shapes)
         columns: dict[str, Column] = {
-            "mass": make_column(mass, shape, 0),
-            "inertia": make_column(tensor.values, shape, len(tensor.value)),
-            "com": make_column(com, shape, 1),
-            "inertia_rtol": make_column(slacks.values, shape, 0),
-            "rotor": make_column(rotors.values, shape, 1),
+            "mass": make_batch_column(mass, shape, 0),
+            "inertia": make_batch_column(tensor.values, shape, len(tensor.value)),
+            "com": make_batch_column(com, shape, 1),
+            "inertia_rtol": make_batch_column(slacks.values, shape, 0),
+            "rotor": make_batch_column(rotors.values, shape, 1),
         }
         self._set_shape_and_columns(shape, name_varying_dimensions(shape, given), columns, {})
         self.__dict__["_varied"] = {
-            each.name: make_column(each.values, shape, len(each.value))
+            each.name: make_batch_column(each.values, shape, len(each.value))
             for each in given
             if each.shape
         }
         can_be = self._find_members_with_possible_inertia(make, given, tensor.value == (3, 3))
         if not (can_be | made).all():
             self._warn_about_unphysical_bodies(~(can_be | made))
-        columns["unphysical"] = make_column(made | ~can_be, shape, 0)
+        columns["unphysical"] = make_batch_column(made | ~can_be, shape, 0)
         return self
 
     def _find_members_with_possible_inertia(
-        self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
+        self, make: Callable[..., Body], given: Sequence[BatchParameter], matrices: bool
     ) -> Column:
         """Return a boolean array that marks the members with a physically possible inertia.
 
@@ -156,7 +156,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         return can_be.reshape(self.shape)
 
     def _make_invalid_body_error(
-        self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
+        self, make: Callable[..., Body], given: Sequence[BatchParameter], at: Index
     ) -> Exception:
         """Return the exception that the single-body constructor raises for an invalid member."""
         own = {
@@ -216,7 +216,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         compute_common_parameter_shape(*words)
         heavy, one, three, up = (each.values for each in words)
         com = stack_components(np.zeros_like(up), np.zeros_like(up), up)
-        tensor = Parameter("inertia", stack_components(one, one, three), (3,))
+        tensor = BatchParameter("inertia", stack_components(one, one, three), (3,))
         kept = cls.__new__(cls)
         return kept._store_parameters(
             Body.symmetric, words, heavy, tensor, com, inertia_rtol, unphysical
@@ -257,18 +257,18 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _from_moments_about_com(
         cls,
         make: Callable[..., Body],
-        words: Sequence[Parameter],
+        words: Sequence[BatchParameter],
         mass: Array,
         moments: tuple[Array, Array, Array],
         height: Array,
-        pivot: Parameter,
+        pivot: BatchParameter,
     ) -> Self:
         """Build bodies from their moments of inertia about the centre of mass."""
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
             com = stack_components(nothing, nothing, height) - pivot.values
             tensor = add_point_masses(
-                Parameter("inertia", stack_components(*moments), (3,)), mass, com
+                BatchParameter("inertia", stack_components(*moments), (3,)), mass, com
             )
         return cls.__new__(cls)._store_parameters(make, words, mass, tensor, com)
 
@@ -323,7 +323,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         return self._columns.get("axes", np.broadcast_to(_UPRIGHT, (*self.shape, 4)))
 
     @classmethod
-    def _build_from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
+    def _combine_bodies(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
         """Build bodies from a list, or return the first body if all of them are equal."""
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
@@ -337,7 +337,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             unphysical=np.reshape([body.unphysical for body in bodies], shape),
             rotor=np.reshape([body.rotor for body in bodies], (*shape, 3)),
         )
-        return made._clear_variation_cache()
+        return made._forget_varying_parameters()
 
     def _broadcast_to(self, shape: Shape) -> Bodies:
         """Return the bodies broadcast to `shape`."""
@@ -351,13 +351,13 @@ class Bodies(BodiesConstructors, Batch[Body]):
         )
 
 
-def parse_inertia_tensors(name: str, given: object) -> Parameter:
+def parse_inertia_tensors(name: str, given: object) -> BatchParameter:
     """Parse inertias given as moments, or as matrices if the last two dimensions have length 3.
 
     Raises ValueError for the first matrix that is not symmetric.
     """
     what = "3 moments or a symmetric 3x3 matrix, or an array of them"
-    if isinstance(given, Parameter):
+    if isinstance(given, BatchParameter):
         made = given
     else:
         values = given if isinstance(given, np.ndarray) else as_array(name, given, what)
@@ -381,7 +381,7 @@ def _check_inertia_matrix(name: str, matrix: object) -> None:
         raise ValueError(f"{error}{hint}") from None
 
 
-def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
+def add_point_masses(tensor: BatchParameter, mass: Array, at: Array) -> BatchParameter:
     """Add the inertia of point masses at the positions `at` to inertia tensors.
 
     The result contains moments of inertia if all tensors are diagonal, and matrices otherwise.
@@ -396,20 +396,20 @@ def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
                 own + added[k][k] for k, own in enumerate(split_components(tensor.values))
             )
             if not (xy.any() or yz.any() or zx.any()):
-                return Parameter(tensor.name, stack_components(i1, i2, i3), (3,))
+                return BatchParameter(tensor.name, stack_components(i1, i2, i3), (3,))
             flat = stack_components(i1, xy, zx, xy, i2, yz, zx, yz, i3)
         else:
             places = [(i, j) for i in range(3) for j in range(3)]
             flat = stack_components(*(tensor.values[..., i, j] + added[i][j] for i, j in places))
-    return Parameter(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
+    return BatchParameter(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
 
 
-def _parse_rotors(given: object) -> Parameter:
+def _parse_rotors(given: object) -> BatchParameter:
     made = parse_parameter("rotor", given, (3,))
     return made._replace(values=made.values + 0.0)  # no negative zeros
 
 
-def _parse_boolean_column(name: str, given: object) -> Column:
+def _parse_boolean_array(name: str, given: object) -> Column:
     flags = np.asarray(given)
     if flags.dtype != np.bool_:
         raise TypeError(

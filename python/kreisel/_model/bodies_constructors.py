@@ -13,11 +13,11 @@ from .._utils.validation import Array, as_bool
 from . import shapes
 from .body import Body
 from .broadcasting import (
-    Parameter,
+    BatchParameter,
     compute_common_parameter_shape,
-    parse_non_negative,
+    parse_non_negative_parameter,
     parse_parameter,
-    parse_positive,
+    parse_positive_parameter,
     split_components,
     stack_components,
 )
@@ -30,11 +30,11 @@ class BodiesConstructors:
     def _from_moments_about_com(
         cls,
         make: Callable[..., Body],
-        words: Sequence[Parameter],
+        words: Sequence[BatchParameter],
         mass: Array,
         moments: tuple[Array, Array, Array],
         height: Array,
-        pivot: Parameter,
+        pivot: BatchParameter,
     ) -> Self:
         """Build bodies from their moments of inertia about the centre of mass.
 
@@ -48,16 +48,16 @@ class BodiesConstructors:
         cls,
         make: Callable[..., Body],
         shape: shapes.ShapeMoments[Array],
-        words: Sequence[Parameter],
+        words: Sequence[BatchParameter],
         pivot: ArrayLike,
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
         """Build homogeneous bodies of a given shape from their masses or densities."""
-        shapes.check_exactly_one(shape.name, mass, density)
+        shapes.check_mass_xor_density(shape.name, mass, density)
         at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
-        weight = parse_positive(name, given)
+        weight = parse_positive_parameter(name, given)
         compute_common_parameter_shape(*words, at, weight)
         heavy = weight.values
         if density is not None:
@@ -65,7 +65,7 @@ class BodiesConstructors:
                 raise ValueError(shapes.density_without_volume_message(shape.name))
             with np.errstate(all="ignore"):
                 heavy = weight.values * shape.volume
-            parse_positive(f"mass of the {shape.name}", heavy)
+            parse_positive_parameter(f"mass of the {shape.name}", heavy)
         with np.errstate(all="ignore"):
             moments = shapes.compute_central_moments(shape, heavy)
         return cls._from_moments_about_com(
@@ -98,15 +98,15 @@ class BodiesConstructors:
             raise ValueError("give mass or density of the cuboid, not both")
         a, b, c = split_components(edges.values)
         if mass is None:
-            weight = parse_positive("density", 1.0 if density is None else density)
+            weight = parse_positive_parameter("density", 1.0 if density is None else density)
         else:
-            weight = parse_positive("mass", mass)
+            weight = parse_positive_parameter("mass", mass)
         compute_common_parameter_shape(edges, at, weight)
         heavy = weight.values
         with np.errstate(all="ignore"):
             if mass is None:
                 heavy = 8.0 * heavy * a * b * c
-                parse_positive("mass of the cuboid", heavy)
+                parse_positive_parameter("mass of the cuboid", heavy)
             third = heavy / 3.0
             xx, yy, zz = third * a * a, third * b * b, third * c * c
             moments = yy + zz, zz + xx, xx + yy
@@ -129,7 +129,10 @@ class BodiesConstructors:
         `radius` and `height` are lengths [L], and `pivot` [L] has the shape (..., 3). Specify
         either `mass` [M] or `density` [M L^-3].
         """
-        r, h = parse_positive("radius", radius), parse_positive("height", height)
+        r, h = (
+            parse_positive_parameter("radius", radius),
+            parse_positive_parameter("height", height),
+        )
         compute_common_parameter_shape(r, h)
         with np.errstate(all="ignore"):
             shape = shapes.cylinder(r.values, h.values)
@@ -151,10 +154,10 @@ class BodiesConstructors:
         `inner` and `outer` are the radii [L], `height` is a length [L], and `pivot` [L] has the
         shape (..., 3). Specify either `mass` [M] or `density` [M L^-3].
         """
-        hole, r = parse_parameter("inner", inner), parse_positive("outer", outer)
-        h = parse_non_negative("height", height)
+        hole, r = parse_parameter("inner", inner), parse_positive_parameter("outer", outer)
+        h = parse_non_negative_parameter("height", height)
         compute_common_parameter_shape(hole, r, h)
-        both = Parameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
+        both = BatchParameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
         both.raise_error_of_first_bad_value(
             bad, lambda _, pair: Body.tube(pair[0], pair[1], 1.0, (0, 0, 0), mass=1.0)
@@ -169,7 +172,7 @@ class BodiesConstructors:
 
         `radius` [L] and `mass` [M] are numbers or arrays, and `pivot` [L] has the shape (..., 3).
         """
-        r = parse_positive("radius", radius)
+        r = parse_positive_parameter("radius", radius)
         with np.errstate(all="ignore"):
             shape = shapes.disk(r.values)
         return cls._build_from_shape(Body.disk, shape, [r], pivot, mass, None)
@@ -182,7 +185,7 @@ class BodiesConstructors:
         Raises ValueError if a pivot lies on the axis of its rod, because the moment of inertia
         about this axis is zero.
         """
-        whole = parse_positive("length", length)
+        whole = parse_positive_parameter("length", length)
         with np.errstate(all="ignore"):
             shape = shapes.rod(whole.values)
         return cls._build_from_shape(Body.rod, shape, [whole], pivot, mass, None)
@@ -202,7 +205,7 @@ class BodiesConstructors:
         `radius` is a length [L], and `pivot` [L] has the shape (..., 3). Specify either `mass` [M]
         or `density` [M L^-3].
         """
-        r, thin = parse_positive("radius", radius), as_bool("shell", shell)
+        r, thin = parse_positive_parameter("radius", radius), as_bool("shell", shell)
         with np.errstate(all="ignore"):
             shape = shapes.sphere(r.values, thin)
         make = partial(Body.sphere, shell=thin)
@@ -247,7 +250,10 @@ class BodiesConstructors:
         `radius` and `height` are lengths [L], and `pivot` [L] has the shape (..., 3). Specify
         either `mass` [M] or `density` [M L^-3].
         """
-        r, h = parse_positive("radius", radius), parse_positive("height", height)
+        r, h = (
+            parse_positive_parameter("radius", radius),
+            parse_positive_parameter("height", height),
+        )
         compute_common_parameter_shape(r, h)
         with np.errstate(all="ignore"):
             shape = shapes.cone(r.values, h.values)

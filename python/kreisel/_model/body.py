@@ -25,18 +25,18 @@ from .._utils.validation import (
 from ..quaternion import turn, unit
 from .body_constructors import BodyConstructors
 from .inertia import (
-    add_point_mass,
+    add_point_mass_inertia,
     compact_inertia_tensor,
     describe_triangle_violation,
     describe_unphysical_inertia,
+    find_ill_conditioned_inertia_error,
     inertia_at_fixed_point,
-    make_ill_conditioned_error,
     parallel_axis_term,
     parse_inertia_tensor,
     parse_inertia_tolerance,
     principal_moments,
 )
-from .shapes import compute_central_inertia, parse_mass_or_density, rod
+from .shapes import compute_central_inertia, parse_shape_mass, rod
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -119,7 +119,7 @@ class Body(BodyConstructors):
             kept["mass"], tensor, kept["com"], kept["inertia_rtol"], kept["rotor"]
         )
         if status != "OK":
-            raise make_ill_conditioned_error(tensor) or make_exception_from_status(
+            raise find_ill_conditioned_inertia_error(tensor) or make_exception_from_status(
                 status, describe_triangle_violation(tensor, kept["inertia_rtol"])
             )
         if unphysical is not False:
@@ -169,10 +169,10 @@ class Body(BodyConstructors):
         """
         shape = rod(as_positive("length", length))
         heavy, at = (
-            parse_mass_or_density(shape, mass, None),
+            parse_shape_mass(shape, mass, None),
             np.subtract(0.0, as_vector("pivot", pivot)),
         )
-        tensor = add_point_mass(compute_central_inertia(shape, heavy), heavy, at)
+        tensor = add_point_mass_inertia(compute_central_inertia(shape, heavy), heavy, at)
         return _build_body_from_parts(heavy, tensor, at, np.zeros(3))
 
     @classmethod
@@ -213,7 +213,7 @@ class Body(BodyConstructors):
         """
         tensor = parse_inertia_tensor("inertia_about_com", inertia_about_com)
         a = np.subtract(as_vector("com", com), as_vector("pivot", pivot))
-        moved = add_point_mass(tensor, as_positive("mass", mass), a)
+        moved = add_point_mass_inertia(tensor, as_positive("mass", mass), a)
         return cls(mass, moved, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
 
     def __add__(self, other: Body) -> Body:

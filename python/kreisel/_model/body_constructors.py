@@ -69,7 +69,7 @@ class BodyConstructors:
         """
         hole, r = as_float("inner", inner), as_positive("outer", outer)
         if not 0.0 <= hole <= r:
-            raise ValueError(shapes.tube_error_message(hole, r))
+            raise ValueError(shapes.tube_radii_error_message(hole, r))
         return cls._build_from_shape(
             shapes.tube(hole, r, as_non_negative("height", height)), pivot, mass, density
         )
@@ -162,6 +162,6 @@ class BodyConstructors:
         mass: float | None,
         density: float | None,
     ) -> Self:
-        heavy = shapes.parse_mass_or_density(shape, mass, density)
+        heavy = shapes.parse_shape_mass(shape, mass, density)
         com = (0.0, 0.0, shape.height)
         return cls.from_com(heavy, shapes.compute_central_inertia(shape, heavy), com, pivot)

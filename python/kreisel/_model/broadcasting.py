@@ -33,7 +33,7 @@ ColumnMap = Callable[[Column], Column]
 _BLOCK = 4096  # members per block, so that the data of a block fits into the cache
 
 
-class Parameter(NamedTuple):
+class BatchParameter(NamedTuple):
     """A named parameter and its values."""
 
     name: str
@@ -71,13 +71,13 @@ def convert_to_python_numbers(value: Any) -> Any:
     return tuple(map(convert_to_python_numbers, value)) if np.ndim(value) else value.item()
 
 
-def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
+def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> BatchParameter:
     """Convert an argument to a parameter with finite values, each an array of shape `value`.
 
-    An argument that is already a Parameter is returned unchanged. `what` describes the expected
+    An argument that is already a BatchParameter is returned unchanged. `what` states the expected
     form in error messages.
     """
-    if isinstance(given, Parameter):
+    if isinstance(given, BatchParameter):
         return given
     said = what or (f"{value[0]} numbers" if value else "a number")
     values = as_array(
@@ -92,7 +92,7 @@ def parse_parameter(name: str, given: object, value: Shape = (), what: str = "")
             if len(value) == 1
             else f"{name} must be {said}, not {short_repr(given)}"
         )
-    made = Parameter(name, values, value)
+    made = BatchParameter(name, values, value)
     if not np.isfinite(collapse_broadcast_axes(values)).all():
         finite = np.isfinite(values)
         behind = tuple(range(-len(value), 0))
@@ -110,14 +110,14 @@ def select_validator_by_shape(value: Shape) -> Validator:
     return lambda name, given: as_float_list(name, given, value[0], f"{value[0]} numbers")
 
 
-def parse_positive(name: str, given: object) -> Parameter:
+def parse_positive_parameter(name: str, given: object) -> BatchParameter:
     """Parse a parameter whose values must be positive."""
     made = parse_parameter(name, given)
     made.raise_error_of_first_bad_value(~(made.values > 0.0), as_positive)
     return made
 
 
-def parse_non_negative(name: str, given: object) -> Parameter:
+def parse_non_negative_parameter(name: str, given: object) -> BatchParameter:
     """Parse a parameter whose values must not be negative."""
     made = parse_parameter(name, given)
     made.raise_error_of_first_bad_value(~(made.values >= 0.0), as_non_negative)
@@ -149,7 +149,7 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     return change_once_per_buffer
 
 
-def make_column(values: Column, shape: Shape, trailing: int) -> Column:
+def make_batch_column(values: Column, shape: Shape, trailing: int) -> Column:
     """Broadcast `values` to a batch of the given shape, as a read-only array.
 
     The last `trailing` dimensions of `values` are the shape of one value.
@@ -160,9 +160,9 @@ def make_column(values: Column, shape: Shape, trailing: int) -> Column:
     return np.broadcast_to(kept, shape + kept.shape[lead:])
 
 
-def make_columns(named: Iterable[tuple[str, Column, int]], shape: Shape) -> dict[str, Column]:
-    """Return the columns described by the triples (name, values, trailing); see `make_column`."""
-    return {name: make_column(values, shape, trailing) for name, values, trailing in named}
+def make_batch_columns(named: Iterable[tuple[str, Column, int]], shape: Shape) -> dict[str, Column]:
+    """Return the columns given by the triples (name, values, trailing); see `make_batch_column`."""
+    return {name: make_batch_column(values, shape, trailing) for name, values, trailing in named}
 
 
 def broadcast_named_shapes(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
@@ -177,12 +177,14 @@ def broadcast_named_shapes(names: Sequence[str], shapes: Sequence[Shape]) -> Sha
         ) from None
 
 
-def compute_common_parameter_shape(*words: Parameter) -> Shape:
+def compute_common_parameter_shape(*words: BatchParameter) -> Shape:
     """Return the shape to which the given parameters broadcast."""
     return broadcast_named_shapes([each.name for each in words], [each.shape for each in words])
 
 
-def name_varying_dimensions(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
+def name_varying_dimensions(
+    shape: Shape, words: Iterable[BatchParameter]
+) -> tuple[str | None, ...]:
     """Name each dimension after the only parameter that varies along it.
 
     A dimension can be named only after a scalar parameter that varies along no other dimension. All
@@ -190,7 +192,7 @@ def name_varying_dimensions(shape: Shape, words: Iterable[Parameter]) -> tuple[s
     """
     if not shape:
         return ()
-    along: list[list[Parameter]] = [[] for _ in shape]
+    along: list[list[BatchParameter]] = [[] for _ in shape]
     places: dict[str, int] = {}
     for each in words:
         lead = each.values.shape[: each.values.ndim - len(each.value)]

@@ -19,21 +19,21 @@ from ..quaternion import conjugate, multiply
 from .bodies import Bodies
 from .body import Body
 from .broadcasting import (
-    Parameter,
+    BatchParameter,
     compute_vectors_in_blocks,
     parse_parameter,
     split_components,
     stack_components,
 )
 from .ensemble_data import (
-    EnsembleStorage,
+    EnsembleBase,
     S,
     check_body_type,
     compute_common_top_shape,
     compute_momenta,
     make_invalid_member_error,
 )
-from .environment import Environment, parse_environments
+from .environment import PhysicalEnvironment, parse_environments
 from .euler_angles import (
     cos,
     find_symmetry_moments,
@@ -50,7 +50,7 @@ _DEGREE = math.pi / 180.0
 _REST = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # state at rest: t, attitude, momentum
 
 
-class EnsembleConstructors(EnsembleStorage[S]):
+class EnsembleConstructors(EnsembleBase[S]):
     """Constructors of kr.Ensemble from Euler angles and rates."""
 
     @classmethod
@@ -85,17 +85,17 @@ class EnsembleConstructors(EnsembleStorage[S]):
             split_vector_components(convert_array_to_radians(each.values, in_degrees))
             for each in (at, by)
         )
-        around = Environment(gravity, damping, turning, shaking, friction)
+        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         return cls._build_from_euler_angles(bodies, [at, by], turned, moved, around, make)
 
     @classmethod
     def _build_from_euler_angles(
         cls,
         body: Body | Bodies,
-        parameters: list[Parameter],
+        parameters: list[BatchParameter],
         angles: Components,
         rates: Components,
-        environment: Environment,
+        environment: PhysicalEnvironment,
         one: Callable[..., S],
     ) -> Self:
         """Build tops whose Euler angles and rates have already been computed.
@@ -111,7 +111,7 @@ class EnsembleConstructors(EnsembleStorage[S]):
         both = np.broadcast_shapes(turned.shape[:-1], own.shape[:-1])
         q = compute_vectors_in_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
         with np.errstate(all="ignore"):
-            start = Parameter(
+            start = BatchParameter(
                 "velocity", stack_components(*velocity_from_euler(angles, rates)), (3,)
             )
         columns["momentum"] = compute_momenta(body, start, q, columns["turning"])
@@ -163,7 +163,7 @@ class EnsembleConstructors(EnsembleStorage[S]):
         parameters = [parse_parameter("spin", spin), parse_tilts(tilt, in_degrees)]
         rate, angle = (convert_array_to_radians(each.values, in_degrees) for each in parameters)
         find_symmetry_moments_of_bodies(bodies)
-        around = Environment(gravity, damping, turning, shaking, friction)
+        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         if is_steady_precession_requested(steady, fast, precession, around):
             one = partial(one, steady=True, fast=fast)
             about = compute_steady_precession_rates(
@@ -194,7 +194,7 @@ def split_vector_components(vector: Array) -> Components:
     return x, y, z
 
 
-def parse_tilts(given: ArrayLike, degrees: bool) -> Parameter:
+def parse_tilts(given: ArrayLike, degrees: bool) -> BatchParameter:
     """Parse the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
     made = parse_parameter("tilt", given)
     angle = convert_array_to_radians(made.values, degrees)
@@ -231,7 +231,7 @@ def find_symmetry_moments_of_bodies(body: Body | Bodies) -> tuple[Array, Array]:
 
 def compute_steady_precession_rates(
     body: Body | Bodies,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[BatchParameter],
     degrees: bool,
     fast: bool,
     one: Callable[..., object],

@@ -13,22 +13,22 @@ from .._core import INPUT_RTOL, statuses
 from .._core import Tops as CoreTops
 from .._utils.validation import Array, check_type, short_repr
 from ..quaternion import unit
-from .batch import Batch
+from .batch import BatchBase
 from .bodies import Bodies
 from .body import Body
 from .broadcasting import (
+    BatchParameter,
     ColumnMap,
     Index,
-    Parameter,
     Shape,
     broadcast_named_shapes,
     compute_vectors_in_blocks,
     convert_to_python_numbers,
-    make_columns,
+    make_batch_columns,
     name_varying_dimensions,
     parse_parameter,
 )
-from .environment import Environment, parse_environments
+from .environment import PhysicalEnvironment, parse_environments
 from .momentum import compute_angular_momentum
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ ONE_OF = "momentum", "velocity", "body_momentum", "body_velocity"
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-class EnsembleStorage(Batch[S]):
+class EnsembleBase(BatchBase[S]):
     """The data of kr.Ensemble: bodies, and columns of initial states and environments."""
 
     _one: ClassVar[Any]  # the class of one top
@@ -64,7 +64,7 @@ class EnsembleStorage(Batch[S]):
         given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
         bodies, start = check_body_type(body), parse_momentum_parameter(given)
         turned, q = parse_attitudes(attitude, attitude_xyzw)
-        given_around = Environment(gravity, damping, turning, shaking, friction)
+        given_around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         around, columns = parse_environments(given_around)
         parameters = [start, turned, *around]
         compute_common_top_shape(bodies, parameters)
@@ -76,7 +76,7 @@ class EnsembleStorage(Batch[S]):
     def _store_ensemble_columns(
         self,
         body: Body | Bodies,
-        parameters: Sequence[Parameter],
+        parameters: Sequence[BatchParameter],
         columns: Mapping[str, Array],
         one: Callable[..., S],
     ) -> Self:
@@ -92,13 +92,13 @@ class EnsembleStorage(Batch[S]):
         words = [each for each in parameters if each.values.ndim > len(each.value)]
         bodies = body
         if isinstance(body, Bodies):
-            words, bodies = body._varying_parameters() + words, body._broadcast_to(shape)
+            words, bodies = body._list_varying_parameters() + words, body._broadcast_to(shape)
         self.__dict__["_bodies"] = bodies
         states = [(name, held, _count_value_dimensions(name)) for name, held in columns.items()]
         varied = [(each.name, each.values, len(each.value)) for each in words]
         names = name_varying_dimensions(shape, words)
         self._set_shape_and_columns(
-            shape, names, make_columns(states, shape), make_columns(varied, shape)
+            shape, names, make_batch_columns(states, shape), make_batch_columns(varied, shape)
         )
         status, index = self._core_scenes.check()
         if status != "OK":
@@ -140,7 +140,7 @@ class EnsembleStorage(Batch[S]):
             "shaking": rows[..., 30:33],
             "friction": rows[..., 33],
         }
-        body = Bodies._build_from_list([scene.body for scene in found], shape)
+        body = Bodies._combine_bodies([scene.body for scene in found], shape)
         return cls.__new__(cls)._store_ensemble_columns(body, (), columns, cls._one)
 
     def _apply_to_columns(
@@ -152,7 +152,7 @@ class EnsembleStorage(Batch[S]):
         made.__dict__["_bodies"] = kept
         return made
 
-    def _select_body(self, index: Index) -> Body:
+    def _select_body_of_top(self, index: Index) -> Body:
         body = self._bodies
         return body._select_member(index) if isinstance(body, Bodies) else body
 
@@ -160,7 +160,7 @@ class EnsembleStorage(Batch[S]):
         words = {
             name: convert_to_python_numbers(held[index]) for name, held in self._columns.items()
         }
-        made: S = self._one(self._select_body(index), **words)
+        made: S = self._one(self._select_body_of_top(index), **words)
         return made
 
     @cached_property
@@ -231,7 +231,7 @@ class EnsembleStorage(Batch[S]):
         return self._columns["friction"]
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, EnsembleStorage):
+        if not isinstance(other, EnsembleBase):
             return NotImplemented
         return super().__eq__(other) and bool(self._bodies == other._bodies)
 
@@ -257,7 +257,7 @@ def check_body_type(body: object) -> Body | Bodies:
     raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {short_repr(body)}")
 
 
-def compute_common_top_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Shape:
+def compute_common_top_shape(body: Body | Bodies, parameters: Sequence[BatchParameter]) -> Shape:
     """Return the shape to which the bodies and parameters broadcast.
 
     Raises ValueError if the shapes do not broadcast.
@@ -272,7 +272,7 @@ def compute_common_top_shape(body: Body | Bodies, parameters: Sequence[Parameter
 
 def make_invalid_member_error(
     body: Body | Bodies,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[BatchParameter],
     one: Callable[..., object],
     shape: Shape,
     at: Index,
@@ -294,7 +294,7 @@ def make_invalid_member_error(
     return ValueError(f"{place}{text}")
 
 
-def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
+def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> BatchParameter:
     """Return the one given parameter that determines the initial angular momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
@@ -308,7 +308,7 @@ def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter
     return parse_parameter(chosen[0], given[chosen[0]], (3,))
 
 
-def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
+def parse_attitudes(given: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
     """Parse the argument `attitude` or `attitude_xyzw`, and return the quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
@@ -321,7 +321,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
         given = np.roll(last, 1, axis=-1)
     name, value = ("attitude", given) if xyzw is None else ("attitude_xyzw", xyzw)
     if value is None:
-        return Parameter(name, _UPRIGHT, (4,)), _UPRIGHT
+        return BatchParameter(name, _UPRIGHT, (4,)), _UPRIGHT
     made = parse_parameter(name, value, (4,))
     q = made.values
     off = np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0)
@@ -336,7 +336,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
     return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
 
 
-def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
+def compute_momenta(body: Body | Bodies, start: BatchParameter, q: Array, turning: Array) -> Array:
     """Compute angular momenta in the space frame from velocities or momenta.
 
     The quaternions `q` are the attitudes, and `turning` contains the angular velocities of the
@@ -351,7 +351,7 @@ def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Ar
             given.append(np.where(added == 0.0, -0.0, added))
     shape = np.broadcast_shapes(*[values.shape[:-1] for values in given])
 
-    def compute(*components: Any) -> tuple[Array, ...]:
+    def compute_momentum_components(*components: Any) -> tuple[Array, ...]:
         return compute_angular_momentum(start.name, *components)
 
-    return compute_vectors_in_blocks(compute, shape, 3, *given)
+    return compute_vectors_in_blocks(compute_momentum_components, shape, 3, *given)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._utils.validation import Array, Vector, as_float, as_vector, short_repr
-from .broadcasting import Parameter, parse_parameter
+from .broadcasting import BatchParameter, parse_parameter
 
 _STILL: Final = (0.0, 0.0, 0.0)
 _SHAKING_FORM: Final = "three numbers (amplitude, rate, phase)"
@@ -23,8 +23,8 @@ _TURN: Final = Fraction(
 )
 
 
-class Environment(NamedTuple):
-    """Environment parameters as passed by the user."""
+class PhysicalEnvironment(NamedTuple):
+    """Environmental parameters as passed by the user."""
 
     gravity: Any = 1.0
     damping: ArrayLike | None = None
@@ -32,7 +32,7 @@ class Environment(NamedTuple):
     shaking: ArrayLike | None = None
     friction: ArrayLike | None = None
 
-    def validate(self) -> tuple[float, Vector, Vector, Vector, float]:
+    def parse_for_single_top(self) -> tuple[float, Vector, Vector, Vector, float]:
         """Validate the values for a single top; raise TypeError or ValueError if any is invalid."""
         return (
             parse_gravity(self.gravity),
@@ -140,7 +140,7 @@ def refuse_disturbances(
     raise ValueError(f"{what} with {' and '.join(found)}{': ' if reason else ''}{reason}")
 
 
-def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, Array]]:
+def parse_environments(given: PhysicalEnvironment) -> tuple[list[BatchParameter], dict[str, Array]]:
     """Parse the environment parameters of an ensemble, and convert them to columns.
 
     Optional parameters that are None are omitted.
@@ -164,7 +164,7 @@ def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, A
     return told, columns
 
 
-def _raise_if_parameter_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
+def _raise_if_parameter_invalid(made: BatchParameter, check: Callable[[Any], object]) -> None:
     """Raise the exception that `check` raises for the first invalid value."""
     values = made.values
     bad = np.zeros(made.shape, dtype=np.bool_)
@@ -177,18 +177,18 @@ def _raise_if_parameter_invalid(made: Parameter, check: Callable[[Any], object])
         made.raise_error_of_first_bad_value(bad, lambda _, one: check(one))
 
 
-def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
+def _parse_dampings(given: ArrayLike | BatchParameter | None) -> tuple[BatchParameter, Array]:
     """Parse `damping`; return the parameter and the damping constants along the principal axes."""
     nothing = np.zeros(3)
     if given is None:
-        return Parameter("damping", nothing, (3,)), nothing
-    if isinstance(given, Parameter):
+        return BatchParameter("damping", nothing, (3,)), nothing
+    if isinstance(given, BatchParameter):
         made = given
         along = np.broadcast_to(made.values, (*made.values.shape[:-1], 3))
     elif np.ndim(given) == 0:
         made = parse_parameter("damping", given)
         along = np.repeat(made.values, 3)
-        made = Parameter("damping", along, (3,))
+        made = BatchParameter("damping", along, (3,))
     else:
         width = np.shape(given)[-1:]
         made = parse_parameter(

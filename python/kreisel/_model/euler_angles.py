@@ -19,8 +19,8 @@ from .._utils.validation import (
     short_repr,
 )
 from ..quaternion import conjugate, multiply
-from .broadcasting import Parameter
-from .environment import Environment
+from .broadcasting import BatchParameter
+from .environment import PhysicalEnvironment
 
 if TYPE_CHECKING:
     from .bodies import Bodies
@@ -87,7 +87,7 @@ def parse_tilt_angle(tilt: object, degrees: bool) -> float:
 
 
 def is_steady_precession_requested(
-    steady: object, fast: object, precession: object, environment: Environment
+    steady: object, fast: object, precession: object, environment: PhysicalEnvironment
 ) -> bool:
     """Return True if a steady precession is requested.
 
@@ -100,7 +100,7 @@ def is_steady_precession_requested(
     others = {"precession": precession is not None}
     for name, given in environment._asdict().items():
         if name != "gravity":
-            values = given.values if isinstance(given, Parameter) else given
+            values = given.values if isinstance(given, BatchParameter) else given
             others[name] = values is not None and bool(np.any(np.asarray(values)))
     if any(others.values()):
         said = " or ".join(name for name, is_given in others.items() if is_given)

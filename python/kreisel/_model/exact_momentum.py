@@ -16,7 +16,7 @@ from .body import Body
 _Rational = tuple[Fraction, ...]
 
 
-def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
+def add_impulse_to_momentum(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
     """Add an angular impulse to a momentum, and return the sum with its low-order words.
 
     `low` contains the low-order words of the initial momentum. In case of overflow, the sums are
@@ -65,7 +65,7 @@ def compute_momentum_after_body_change(
         x * Fraction(moment) + Fraction(rotor)
         for x, moment, rotor in zip(seen, new.moments, new.principal_rotor, strict=True)
     ]
-    return _round_to_doubles(
+    return _split_into_high_and_low_words(
         _rotate_rational_vector(
             q, _rotate_rational_vector(_convert_doubles_to_fractions(new.axes), own)
         )
@@ -99,7 +99,7 @@ def _rotate_rational_vector(q: _Rational, v: Sequence[Fraction]) -> _Rational:
     return tuple(turned)
 
 
-def _round_to_doubles(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
+def _split_into_high_and_low_words(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
     """Return the doubles nearest to three rational numbers, and their low-order words."""
     try:
         x, y, z = (float(number) for number in exact)

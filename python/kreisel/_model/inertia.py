@@ -52,7 +52,7 @@ def principal_moments(tensor: Array) -> list[float]:
     return moments
 
 
-def make_ill_conditioned_error(tensor: Array) -> ValueError | None:
+def find_ill_conditioned_inertia_error(tensor: Array) -> ValueError | None:
     """Return a ValueError if the least principal moment is below the rounding errors, else None."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
@@ -79,7 +79,7 @@ def describe_triangle_violation(tensor: Array, inertia_rtol: float) -> str:
 
 def describe_unphysical_inertia(mass: float, tensor: Array, com: Vector) -> str:
     """Return a message that explains why no mass distribution has the given inertia."""
-    rest = add_point_mass(tensor, -mass, np.array(com))
+    rest = add_point_mass_inertia(tensor, -mass, np.array(com))
     left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (
         f"no body has this inertia about the fixed point: about its centre of mass the moments "
@@ -89,7 +89,7 @@ def describe_unphysical_inertia(mass: float, tensor: Array, com: Vector) -> str:
     )
 
 
-def add_point_mass(tensor: Array, mass: float, at: Array) -> Array:
+def add_point_mass_inertia(tensor: Array, mass: float, at: Array) -> Array:
     """Return the tensor plus the inertia of a point mass at a = `at`: mass * (|a|^2 1 - a a^t)."""
     with np.errstate(over="ignore", invalid="ignore"):
         products = mass * np.outer(at, at)
@@ -121,7 +121,9 @@ def inertia_at_fixed_point(
     if about_com is None:
         return parse_inertia_tensor("inertia", inertia)
     tensor = parse_inertia_tensor("inertia_about_com", about_com)
-    return add_point_mass(tensor, as_positive("mass", mass), np.array(as_vector("com", com)))
+    return add_point_mass_inertia(
+        tensor, as_positive("mass", mass), np.array(as_vector("com", com))
+    )
 
 
 def parse_inertia_tolerance(inertia_rtol: object) -> float:

@@ -18,7 +18,7 @@ from .._utils.errors import refuse_attribute_assignment
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
-from .environment import Environment
+from .environment import PhysicalEnvironment
 from .euler_angles import (
     attitude_from_euler,
     compute_steady_precession_rate,
@@ -34,8 +34,8 @@ from .scene_arguments import parse_scene_arguments, parse_scene_arguments_in_cor
 from .toml import (
     call_constructor_with_table,
     format_toml_entries,
+    parse_toml_source,
     parse_toml_tables,
-    read,
     require_toml_table,
 )
 from .toml_body import MAKERS, build_body_from_table
@@ -119,7 +119,9 @@ class Scene:
             else parse_scene_arguments_in_core(body, given, attitude, around)
         )
         if made is None:
-            made = parse_scene_arguments(body, given, attitude, attitude_xyzw, Environment(*around))
+            made = parse_scene_arguments(
+                body, given, attitude, attitude_xyzw, PhysicalEnvironment(*around)
+            )
         kept = self.__dict__
         kept["body"] = body
         m, q, g, d, u, s, f, block = made
@@ -309,7 +311,7 @@ class Scene:
         unturned = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
         attitude = attitude_from_euler(unturned._block, unturned._start_state, at)
         velocity = velocity_from_euler(at, by)
-        around = Environment(gravity, damping, turning, shaking, friction)
+        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         return cls(body, attitude=attitude, velocity=velocity, **around._asdict())
 
     @classmethod
@@ -357,10 +359,10 @@ class Scene:
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
         angle = parse_tilt_angle(tilt, in_degrees)
-        around = Environment(gravity, damping, turning, shaking, friction)
+        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         if is_steady_precession_requested(steady, fast, precession, around):
             refuse_rotor_in_steady_precession(body)
-            torque = body.mass * around.validate()[0] * math.hypot(*body.com)
+            torque = body.mass * around.parse_for_single_top()[0] * math.hypot(*body.com)
             about = compute_steady_precession_rate(
                 across, along, torque, rate, angle, fast, degrees
             )
@@ -385,7 +387,7 @@ class Scene:
         >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1").body.com
         (0.0, 0.0, 1.5)
         """
-        return read(source, parse_scene_toml)
+        return parse_toml_source(source, parse_scene_toml)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML text; if `path` is given, also write the text to this file.

@@ -15,7 +15,7 @@ from .._utils.errors import make_exception_from_status
 from .._utils.validation import Quaternion, Vector, as_vector
 from ..quaternion import unit
 from .body import Body
-from .environment import Environment
+from .environment import PhysicalEnvironment
 from .momentum import compute_angular_momentum
 
 if TYPE_CHECKING:
@@ -50,10 +50,10 @@ def parse_scene_arguments(
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
     attitude_xyzw: ArrayLike | None,
-    environment: Environment,
+    environment: PhysicalEnvironment,
 ) -> SceneData:
     """Validate the arguments of a scene one by one."""
-    around = environment.validate()
+    around = environment.parse_for_single_top()
     if attitude_xyzw is not None:
         if attitude is not None:
             raise ValueError("give either attitude or attitude_xyzw, not both")

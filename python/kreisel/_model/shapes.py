@@ -31,11 +31,11 @@ def compute_central_moments(shape: ShapeMoments[R], mass: R) -> tuple[R, R, R]:
     return yy + zz, zz + xx, xx + yy
 
 
-def parse_mass_or_density(
+def parse_shape_mass(
     shape: ShapeMoments[float], mass: float | None, density: float | None
 ) -> float:
     """Return the mass of a shape from exactly one of `mass` and `density`."""
-    check_exactly_one(shape.name, mass, density)
+    check_mass_xor_density(shape.name, mass, density)
     if density is None:
         return as_positive("mass", mass)
     if not shape.volume:
@@ -43,7 +43,7 @@ def parse_mass_or_density(
     return as_positive(f"mass of the {shape.name}", as_positive("density", density) * shape.volume)
 
 
-def check_exactly_one(name: str, mass: object, density: object) -> None:
+def check_mass_xor_density(name: str, mass: object, density: object) -> None:
     """Raise ValueError unless exactly one of `mass` and `density` is given."""
     if (mass is None) == (density is None):
         both = "not both" if mass is not None else "not none"
@@ -75,7 +75,7 @@ def tube(inner: R, outer: R, height: R) -> ShapeMoments[R]:
     return ShapeMoments("tube", volume, (side, side, h * h / 12.0), 0.0 * h)
 
 
-def tube_error_message(inner: float, outer: float) -> str:
+def tube_radii_error_message(inner: float, outer: float) -> str:
     """Return the error message for invalid radii of a tube."""
     return f"inner must lie between 0 and outer = {outer!r}, not {inner!r}"
 

@@ -181,12 +181,12 @@ def starts(
         )
     to_principal = np.array([turn_back(body.axes, e) for e in _AXES])
     if n is None:
-        P, alpha = _list_grid_starts(surface, grid, to_principal, body)
+        P, alpha = _place_starts_on_grid(surface, grid, to_principal, body)
     else:
         P, alpha = _draw_random_starts(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
     M = surface.momentum(P, alpha) @ to_principal.T
     q = _compute_shortest_rotations(P @ to_principal.T)
-    return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._clear_variation_cache()
+    return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._forget_varying_parameters()
 
 
 def _refuse_overflow(surface: _EnergySurface) -> None:
@@ -201,7 +201,7 @@ def _refuse_overflow(surface: _EnergySurface) -> None:
         raise ValueError(f"energy = {energy!r} is too large for the moments of this body")
 
 
-def _list_grid_starts(
+def _place_starts_on_grid(
     surface: _EnergySurface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
     """Return a grid of vertical directions P and angles alpha on the energy surface."""
@@ -239,7 +239,7 @@ def _draw_random_starts(
         left = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
             drawn = _draw_uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
-            at, chance = cover.draw_points_over_cells(drawn), drawn[:, 3] ** 2
+            at, chance = cover.sample_points_in_cells(drawn), drawn[:, 3] ** 2
             even = chance * (at * at @ surface.moments) <= surface.moments.min()
             taken = even & (surface.potential(at) <= surface.energy)
             P[left[taken]], alpha[left[taken]] = at[taken], math.tau * drawn[taken, 4]
@@ -273,14 +273,14 @@ class _SphereCells(NamedTuple):
     tall: Array
     wide: Array
 
-    def draw_points_over_cells(self, drawn: Array) -> Array:
+    def sample_points_in_cells(self, drawn: Array) -> Array:
         """Draw uniformly distributed points in the cells, using three random numbers per point."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
         return _convert_to_sphere_points(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
-    def compute_centres_and_radii(self) -> tuple[Array, Array]:
+    def compute_cell_centres_and_radii(self) -> tuple[Array, Array]:
         """Return each cell's centre, and a bound on its angular distance to points in the cell."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
@@ -307,7 +307,7 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
-        P, reach = cover.compute_centres_and_radii()
+        P, reach = cover.compute_cell_centres_and_radii()
         kept = surface.potential_lower_bound(P, reach) <= surface.energy
         cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
         if len(cover.height) >= _CELLS:

@@ -16,14 +16,14 @@ _T = TypeVar("_T")
 _MAX_BYTES = 1 << 20  # far larger than any scene; limits the data read from a device
 
 
-def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
+def parse_toml_source(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
     """Parse `source`, which is TOML text if it has several lines, and a file name otherwise."""
     if isinstance(source, str) and "\n" in source:
         return parse(source)
     with open(
         os.fspath(source), "rb"
     ) as file:  # fspath rejects an integer, which open would use as a file descriptor
-        return prefix_errors_with_name(os.fspath(source), lambda: parse(read_limited_text(file)))
+        return call_with_error_prefix(os.fspath(source), lambda: parse(read_limited_text(file)))
 
 
 def read_limited_text(file: BinaryIO) -> str:
@@ -37,7 +37,7 @@ def read_limited_text(file: BinaryIO) -> str:
     return data.decode("utf-8").replace("\r\n", "\n")
 
 
-def prefix_errors_with_name(name: str, make: Callable[[], _T]) -> _T:
+def call_with_error_prefix(name: str, make: Callable[[], _T]) -> _T:
     """Call `make`, and put `name` in front of the message of a TypeError or ValueError."""
     try:
         return make()

@@ -22,7 +22,7 @@ from .._utils.validation import Array, as_bool, as_int, short_repr
 from ..quaternion import multiply
 from .bodies import Bodies
 from .body import Body
-from .broadcasting import Parameter, compute_vectors_in_blocks, parse_parameter
+from .broadcasting import BatchParameter, compute_vectors_in_blocks, parse_parameter
 from .ensemble_constructors import (
     Components,
     EnsembleConstructors,
@@ -32,7 +32,7 @@ from .ensemble_constructors import (
     split_vector_components,
 )
 from .ensemble_data import ONE_OF, compute_common_top_shape
-from .environment import Environment
+from .environment import PhysicalEnvironment
 from .euler_angles import cos, is_steady_precession_requested
 
 E = TypeVar("E", bound=EnsembleConstructors[Any])
@@ -42,7 +42,7 @@ _PLAIN = (*ONE_OF, "attitude", "attitude_xyzw")
 _SPINNING = "spin", "tilt", "precession"
 _EULER = "angles", "rates"
 _FLAGS = "steady", "fast", "degrees"
-_AROUND = Environment._fields
+_AROUND = PhysicalEnvironment._fields
 _KNOWN = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, *_AROUND)
 _DRAWS = 8  # random numbers per member, whichever parameters are scattered
 _ROWS = 1 << 12  # members whose numbers are drawn in one batch
@@ -94,14 +94,14 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     return many._build_from_euler_angles(body, *start, around, _accept_any_arguments)
 
 
-def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
+def _vary_environment(scene: Any, given: Mapping[str, Any]) -> PhysicalEnvironment:
     """Replace the given environment parameters of a scene by arrays, and return all of them."""
     words = {name: given.get(name) for name in _AROUND}
     for name, value in words.items():
         own = np.asarray(getattr(scene, name))
         if value is None and (name in ("gravity", "damping") or own.any()):
-            words[name] = Parameter(name, own, own.shape)
-    return Environment(**words)
+            words[name] = BatchParameter(name, own, own.shape)
+    return PhysicalEnvironment(**words)
 
 
 def _accept_any_arguments(_: object, **__: object) -> None:
@@ -122,7 +122,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
     return Bodies(**{**kept, **changed}, inertia_rtol=own.inertia_rtol, unphysical=own.unphysical)
 
 
-def _compute_euler_state(scene: Any) -> _EulerState:
+def _compute_euler_angles_and_rates(scene: Any) -> _EulerState:
     """Return the Euler angles and rates at t = 0; rates at rounding level are set to zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start_state)[0]) for n in names]
@@ -136,7 +136,7 @@ def _compute_euler_state(scene: Any) -> _EulerState:
     return _EulerState((phi, theta, psi), rate, nodding if abs(nodding) > least else 0.0, spin)
 
 
-_Start = tuple[list[Parameter], Components, Components]
+_Start = tuple[list[BatchParameter], Components, Components]
 
 
 def _compute_varied_spin_start(
@@ -152,7 +152,7 @@ def _compute_varied_spin_start(
     Parameters that do not vary are taken from the scene. The first flag in `steady` requests steady
     precession, and the second selects the faster of its two rates.
     """
-    now = _compute_euler_state(scene)
+    now = _compute_euler_angles_and_rates(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
     parameters = {
         name: parse_tilts(given[name], degrees)
@@ -170,8 +170,7 @@ def _compute_varied_spin_start(
     compute_common_top_shape(body, list(parameters.values()))
     if steady[0]:
         as_given = [
-            parameters.get(n, _make_parameter_in_degrees(n, own[n], degrees))
-            for n in ("spin", "tilt")
+            parameters.get(n, _make_angle_parameter(n, own[n], degrees)) for n in ("spin", "tilt")
         ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
         down = parse_parameter("gravity", gravity)
@@ -182,8 +181,8 @@ def _compute_varied_spin_start(
     return list(parameters.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
 
 
-def _make_parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
-    return Parameter(name, np.asarray(math.degrees(radian) if degrees else radian), ())
+def _make_angle_parameter(name: str, radian: float, degrees: bool) -> BatchParameter:
+    return BatchParameter(name, np.asarray(math.degrees(radian) if degrees else radian), ())
 
 
 def _compute_varied_euler_start(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
@@ -191,7 +190,7 @@ def _compute_varied_euler_start(scene: Any, given: Mapping[str, Any], degrees: b
 
     Parameters that do not vary are taken from the scene.
     """
-    now = _compute_euler_state(scene)
+    now = _compute_euler_angles_and_rates(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
     own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
     parameters = {
@@ -244,7 +243,7 @@ def scatter(
             words["gravity"] = (
                 scene.gravity + _parse_standard_deviation("gravity", gravity, 1) * normal[:, 6]
             )
-    return many(**words)._clear_variation_cache()
+    return many(**words)._forget_varying_parameters()
 
 
 def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Array:

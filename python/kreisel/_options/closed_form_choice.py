@@ -45,11 +45,11 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
 
     Raises TypeError or ValueError if the times `t` are invalid.
     """
-    allowed = compute_largest_certificate(scene, t)
+    allowed = compute_closed_form_error_limit(scene, t)
     return allowed > 0.0 and torus_plan(scene._block, allowed)[0] == "OK"
 
 
-def compute_largest_certificate(scene: Scene, t: object) -> float:
+def compute_closed_form_error_limit(scene: Scene, t: object) -> float:
     """Return the largest error bound for which method='auto' accepts a closed-form solution.
 
     Returns 0.0 if method='auto' uses the Taylor series regardless of the error bound. Raises

@@ -80,9 +80,9 @@ class EnsembleOptions:
         return one_by_one or self.solve.has_extended_precision
 
     @cached_property
-    def core(self) -> tuple[str | None, float, float, int, int, bool]:
+    def core_arguments(self) -> tuple[str | None, float, float, int, int, bool]:
         """The method and its parameters, as passed to the C library."""
-        name, step, tol, digits, most, leave_heading = self.solve.core
+        name, step, tol, digits, most, leave_heading = self.solve.core_arguments
         return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
     @cached_property
@@ -102,7 +102,7 @@ class EnsembleOptions:
         """Return the options for computing the motion of a single top."""
         one, requested = self.solve, self.solve.requested_method
         if any(scene.turning):
-            one = one.copy_with_heading()
+            one = one.copy_that_computes_heading()
         if not self.is_auto:
             return one
         method = resolve_method(requested, scene)
@@ -131,7 +131,7 @@ def member(tops: Ensemble, i: int) -> Scene:
     return tops._select_member(unravel_index(i, tops.shape))
 
 
-def get_method_for_ensemble(name: object, tops: Ensemble) -> Method:
+def resolve_method_for_ensemble(name: object, tops: Ensemble) -> Method:
     """Return the method named `name` if it applies to all members of an ensemble.
 
     Raises ValueError if the method does not apply to a member; the message states its index.
@@ -167,7 +167,7 @@ def parse_ensemble_options(
     Raises TypeError or ValueError for an invalid argument.
     """
     is_auto = isinstance(method, str) and method == "auto"
-    chosen = get_method_for_ensemble(FALLBACK if is_auto else method, tops)
+    chosen = resolve_method_for_ensemble(FALLBACK if is_auto else method, tops)
     reductions = parse_reductions(reduce)
     if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")
@@ -188,7 +188,7 @@ _COMPONENTS = {
 
 
 @lru_cache
-def list_components_by_name(name: str) -> list[tuple[str, int]]:
+def find_components_by_name(name: str) -> list[tuple[str, int]]:
     """Return all components with the given name, as pairs (quantity, index).
 
     The name of a quantity denotes all of its components.
@@ -218,7 +218,7 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
                 )
             )
         for kind in _parse_reduction_kinds(name, given):
-            for quantity, component in list_components_by_name(name):
+            for quantity, component in find_components_by_name(name):
                 parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
     return tuple(parsed)
 

@@ -188,7 +188,7 @@ methods = Methods({row["name"]: Method(**row) for row in core_methods})
 TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
 
 
-def describe_kind(scene: Scene) -> str:
+def describe_kind_of_top(scene: Scene) -> str:
     """Return a short description of a scene: its body, damping, friction and support."""
     damped, near = (
         "damped " if scene._has_damping else "",
@@ -214,16 +214,16 @@ def has_torus_closed_form(scene: Scene) -> bool:
 def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why the motion of a scene has no closed-form solution."""
     if scene._has_damping:
-        return f"no closed form is known for {describe_kind(scene)} with damping"
+        return f"no closed form is known for {describe_kind_of_top(scene)} with damping"
     if scene._has_disturbances and not methods[EXACT].suits(scene):
-        return f"no closed form is known for {describe_kind(scene)}"
+        return f"no closed form is known for {describe_kind_of_top(scene)}"
     if any(scene.body.rotor):
         return (
-            f"no closed form is known for {describe_kind(scene)}: the rotor must be along the axis "
-            "of a Lagrange top or of a free symmetric body"
+            f"no closed form is known for {describe_kind_of_top(scene)}: the rotor must be along "
+            "the axis of a Lagrange top or of a free symmetric body"
         )
     if not methods[EXACT].applies_to(scene.body):
-        return f"no closed form is known for {describe_kind(scene)} under gravity"
+        return f"no closed form is known for {describe_kind_of_top(scene)} under gravity"
     if has_torus_closed_form(scene):
         top = TORUS_KINDS[body_kind(scene.body._block, KIND_RTOL)]
         refusal = torus_plan(scene._block, 0.0)[1]
@@ -282,7 +282,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         tops = _describe_applicable_tops(method, scene)
         raise ValueError(
-            f"the method {name!r} does not apply to {describe_kind(scene)}: "
+            f"the method {name!r} does not apply to {describe_kind_of_top(scene)}: "
             f"it is for {tops}; these apply: {others}"
         )
     return method

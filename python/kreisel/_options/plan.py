@@ -13,7 +13,13 @@ from .._model.scene import Scene
 from .._utils.html import format_html_table
 from .._utils.validation import Array
 from .closed_form_choice import explain_taylor_choice
-from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form, has_torus_closed_form
+from .methods import (
+    EXACT,
+    FALLBACK,
+    describe_kind_of_top,
+    explain_no_closed_form,
+    has_torus_closed_form,
+)
 from .quantities import HEADING_DEPENDENT, count_quantity_components
 from .solve_options import CoreArguments, SolveOptions
 from .times import CHUNK_SIZE
@@ -135,7 +141,9 @@ def make_solve_plan(
     """
     is_series = options.method.name == FALLBACK
     kernel, order = (
-        _find_taylor_kernel_and_order(options.core) if is_series else ("", options.method.order)
+        _find_taylor_kernel_and_order(options.core_arguments)
+        if is_series
+        else ("", options.method.order)
     )
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
     if options.want is None and options.has_extended_precision:
@@ -150,7 +158,7 @@ def make_solve_plan(
         columns=columns,
         bytes=8 * sum(map(count_quantity_components, columns)),
         left_out=_list_omitted_computations(scene, options, states),
-        kept=_list_unneeded_computations(scene, options),
+        kept=_list_kept_unneeded_computations(scene, options),
         choice=choice,
         turn=_estimate_turn_per_step(scene, options),
     )
@@ -194,7 +202,7 @@ def _explain_method_choice(
         return explain_taylor_choice(scene, times) or explain_taylor_choice(scene, None) or ""
     if not options.method.exact:
         return explain_no_closed_form(scene)
-    reason = f"{describe_kind(scene)} has a closed form"
+    reason = f"{describe_kind_of_top(scene)} has a closed form"
     if has_torus_closed_form(scene):
         return f"{reason}, which takes no more time than the series up to the last time"
     return reason if scene.gravity else f"{reason} without gravity"
@@ -248,7 +256,7 @@ def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int 
     return tuple(rows)
 
 
-def _list_unneeded_computations(scene: Scene, options: SolveOptions) -> Reasons:
+def _list_kept_unneeded_computations(scene: Scene, options: SolveOptions) -> Reasons:
     rows = []
     if options.method.name == FALLBACK:
         if (

@@ -54,7 +54,7 @@ class SolveOptions:
         return self.events is not None
 
     @property
-    def tangent_flags(self) -> int:
+    def tangent_bit_mask(self) -> int:
         """The bit flags of the requested tangents."""
         return sum(TANGENTS[name][0] for name in self.tangents)
 
@@ -64,7 +64,7 @@ class SolveOptions:
         return sum(TANGENTS[name][1] for name in self.tangents)
 
     @cached_property
-    def core(self) -> CoreArguments:
+    def core_arguments(self) -> CoreArguments:
         """The method and its parameters, as passed to the C library."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
         precise = self.has_extended_precision or self.has_events
@@ -83,14 +83,14 @@ class SolveOptions:
     @property
     def can_skip_heading(self) -> bool:
         """True if the rotation about the vertical is omitted because no quantity needs it."""
-        return self.core[-1]
+        return self.core_arguments[-1]
 
-    def copy_with_heading(self) -> SolveOptions:
+    def copy_that_computes_heading(self) -> SolveOptions:
         """Return a copy of the options in which the rotation about the vertical is computed."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property
-    def exact_step_count_horizon(self) -> float:
+    def max_time_with_exact_step_count(self) -> float:
         """A time [T] before which the number of steps is exactly representable as a double."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
@@ -138,7 +138,7 @@ def parse_solve_options(
         chosen = methods[EXACT]
     name = method if requested is None else requested
     options = make_solve_options(chosen, step, tol, digits, max_steps, name, want, every)
-    return options.copy_with_heading() if any(top.turning) else options
+    return options.copy_that_computes_heading() if any(top.turning) else options
 
 
 def parse_options_for_method(

@@ -14,7 +14,14 @@ from .._utils.html import render_figure_as_png
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_bool, as_unit_name, short_repr
 from .panels import apply_chart_style, format_time_axis_label
-from .solids import BLUE, FAINT, ORANGE, check_axes_type, hide_axes_frame, project_to_view
+from .solids import (
+    BLUE,
+    FAINT,
+    ORANGE,
+    check_axes_type,
+    project_to_view,
+    set_equal_scale_and_hide_frame,
+)
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -96,7 +103,7 @@ def plot_paths(
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: call solve with times")
     n, has_difference = len(paths), compute_angle_between_paths is not None
-    picture = _create_path_axes(n, has_difference) if axes is None else _check_path_axes(axes, n)
+    picture = _create_path_axes(n, has_difference) if axes is None else _parse_path_axes(axes, n)
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
         _draw_path(one, path, events, (unit, name), label)
@@ -127,7 +134,7 @@ def _create_path_axes(n: int, has_difference: bool) -> Picture:
     return Picture(axes)
 
 
-def _check_path_axes(axes: Iterable[Axes], paths: int) -> Picture:
+def _parse_path_axes(axes: Iterable[Axes], paths: int) -> Picture:
     n = 3 * paths
     try:
         picture = Picture(axes)
@@ -303,4 +310,4 @@ def draw_apex_trace(
     ink = matplotlib.rcParams["text.color"]
     behind = depth[0] < 0.0
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if behind else 1.0)
-    hide_axes_frame(axes)
+    set_equal_scale_and_hide_frame(axes)

@@ -28,8 +28,8 @@ from .solids import (
     RED,
     build_solid_faces,
     draw_solid_faces,
-    hide_axes_frame,
     project_to_view,
+    set_equal_scale_and_hide_frame,
 )
 from .stage import STAND, STEEL, draw_body_shadow, draw_floor_sphere_and_stand
 
@@ -110,10 +110,10 @@ class Film:
         atomic_write(file, make(self))
 
     def _repr_html_(self) -> str:
-        return self._to_html
+        return self._html_text
 
     @cached_property
-    def _to_html(self) -> str:
+    def _html_text(self) -> str:
         return _encode_html(self).decode()
 
     def _draw_frames(self) -> Iterator[Figure]:
@@ -122,7 +122,7 @@ class Film:
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         quads, colours, edge = _build_body_faces(self._body)
         floor = _find_floor_height(quads, self._q, self._apex)
-        hide_axes_frame(axes)
+        set_equal_scale_and_hide_frame(axes)
         draw_floor_sphere_and_stand(axes, floor)
         (behind,) = axes.plot([], [], color=RED, linewidth=0.7, alpha=0.45)
         (trace,) = axes.plot([], [], color=RED, linewidth=1.2, alpha=0.85, zorder=3)

@@ -21,7 +21,7 @@ _COLOURS = (BLUE, ORANGE, "#5a9e6f")
 _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 
 
-class SeriesPanel(Protocol):
+class PlottableFitSeries(Protocol):
     """The measurements of one quantity, and the residuals of the fit.
 
     values and residuals have the shape (n, k), and are NaN where nothing was measured. sigma
@@ -40,7 +40,7 @@ class SeriesPanel(Protocol):
     def sigma(self) -> Array: ...
 
 
-def plot_fit_panels(panels: list[SeriesPanel]) -> Picture:
+def plot_fit_panels(panels: list[PlottableFitSeries]) -> Picture:
     """Draw two charts per panel: one of measurements and fitted motion, and one of residuals."""
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []

@@ -77,7 +77,7 @@ def draw_solid_faces(
     return solid
 
 
-def hide_axes_frame(axes: Axes) -> None:
+def set_equal_scale_and_hide_frame(axes: Axes) -> None:
     """Hide the frame and the ticks, and set an equal scale on both axes."""
     axes.set_aspect("equal")
     axes.autoscale_view()
@@ -114,10 +114,10 @@ def draw_tube(
     draw_solid_faces(
         axes, np.concatenate([_connect_rings(rims), *ends]), colour, elevation, azimuth
     )
-    hide_axes_frame(axes)
+    set_equal_scale_and_hide_frame(axes)
 
 
-def draw_scale_bar(
+def draw_start_and_scale_bar(
     centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
 ) -> None:
     """Mark the first point of a curve, and draw a scale bar below the curve.

@@ -62,7 +62,9 @@ def record_states(
     the run.
     """
     begin, low = origin
-    return record(scene._block, *options.core, times, progress=progress, begin=begin, low=low)
+    return record(
+        scene._block, *options.core_arguments, times, progress=progress, begin=begin, low=low
+    )
 
 
 def record_states_at_unordered_times(

@@ -38,7 +38,7 @@ class EventColumns(NamedTuple):
     which: npt.NDArray[np.intc]
     direction: npt.NDArray[np.intc]
 
-    def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> EventColumns:
+    def select_events_by_index(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> EventColumns:
         """Return the events at the indices `chosen`, with `numbers` as the column `top`."""
         states, low = self.states[chosen], self.low[chosen]
         return EventColumns(numbers, states, low, self.which[chosen], self.direction[chosen])
@@ -141,7 +141,9 @@ class EnsembleBuffers:
             count = np.searchsorted(events.top, numbers, "right", order) - first
             behind = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
             found.append(
-                events.select_events(order[behind], np.repeat(np.arange(numbers.size), count))
+                events.select_events_by_index(
+                    order[behind], np.repeat(np.arange(numbers.size), count)
+                )
             )
         return found
 
@@ -205,7 +207,7 @@ def run_slice_in_lanes(
     threads.
     """
     part = buffers if end - begin == buffers.size else buffers.select_buffer_rows(slice(begin, end))
-    failed, last = Worker(*options.core, options.core_reductions, work).run(
+    failed, last = Worker(*options.core_arguments, options.core_reductions, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
     )  # fmt: skip
@@ -228,10 +230,10 @@ def run_slice_sequentially(
     """
     part = buffers.select_buffer_rows(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
-        *options.solve.core, list(options.core_events or ()), work,
+        *options.solve.core_arguments, list(options.core_events or ()), work,
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
-        options.solve.tangent_flags, part.tangents, part.tangents_low, part.truncation,
+        options.solve.tangent_bit_mask, part.tangents, part.tangents_low, part.truncation,
     )  # fmt: skip
     part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(of.tolist())}
     if options.core_events is not None:
@@ -252,7 +254,9 @@ def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
     return out
 
 
-def derivatives(name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int) -> Array:
+def compute_quantity_derivatives(
+    name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int
+) -> Array:
     """Return the derivatives of a quantity for all tops, as an array of shape (n, k, ..., c).
 
     `bits` is a bit mask of the parameters with respect to which tangents were computed.

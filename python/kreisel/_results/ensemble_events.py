@@ -62,7 +62,7 @@ def join_event_columns(met: list[EventColumns]) -> EventColumns:
     return EventColumns(*(column[order] for column in columns))
 
 
-def ensemble_events(met: EventColumns, shape: tuple[int, ...]) -> EnsembleEvents:
+def build_ensemble_events(met: EventColumns, shape: tuple[int, ...]) -> EnsembleEvents:
     """Build an EnsembleEvents object from the recorded events of an ensemble of the given shape."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)

@@ -12,13 +12,13 @@ from .._options.quantities import LOW, RECORDABLE, check_quantity_name
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, read_only, short_repr
-from .ensemble_buffers import EventColumns, derivatives, values
-from .ensemble_events import EnsembleEvents, ensemble_events, join_event_columns
+from .ensemble_buffers import EventColumns, compute_quantity_derivatives, values
+from .ensemble_events import EnsembleEvents, build_ensemble_events, join_event_columns
 from .ensemble_result import EnsembleResult
 from .indexing import find_flat_index
 from .path import Events, Path
 from .state_quantities import NO_STATES, STATE_COLUMNS, add_quantity_properties
-from .tables import compute_quantity_rows
+from .tables import list_quantities_with_values
 from .tangent_data import TANGENT_ATTRIBUTES
 
 if TYPE_CHECKING:
@@ -132,8 +132,10 @@ class Paths(EnsembleResult, QuantityAttributes):
         Raises AttributeError if the paths store no tangents, and ValueError for an unknown name.
         """
         self._get_tangents_or_raise()
-        name, bits = check_quantity_name(quantity), self._options.solve.tangent_flags
-        return self._reshape_to_ensemble(derivatives(name, self.tops, self._buffers, bits))
+        name, bits = check_quantity_name(quantity), self._options.solve.tangent_bit_mask
+        return self._reshape_to_ensemble(
+            compute_quantity_derivatives(name, self.tops, self._buffers, bits)
+        )
 
     def _get_tangents_or_raise(self) -> Array:
         """Return the tangents of all tops; raise AttributeError if none are stored."""
@@ -164,7 +166,7 @@ class Paths(EnsembleResult, QuantityAttributes):
     @cached_property
     def events(self) -> EnsembleEvents:
         """The events that occurred during the runs; empty if none were requested."""
-        return ensemble_events(self._event_columns, self.shape)
+        return build_ensemble_events(self._event_columns, self.shape)
 
     @cached_property
     def _event_columns(self) -> EventColumns:
@@ -217,7 +219,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         """
         from .ensemble_tables import build_state_dataset
 
-        return build_state_dataset(self, compute_quantity_rows(self, names, degrees, unwrap))
+        return build_state_dataset(self, list_quantities_with_values(self, names, degrees, unwrap))
 
 
 add_quantity_properties(Paths, ("*shape", "k"), Paths._compute_quantity)

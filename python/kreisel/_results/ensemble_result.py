@@ -220,10 +220,10 @@ class EnsembleResult(ReadOnlyArrays):
             low = None if buffers.low is None else buffers.low[i, :done]
         path = self._build_path_of_top(i, states, low)
         if buffers.tangents is not None:
-            return replace(path, _tangent_data=self._tangent_data(i))
+            return replace(path, _tangent_data=self._build_tangent_data_of_top(i))
         if buffers.columns:
             columns = {name: column[i, :done] for name, column in buffers.columns.items()}
-            path = store_quantities_instead_of_states(
+            path = replace_states_by_quantities(
                 path, {"t": self._select_times_of_top(i)[:done].copy()} | columns
             )
         return (
@@ -232,7 +232,7 @@ class EnsembleResult(ReadOnlyArrays):
             else path
         )
 
-    def _tangent_data(self, i: int) -> TangentData:
+    def _build_tangent_data_of_top(self, i: int) -> TangentData:
         """Return the tangents of the i-th top."""
         buffers, done = self._buffers, int(self._buffers.done[i])
         assert buffers.tangents is not None and buffers.truncation is not None
@@ -269,7 +269,7 @@ class EnsembleResult(ReadOnlyArrays):
         if path._columns is None:
             return self._build_path_of_top(i, np.vstack([path.states, state]), low)
         more = self._build_path_of_top(i, state, None).only(path.want or ())
-        return store_quantities_instead_of_states(
+        return replace_states_by_quantities(
             path,
             {
                 name: np.concatenate([column, getattr(more, name)])
@@ -301,7 +301,7 @@ class EnsembleResult(ReadOnlyArrays):
         return f"{self.method}{controls}, {failures}"
 
 
-def store_quantities_instead_of_states(path: Path, columns: dict[str, Array]) -> Path:
+def replace_states_by_quantities(path: Path, columns: dict[str, Array]) -> Path:
     """Return a copy of the path that stores the quantities `columns` instead of states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)

@@ -27,7 +27,7 @@ def build_state_dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     with optional_dependency(TABLES):
         import xarray as xr
     along = paths.tops.axes
-    coordinates, variables = _build_top_variables(paths), {}
+    coordinates, variables = _build_dataset_coordinates(paths), {}
     own = paths.t.ndim > 1
     for quantity, values in rows:
         inner = _name_component_dimensions(quantity)
@@ -48,7 +48,7 @@ def build_reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
     with optional_dependency(TABLES):
         import xarray as xr
     along = reduced.tops.axes
-    coordinates, variables = _build_top_variables(reduced), {}
+    coordinates, variables = _build_dataset_coordinates(reduced), {}
     for name, quantity, values in _yield_reductions_with_units(kept):
         inner = _name_component_dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
@@ -62,7 +62,7 @@ def build_reduction_data_frame(reduced: EnsembleResult, kept: Reduced) -> DataFr
         import pandas as pd
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
-    for name, (dims, values, about) in _build_top_variables(reduced).items():
+    for name, (dims, values, about) in _build_dataset_coordinates(reduced).items():
         columns[name] = list_values_per_top(reduced.tops, dims, values)
         units[name] = str(about["units"])
     for column, values, unit in list_reduction_columns(reduced, kept):
@@ -117,7 +117,7 @@ def _list_run_attributes(of: EnsembleResult) -> dict[str, object]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _build_top_variables(of: EnsembleResult) -> dict[str, Variable]:
+def _build_dataset_coordinates(of: EnsembleResult) -> dict[str, Variable]:
     """Return a variable for each varying parameter, and the variables `status` and `reached`."""
     axes, rows = of.tops.axes, build_parameter_variables(of.tops)
     codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}

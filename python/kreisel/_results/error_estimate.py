@@ -152,7 +152,7 @@ def estimate_rounding_growth(
         if not side.size:
             continue
         back, columns = bool(side[0] < 0.0), TANGENTS["start"][0]
-        _, top = start(scene._block, *series.core, back, [], columns, begin=origin.begin)
+        _, top = start(scene._block, *series.core_arguments, back, [], columns, begin=origin.begin)
         if top is None:
             refuse_disturbances(scene, "the growth of rounding errors is not known for tops")
         assert top is not None

@@ -24,7 +24,7 @@ _R = TypeVar("_R")
 Job = tuple[Callable[..., _R], tuple[Any, ...]]  # a function and its arguments
 
 
-def has_local_workers(executor: Executor) -> bool:
+def has_thread_workers(executor: Executor) -> bool:
     """Return True if the workers of `executor` share memory with this process."""
     return isinstance(executor, ThreadPoolExecutor)
 
@@ -46,7 +46,7 @@ def run_jobs(
     """
     running: dict[Future[_R], _K] = {}
 
-    def submit() -> bool:
+    def submit_jobs_up_to_limit() -> bool:
         while len(running) < max_in_flight:
             following = next(jobs, None)
             if following is None:
@@ -56,7 +56,7 @@ def run_jobs(
         return bool(running)
 
     try:
-        while submit():
+        while submit_jobs_up_to_limit():
             ended, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
             for future in ended:
                 collect(running.pop(future), future)
@@ -64,7 +64,7 @@ def run_jobs(
     except BaseException:
         stop()
         left = [future for future in running if not future.cancel()]
-        if has_local_workers(executor):
+        if has_thread_workers(executor):
             wait(left)
         for future in left:
             if future.done() and not future.cancelled() and future.exception() is None:
@@ -73,7 +73,7 @@ def run_jobs(
 
 
 @dataclass
-class SliceTask(Generic[_R]):
+class DivisibleTask(Generic[_R]):
     """A computation for n members of an ensemble that can be divided into slices.
 
     job        a function that returns the job for the members begin..end
@@ -97,11 +97,11 @@ class WorkerPool(NamedTuple):
     executor: Executor | None = None
 
     @property
-    def is_remote(self) -> bool:
+    def has_remote_workers(self) -> bool:
         """True if the workers do not share memory with this process."""
-        return self.executor is not None and not has_local_workers(self.executor)
+        return self.executor is not None and not has_thread_workers(self.executor)
 
-    def run(self, task: SliceTask[Any]) -> None:
+    def run_task(self, task: DivisibleTask[Any]) -> None:
         """Run a task until it is complete.
 
         Raises KeyboardInterrupt after Ctrl-C, and re-raises any exception from a job.
@@ -125,7 +125,7 @@ class WorkerPool(NamedTuple):
             begin = end
 
 
-def _run_task_in_calling_thread(task: SliceTask[Any], threads: int) -> None:
+def _run_task_in_calling_thread(task: DivisibleTask[Any], threads: int) -> None:
     """Run a task in the calling thread, while checking for signals and reporting progress."""
     task.work.listen(task.n, task.progress)
     slices: Any = WorkerPool(1).yield_slices(task.n)
@@ -140,7 +140,7 @@ def _run_task_in_calling_thread(task: SliceTask[Any], threads: int) -> None:
             raise KeyboardInterrupt
 
 
-def _run_task_with_executor(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
+def _run_task_with_executor(executor: Executor, pool: WorkerPool, task: DivisibleTask[Any]) -> None:
     """Run a task on the workers of an executor."""
     done, last_call = 0, time.monotonic()
 
@@ -149,12 +149,12 @@ def _run_task_with_executor(executor: Executor, pool: WorkerPool, task: SliceTas
         task.collect(part[0], future.result())
         done += part[1] - part[0]
 
-    def poll() -> None:
+    def report_progress() -> None:
         nonlocal last_call
         now = time.monotonic()
         if task.progress is not None and now - last_call >= PROGRESS_SECONDS:
             last_call = now
-            task.progress((done if pool.is_remote else task.work.done) / task.n)
+            task.progress((done if pool.has_remote_workers else task.work.done) / task.n)
 
     jobs = ((part, task.job(*part)) for part in pool.yield_slices(task.n))
-    run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, poll, task.work.stop)
+    run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, report_progress, task.work.stop)

@@ -45,7 +45,7 @@ def build_indicator_data_frame(indicator: IndicatorWithClasses, tops: Ensemble |
         columns[name] = np.ravel(getattr(indicator, name))
     units |= {indicator.name: _UNITS[indicator.name], **dict.fromkeys(_TEXTS, "")}
     frame = pd.DataFrame(columns)
-    frame.attrs = _list_indicator_attributes(indicator) | {
+    frame.attrs = _make_indicator_table_attributes(indicator) | {
         "t": float(indicator.t[-1]),
         "units": units,
     }
@@ -66,10 +66,10 @@ def build_indicator_dataset(indicator: IndicatorWithClasses, tops: Ensemble | No
     for name, text in _TEXTS.items():
         about = {"units": "", "long_name": text}
         variables[name] = axes, np.array(getattr(indicator, name)), about
-    return xr.Dataset(variables, attrs=_list_indicator_attributes(indicator)).set_coords(
+    return xr.Dataset(variables, attrs=_make_indicator_table_attributes(indicator)).set_coords(
         coordinates
     )
 
 
-def _list_indicator_attributes(indicator: IndicatorWithClasses) -> dict[str, object]:
+def _make_indicator_table_attributes(indicator: IndicatorWithClasses) -> dict[str, object]:
     return {"indicator": indicator.name, "threshold": indicator.threshold}

@@ -20,9 +20,9 @@ from .._options.solve_options import Progress, SolveOptions
 from .._utils.html import format_picture_as_html
 from .._utils.validation import Array, ReadOnlyArrays, as_unit_name, read_only
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
-from .executor import Job, SliceTask, WorkerPool
+from .executor import DivisibleTask, Job, WorkerPool
 from .path import Error, Interrupted, build_path_from_core_result
-from .turn_times import estimate_times_per_turn
+from .turn_times import estimate_turn_durations
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -263,7 +263,7 @@ def compute_indicator(
     status = np.full(n, INTERRUPTED, dtype=np.int8)
     work = Work()
 
-    def job(begin: int, end: int) -> Job[tuple[Codes, Array]]:
+    def make_indicator_job(begin: int, end: int) -> Job[tuple[Codes, Array]]:
         return _compute_indicator_rows, (tops, begin, end, t, controls, work)
 
     def collect(begin: int, part: tuple[Codes, Array]) -> None:
@@ -273,22 +273,24 @@ def compute_indicator(
         megno[here] = rows[:, -1, MEGNO]
         worst[here] = rows[..., [ENERGY, MOMENTUM, REST]].max(axis=(1, 2))
 
-    def result() -> Indicator:
+    def build_indicator() -> Indicator:
         names = np.array(STATUSES)[status].reshape(shape)
-        turns = (abs(t[-1]) / estimate_times_per_turn(tops)).reshape(shape)
+        turns = (abs(t[-1]) / estimate_turn_durations(tops)).reshape(shape)
         parts = curve.reshape(*shape, t.size), worst.reshape(shape)
         return Indicator(t, *parts, names, name, megno.reshape(shape), turns, tops)
 
     try:
-        pool.run(SliceTask(n, job, collect, work, progress))
+        pool.run_task(DivisibleTask(n, make_indicator_job, collect, work, progress))
     except KeyboardInterrupt:
         left = np.flatnonzero(status == INTERRUPTED)
         if not left.size:
             raise
-        raise _make_stop_error(Interrupted, tops, int(left[0]), "interrupted", result()) from None
+        raise _make_stop_error(
+            Interrupted, tops, int(left[0]), "interrupted", build_indicator()
+        ) from None
     if progress is not None:
         progress(1.0)
-    return result()
+    return build_indicator()
 
 
 def _compute_indicator_rows(

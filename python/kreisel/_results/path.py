@@ -38,10 +38,10 @@ from .error_estimate import (
     estimate_rounding_growth,
 )
 from .indexing import StateIndex, parse_path_times, resolve_state_index
-from .serialization import dump_path
+from .serialization import encode_path_as_archive
 from .state_quantities import NO_STATES, STATE_COLUMNS
 from .state_quantities import Stats as Stats
-from .tables import Tables
+from .tables import TableExportMethods
 from .tangent_data import TangentData
 
 MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks display as a picture
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Path(ReadOnlyArrays, Tables):
+class Path(ReadOnlyArrays, TableExportMethods):
     """The motion of a scene at n times.
 
     All arrays are read-only, but copies of them are writeable. The arrays t, q and m are views of
@@ -142,7 +142,7 @@ class Path(ReadOnlyArrays, Tables):
             self.scene,
             self.method,
             self.digits,
-            self._compute_max_angle_to,
+            self._compute_max_angle_to_second_run,
             self._estimate_rounding_growth,
         )
 
@@ -153,7 +153,7 @@ class Path(ReadOnlyArrays, Tables):
         build_path_or_raise(self.scene, SERIES, result, self._origin)
         return largest
 
-    def _compute_max_angle_to(self, second: SolveOptions) -> float:
+    def _compute_max_angle_to_second_run(self, second: SolveOptions) -> float:
         """Return the largest angle [rad] between the attitudes of this path and of a second run.
 
         The comparison includes the digits of both paths beyond double precision.
@@ -288,7 +288,7 @@ class Path(ReadOnlyArrays, Tables):
         - events_t, events_q, events_m, events_which and events_direction, if there are events;
         - tangents and tangents_low, if there are tangents.
         """
-        atomic_write(file, dump_path(self, self._events_for_archive))
+        atomic_write(file, encode_path_as_archive(self, self._events_for_archive))
 
     @property
     def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:
@@ -399,7 +399,7 @@ class Events(ReadOnlyArrays):
         return self.path.states
 
 
-class RunStop(BaseException):
+class StopException(BaseException):
     """Base class of exceptions for runs that ended before the last requested time.
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
@@ -415,17 +415,17 @@ class RunStop(BaseException):
         self.path = path
         self.paths = paths
 
-    def __reduce__(self) -> tuple[type[RunStop], tuple[str, str, Path, object]]:
+    def __reduce__(self) -> tuple[type[StopException], tuple[str, str, Path, object]]:
         return type(self), (str(self), self.status, self.path, self.paths)
 
 
-class Error(RunStop, RuntimeError):
+class Error(StopException, RuntimeError):
     """Exception for a failed run; `path` contains the valid states, and `status` is the reason."""
 
     __module__ = "kreisel"  # a traceback then shows the public name
 
 
-class Interrupted(RunStop, KeyboardInterrupt):
+class Interrupted(StopException, KeyboardInterrupt):
     """Exception for a run interrupted by Ctrl-C, with the computed states in `.path`."""
 
     __module__ = "kreisel"
@@ -434,10 +434,10 @@ class Interrupted(RunStop, KeyboardInterrupt):
 def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status with which a run ended.
 
-    The exception is a RunStop that contains the path, unless the input was invalid. The text
+    The exception is a StopException that contains the path, unless the input was invalid. The text
     `where` states the time that the run reached.
     """
-    kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
+    kinds: dict[str, type[StopException]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
         below = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""

@@ -28,10 +28,10 @@ def record_path(
 ) -> Path:
     """Return the path of a scene at times that have already been validated."""
     result = record_states(scene, options, times, progress)
-    return report_end_of_path(build_path_or_raise(scene, options, result), progress)
+    return report_final_time(build_path_or_raise(scene, options, result), progress)
 
 
-def report_end_of_path(path: Path, progress: Progress | None) -> Path:
+def report_final_time(path: Path, progress: Progress | None) -> Path:
     """Report the final time of a path to the callback `progress`, and return the path."""
     if progress is not None and len(path):
         progress(float(path.t[-1]))

@@ -37,11 +37,12 @@ class Reductions(EnsembleResult):
 
     def __repr__(self) -> str:
         kept = ", ".join(
-            f"{name}: {' '.join(kinds)}" for name, kinds in self._group_kinds_by_quantity().items()
+            f"{name}: {' '.join(kinds)}"
+            for name, kinds in self._group_reductions_by_quantity().items()
         )
         return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._format_summary()}>"
 
-    def _group_kinds_by_quantity(self) -> dict[str, list[str]]:
+    def _group_reductions_by_quantity(self) -> dict[str, list[str]]:
         """Return a mapping from each quantity name to the kinds of its reductions."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
@@ -69,7 +70,7 @@ class Reductions(EnsembleResult):
         array.
         """
         if isinstance(key, str):
-            names = self._group_kinds_by_quantity()
+            names = self._group_reductions_by_quantity()
             if key not in names:
                 raise KeyError(unknown_name_message("quantity among the reductions:", key, names))
             return {kind: self._select_reduced_values(key, kind) for kind in names[key]}
@@ -81,18 +82,18 @@ class Reductions(EnsembleResult):
         return self._select_tops(key)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._group_kinds_by_quantity())
+        return iter(self._group_reductions_by_quantity())
 
     def __len__(self) -> int:
         """Return the number of quantities."""
-        return len(self._group_kinds_by_quantity())
+        return len(self._group_reductions_by_quantity())
 
     def __contains__(self, name: object) -> bool:
-        return name in self._group_kinds_by_quantity()
+        return name in self._group_reductions_by_quantity()
 
     def keys(self) -> KeysView[str]:
         """Return the quantity names."""
-        return self._group_kinds_by_quantity().keys()
+        return self._group_reductions_by_quantity().keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
         """Return pairs of a quantity name and a dictionary {kind of reduction: array}."""

@@ -8,17 +8,17 @@ from functools import lru_cache
 
 from .._core import Request
 from .._model.scene import Scene
-from .._options.closed_form_choice import compute_largest_certificate
+from .._options.closed_form_choice import compute_closed_form_error_limit
 from .._options.methods import EXACT, FALLBACK, get_method, methods
 from .._options.solve_options import Progress, SolveOptions, make_solve_options
 from .core_calls import CoreResult
 from .path import Path, build_path_or_raise
-from .recorder import report_end_of_path
+from .recorder import report_final_time
 from .state_quantities import Stats
 
 
 @lru_cache(maxsize=256, typed=True)
-def build_request_from_arguments(
+def build_request_from_solve_arguments(
     method: object,
     step: object = None,
     tol: object = None,
@@ -39,10 +39,10 @@ def build_request_from_arguments(
         return _build_request(series)
     closed = _build_request(make_solve_options(methods[EXACT], *controls))
     is_open = step is tol is None
-    return _build_request(series, closed, compute_largest_certificate if is_open else None)
+    return _build_request(series, closed, compute_closed_form_error_limit if is_open else None)
 
 
-def build_request_from_options(options: SolveOptions) -> Request | None:
+def build_request_from_solve_options(options: SolveOptions) -> Request | None:
     """Return a request for the options, or None if one call of the C library does not suffice."""
     if options.error is not None or options.has_events or options.tangents:
         return None
@@ -63,12 +63,16 @@ def _build_request(
     want, stored = options.want, options.options_without_run_arguments
     if want is not None:
         stored = replace(stored, want=want)
-    core, most, limit = options.core, options.exact_step_count_horizon, options.chunk_size
+    core, most, limit = (
+        options.core_arguments,
+        options.max_time_with_exact_step_count,
+        options.chunk_size,
+    )
     classes = Path, Stats, Scene
     return Request(classes, options, stored, core, want, most, limit, closed, decide)
 
 
-def solve_request(
+def try_to_solve_in_core(
     scene: Scene,
     t: object,
     method: object,
@@ -87,11 +91,11 @@ def solve_request(
     if names is not None and type(names) is not tuple:
         return None  # an iterator, which can be read only once
     try:
-        request = build_request_from_arguments(method, step, tol, digits, max_steps, names)
+        request = build_request_from_solve_arguments(method, step, tol, digits, max_steps, names)
     except (TypeError, ValueError):
         return None
     path: Path | tuple[SolveOptions, CoreResult] | None = request.solve(scene, t, progress)
     if not isinstance(path, tuple):
         return path
     options, result = path
-    return report_end_of_path(build_path_or_raise(scene, options, result), progress)
+    return report_final_time(build_path_or_raise(scene, options, result), progress)

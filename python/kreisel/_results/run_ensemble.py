@@ -13,7 +13,7 @@ from .._options.solve_options import Progress
 from .._utils.validation import Array
 from .ensemble_buffers import INTERRUPTED, EnsembleBuffers, SliceRunner
 from .ensemble_result import EnsembleResult
-from .executor import Job, SliceTask, WorkerPool
+from .executor import DivisibleTask, Job, WorkerPool
 
 _Result = TypeVar("_Result", bound=EnsembleResult)
 
@@ -34,7 +34,7 @@ def run_ensemble(
     """
     n = tops.size
     buffers, work = EnsembleBuffers.empty(n, t.shape[-1], options, out), Work()
-    flat = tops.ravel() if pool.is_remote else tops
+    flat = tops.ravel() if pool.has_remote_workers else tops
 
     def make_local_job(begin: int, end: int) -> Job[EnsembleBuffers]:
         return runner.run, (buffers, options, tops, begin, end, t, work)
@@ -45,11 +45,11 @@ def run_ensemble(
 
     job, collect = (
         (make_remote_job, buffers.copy_rows_from)
-        if pool.is_remote
+        if pool.has_remote_workers
         else (make_local_job, buffers.add_events_and_failures)
     )
     try:
-        pool.run(SliceTask(n, job, collect, work, progress, runner.is_native))
+        pool.run_task(DivisibleTask(n, job, collect, work, progress, runner.is_native))
     except KeyboardInterrupt:
         buffers.mark_unrun_tops_interrupted(t)
         left = np.flatnonzero(buffers.status == INTERRUPTED)

@@ -67,7 +67,7 @@ class Section(EnsembleResult, QuantityAttributes):
         """(tops, n) True if the top has a state with this index."""
         return np.arange(self.n) < self._buffers.done[:, None]
 
-    def _select_states(self, rows: Array) -> Array:
+    def _drop_missing_states(self, rows: Array) -> Array:
         """Return the entries of `rows`, of shape (tops, n, ...), that belong to found states."""
         whole = bool(self._found_state_mask.all())
         return read_only(
@@ -90,7 +90,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def states(self) -> Array:
         """(e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
         assert self._buffers.states is not None
-        return self._select_states(self._buffers.states)
+        return self._drop_missing_states(self._buffers.states)
 
     @property
     def t(self) -> Array:
@@ -145,8 +145,8 @@ class Section(EnsembleResult, QuantityAttributes):
                     f"{indicator.status.shape}"
                 )
         unit, in_degrees = as_unit_name("time_unit", time_unit), as_bool("degrees", degrees)
-        across = self._prepare_plot_axis("x", x, in_degrees, unit)
-        up = self._prepare_plot_axis("y", y, in_degrees, unit)
+        across = self._get_axis_values_and_label("x", x, in_degrees, unit)
+        up = self._get_axis_values_and_label("y", y, in_degrees, unit)
         from .._plot.growth_charts import classify_tops_by_chaos
         from .._plot.section_chart import draw_section_points
 
@@ -154,7 +154,7 @@ class Section(EnsembleResult, QuantityAttributes):
         row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
         return draw_section_points(axes, (across[0], up[0]), (across[1], up[1]), row, classes)
 
-    def _prepare_plot_axis(
+    def _get_axis_values_and_label(
         self, axis: str, name: str, degrees: bool, unit: str
     ) -> tuple[Array, str]:
         """Return the values of the component `name`, together with the label of its axis."""
@@ -219,13 +219,13 @@ class Section(EnsembleResult, QuantityAttributes):
 
 
 def _compute_section_column(section: Section, name: str) -> Array:
-    return section._select_states(values(name, section.tops, section._buffers))
+    return section._drop_missing_states(values(name, section.tops, section._buffers))
 
 
 add_quantity_properties(Section, ("e",), _compute_section_column)
 
 
-def run_section(
+def compute_sections_of_slice(
     buffers: EnsembleBuffers,
     options: EnsembleOptions,
     tops: Ensemble,
@@ -241,11 +241,11 @@ def run_section(
     part = buffers.select_buffer_rows(slice(begin, end))
     assert part.states is not None and options.core_events is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
-    Worker(*options.core, (), work).section(
+    Worker(*options.core_arguments, (), work).section(
         tops._core_scenes, begin, end, options.core_events, part.states.shape[1], wait,
         part.status, part.done, part.counts, part.reached, part.states,
     )  # fmt: skip
     return part
 
 
-SECTION = SliceRunner(run_section, is_native=True)
+SECTION = SliceRunner(compute_sections_of_slice, is_native=True)

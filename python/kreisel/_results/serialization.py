@@ -20,10 +20,10 @@ from .._options.solve_options import (
     parse_options_for_method,
     parse_requested_quantities,
 )
-from .._utils.archive import Archive, Integers, pack_archive
+from .._utils.archive import ArchiveReader, Integers, pack_archive
 from .._utils.validation import Array, as_float, as_int, short_repr
 from .core_calls import ORIGIN, RunStart
-from .state_quantities import NO_STATES, States, Stats
+from .state_quantities import NO_STATES, PathBase, Stats
 from .tangent_data import TangentData
 
 _FORMAT = 1  # version of the archive's layout: the header's entries and the names of the arrays
@@ -52,10 +52,10 @@ class PathFields(NamedTuple):
         return self.states[:, 0] if self.columns is None else self.columns["t"]
 
 
-EventArrays = tuple[States, Integers, Integers]  # states at the events, indices, directions
+EventArrays = tuple[PathBase, Integers, Integers]  # states at the events, indices, directions
 
 
-def dump_path(path: States, met: EventArrays | None) -> bytes:
+def encode_path_as_archive(path: PathBase, met: EventArrays | None) -> bytes:
     """Write a path and its recorded events to an archive, and return its bytes."""
     head = {
         "kreisel": version,
@@ -84,7 +84,7 @@ def dump_path(path: States, met: EventArrays | None) -> bytes:
     return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
-def _list_state_arrays(path: States, prefix: str) -> dict[str, Array]:
+def _list_state_arrays(path: PathBase, prefix: str) -> dict[str, Array]:
     if path._columns is not None:
         arrays = path._columns
     else:
@@ -100,9 +100,9 @@ def load_path(
     """Read a path from a file of `size` bytes, together with its events if there are any.
 
     The events are returned as a tuple: a path of their states, their indices and their directions.
-    Raises ValueError if the file is not an archive written by dump_path.
+    Raises ValueError if the file is not an archive written by encode_path_as_archive.
     """
-    archive = Archive(file, size)
+    archive = ArchiveReader(file, size)
     try:
         head = _require_json_object(json.loads(archive.read_text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
@@ -168,7 +168,7 @@ def _parse_step_choice(words: dict[str, object]) -> StepChoice:
     return make(**words)
 
 
-def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
+def _read_tangents(archive: ArchiveReader, n: int, head: object) -> TangentData:
     """Read the tangents of `n` states from an archive, and return them."""
     words = _require_json_object(head)
     by, rest = words["by"], as_float("rest", words["rest"])
@@ -180,7 +180,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
 
 
 def _read_path_arrays(
-    archive: Archive, prefix: str, words: PathFields, head: dict[str, object]
+    archive: ArchiveReader, prefix: str, words: PathFields, head: dict[str, object]
 ) -> PathFields:
     """Read the arrays of a path from an archive."""
     want, is_low = head["want"], head["low"]

@@ -53,7 +53,7 @@ class Stats(NamedTuple):
     iterations: int
 
 
-class States(QuantityAttributes):
+class PathBase(QuantityAttributes):
     """The quantities of a kreisel.Path as attributes."""
 
     scene: Scene
@@ -375,8 +375,8 @@ def _make_quantity_property(
     return cached_property(of)
 
 
-def _compute_path_column(path: States, name: str) -> Array:
+def _compute_path_column(path: PathBase, name: str) -> Array:
     return read_only(values(name, path.scene._block, path.states))
 
 
-add_quantity_properties(States, ("n",), _compute_path_column)
+add_quantity_properties(PathBase, ("n",), _compute_path_column)

@@ -16,7 +16,7 @@ from .._utils.errors import unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, as_bool, short_repr
-from .state_quantities import States
+from .state_quantities import PathBase
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -45,7 +45,7 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {
 }
 
 
-def compute_quantity_rows(
+def list_quantities_with_values(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
     """Return the requested quantities with their values at all states.
@@ -84,13 +84,13 @@ def _list_default_quantity_names(path: HasQuantities) -> tuple[str, ...]:
 
 
 def columns(
-    path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
+    path: PathBase, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
     """Return t and the components of the quantities in `names` as one-dimensional columns."""
-    return _list_component_columns(path, compute_quantity_rows(path, names, degrees, unwrap))
+    return _list_component_columns(path, list_quantities_with_values(path, names, degrees, unwrap))
 
 
-def _list_component_columns(path: States, rows: QuantityRows) -> dict[str, Array]:
+def _list_component_columns(path: PathBase, rows: QuantityRows) -> dict[str, Array]:
     table = {"t": path.t}
     for quantity, values in rows:
         table |= zip(
@@ -101,7 +101,7 @@ def _list_component_columns(path: States, rows: QuantityRows) -> dict[str, Array
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
     """Return the unit or dimension of t and of each component of the quantities in `names`."""
-    return _list_component_units(compute_quantity_rows(path, names, degrees, False))
+    return _list_component_units(list_quantities_with_values(path, names, degrees, False))
 
 
 def _list_component_units(rows: QuantityRows) -> dict[str, str]:
@@ -122,7 +122,7 @@ def format_csv_table(table: Mapping[str, Array], heads: Iterable[str] | None = N
     return text.getvalue()
 
 
-class Tables(States):
+class TableExportMethods(PathBase):
     """Methods of a path that export tables."""
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
@@ -136,7 +136,7 @@ class Tables(States):
             >>> kr.solve(kr.scenes.cusps, [0.0]).euler(degrees=True).round(6).tolist()
             [[0.0, 53.130102, 0.0]]
         """
-        angles = compute_quantity_rows(self, _EULER, degrees, unwrap)
+        angles = list_quantities_with_values(self, _EULER, degrees, unwrap)
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
@@ -159,7 +159,7 @@ class Tables(States):
         """
         with optional_dependency(TABLES):
             import pandas as pd
-        rows = compute_quantity_rows(self, names, degrees, unwrap)
+        rows = list_quantities_with_values(self, names, degrees, unwrap)
         frame = pd.DataFrame(_list_component_columns(self, rows)).set_index("t")
         frame.attrs = self._list_run_attributes() | {"units": _list_component_units(rows)}
         return frame
@@ -186,7 +186,7 @@ class Tables(States):
         variables = {}
         for quantity, values in [
             (TIME, self.t),
-            *compute_quantity_rows(self, names, degrees, unwrap),
+            *list_quantities_with_values(self, names, degrees, unwrap),
         ]:
             about = {"units": quantity.dimension, "long_name": quantity.text}
             own = {f"{quantity.name}_component": quantity.components}
@@ -226,7 +226,7 @@ class Tables(States):
         replaced atomically. Raises OSError if the file cannot be written, and the exceptions of
         to_pandas except ImportError, since pandas is not required.
         """
-        rows = compute_quantity_rows(self, names, degrees, unwrap)
+        rows = list_quantities_with_values(self, names, degrees, unwrap)
         heads = None
         if as_bool("units", units):
             heads = [

@@ -8,7 +8,7 @@ from .._model.scene import Ensemble
 from .._utils.validation import Array
 
 
-def estimate_times_per_turn(tops: Ensemble) -> Array:
+def estimate_turn_durations(tops: Ensemble) -> Array:
     """Estimate the time [T] that each top takes to turn once.
 
     The time is 2 pi / w, where w is the larger of the angular velocity (|m| + |h|) / I and the

@@ -204,7 +204,7 @@ def _plan_first_top(tops: Ensemble, options: EnsembleOptions, states: int | None
         return None
     scene = member(tops, 0)
     plan = make_solve_plan(scene, options.make_options_for_top(scene), states)
-    kernel, order = Worker(*options.core, []).kernel
+    kernel, order = Worker(*options.core_arguments, []).kernel
     is_alone = scene._has_disturbances
     if plan.method != FALLBACK or options.uses_one_run_per_top or not kernel or is_alone:
         return plan

@@ -49,11 +49,11 @@ from .exact_ensemble import (
     ExactEnsemble,
     make_exact_ensemble,
     make_exact_ensemble_of_list,
-    no_closed_form_error,
+    make_no_closed_form_error,
     refuse_turning_support,
 )
 from .torus_actions import compute_torus_action
-from .torus_tangents import check_tangent_names, check_tangent_times, compute_torus_tangents
+from .torus_tangents import check_tangent_times, check_torus_tangent_names, compute_torus_tangents
 from .variational import TangentSpec, parse_tangent_names
 
 _MAP: Final = "bobenko_suris"
@@ -310,7 +310,7 @@ class ExactTorus(Exact):
         if tangents is None:
             return super().__call__(t)
         names = parse_tangent_names(tangents)
-        check_tangent_names(names)
+        check_torus_tangent_names(names)
         path = super().__call__(t)
         check_tangent_times(self.scene, path.t)
         data = compute_torus_tangents(self.scene, path.states, names, _compute_closed_form_states)
@@ -328,7 +328,7 @@ class ExactTorus(Exact):
         return torus_states(self._torus, t, most)
 
     def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
-        return _build_exact_torus, (self.scene,)
+        return _build_torus_closed_form, (self.scene,)
 
 
 def _iterate_convergents(ratio: float) -> Iterator[tuple[int, int]]:
@@ -444,10 +444,10 @@ def exact(
     if step is not None:
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
     if has_torus_closed_form(top):
-        return _build_exact_torus(top)
+        return _build_torus_closed_form(top)
     status, period, precession, spin, plan = exact_plan(top._block)
     if status != "OK":
-        raise no_closed_form_error(status, top)
+        raise make_no_closed_form_error(status, top)
     return Exact(top, period, precession, spin, plan)
 
 
@@ -469,7 +469,7 @@ def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None)
     return ExactMap(scene, period, precession, spin, plan, h)
 
 
-def _build_exact_torus(scene: Scene) -> ExactTorus:
+def _build_torus_closed_form(scene: Scene) -> ExactTorus:
     status, _, frequencies, certificate, mismatch, plan = torus_plan(scene._block, 0.0)
     if status == "ERR_METHOD":
         raise ValueError(f"{explain_no_closed_form(scene)}: {scene!r}")
@@ -481,7 +481,7 @@ def _build_exact_torus(scene: Scene) -> ExactTorus:
     return form(scene, *rates, np.empty(0), frequencies, certificate, mismatch, plan)
 
 
-def record_exact_tangents(
+def record_exact_path_with_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
     """Compute a path and its tangents from the closed-form solution on a torus.
@@ -500,6 +500,6 @@ def record_exact_tangents(
 
 def _compute_closed_form_states(scene: Scene, t: Array) -> Array:
     """Return the states of the closed-form solution at the given times, one per row."""
-    states = _build_exact_torus(scene)._try_to_compute_states(t, math.inf)
+    states = _build_torus_closed_form(scene)._try_to_compute_states(t, math.inf)
     assert states is not None
     return states

@@ -37,7 +37,7 @@ from .._options.methods import EXACT, explain_no_closed_form, has_torus_closed_f
 from .._options.times import check_resolvable_horizon
 from .._results.ensemble_buffers import LANES, Codes
 from .._results.ensemble_paths import Paths
-from .._results.executor import Job, SliceTask, WorkerPool
+from .._results.executor import DivisibleTask, Job, WorkerPool
 from .._results.run_ensemble import run_ensemble
 from .._utils.validation import Array, Numbers, as_finite_array, check_type, read_only
 
@@ -100,7 +100,7 @@ class ExactEnsemble:
                     f"{(*shape, 'k')} with k times of each, not an array of shape {times.shape}"
                 )
             times = times.reshape(n, times.shape[-1])
-        self._check_resolvable_attitudes(times)
+        self._check_precision_at_times(times)
         at = np.atleast_1d(times)
         return self._compute_closed_form_states(at).reshape(*shape, *times.shape[-1:], 8)
 
@@ -126,7 +126,7 @@ class ExactEnsemble:
             self._call_core_in_slices(partial(exact_states_of_tops, t=t), states)
         return states
 
-    def _check_resolvable_attitudes(self, times: Array) -> None:
+    def _check_precision_at_times(self, times: Array) -> None:
         """Raise ValueError if double precision cannot resolve the attitude at one of the times."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
@@ -162,13 +162,13 @@ class ExactEnsemble:
                 found.append((result[1], result[0]))
 
         pool = WorkerPool(parse_thread_count(None, None))
-        pool.run(SliceTask(self.tops.size, job, collect, work))
+        pool.run_task(DivisibleTask(self.tops.size, job, collect, work))
         if found:
             first, status = min(found)
             error = (
                 _make_no_turning_points_error
                 if function is exact_turnings
-                else no_closed_form_error
+                else make_no_closed_form_error
             )
             raise error(status, member(self.tops, first), self._format_error_prefix(first))
 
@@ -277,7 +277,7 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     if count:
         more = f", the first of {count} such" if count > 1 else ""
         where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
-        raise no_closed_form_error("ERR_METHOD", member(tops, first), where)
+        raise make_no_closed_form_error("ERR_METHOD", member(tops, first), where)
     forms = ExactEnsemble(tops, word)
     _ = (
         forms._frequencies_and_certificates
@@ -309,7 +309,7 @@ def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
     return make_exact_ensemble(Ensemble.of(scenes), "scene")
 
 
-def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
+def make_no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
     """Return the exception to raise for a scene whose motion has no closed-form solution."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")

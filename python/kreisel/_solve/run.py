@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
-from .._model.environment import Environment
-from .._model.exact_momentum import add_impulse, compute_momentum_after_body_change
+from .._model.environment import PhysicalEnvironment
+from .._model.exact_momentum import add_impulse_to_momentum, compute_momentum_after_body_change
 from .._model.kwargs_types import SceneKwargs
 from .._model.scene import Scene, parse_scene_toml
 from .._options.methods import FALLBACK, resolve_method
@@ -46,8 +46,8 @@ from .._results.path import (
     format_progress,
     make_stop_exception,
 )
-from .._results.recorder import add_events_to_path, record_quantities_in_chunks, report_end_of_path
-from .._results.requests import build_request_from_options
+from .._results.recorder import add_events_to_path, record_quantities_in_chunks, report_final_time
+from .._results.requests import build_request_from_solve_options
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import refuse_attribute_assignment
 from .._utils.quantity_attributes import MethodName, QuantityName
@@ -151,9 +151,9 @@ class Run:
             path = self._advance_in_one_call(t)
             if path is not None:
                 return path
-        times = self._parse_recording_times(t, every)
+        times = self._parse_times_to_record(t, every)
         if times.size:
-            self._check_run_times(times)
+            self._check_requested_times(times)
         if self.ended:
             raise ValueError(
                 f"this run has ended at t = {self.t!r}, where a terminal event occurred: continue "
@@ -183,7 +183,7 @@ class Run:
         if status != "OK":
             end = float(times[-1]) if times.size else self.t
             raise make_stop_exception(status, path, format_progress(path, end))
-        return report_end_of_path(path, progress)
+        return report_final_time(path, progress)
 
     def stream(
         self,
@@ -201,15 +201,17 @@ class Run:
         number = parse_recording_interval(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
         chunks = iterate_time_chunks(t, self.step, number, size, reached, self.start_time)
-        return self._iterate_paths(chunks, check_progress_callback(progress))
+        return self._yield_path_per_chunk(chunks, check_progress_callback(progress))
 
-    def _iterate_paths(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
+    def _yield_path_per_chunk(
+        self, chunks: Iterator[Array], progress: Progress | None
+    ) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
             path = self._advance_in_one_call(chunk, progress)
             if path is not None:
                 yield path
                 continue
-            self._check_run_times(chunk)
+            self._check_requested_times(chunk)
             status, path = self._record_path(chunk, progress)
             path = drop_unrequested_quantities(path, self.want, float(chunk[-1]))
             if status != "OK":
@@ -218,7 +220,7 @@ class Run:
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _parse_recording_times(self, t: Numbers, every: int | None) -> Array:
+    def _parse_times_to_record(self, t: Numbers, every: int | None) -> Array:
         number = parse_recording_interval(self._options.method, every)
         times = time_array(t, self.step, number, self._options.bytes_per_state, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
@@ -227,7 +229,7 @@ class Run:
             return times[np.abs(times) > abs(self.t)]
         return np.array([self.t, times[-1]])
 
-    def _check_run_times(self, times: Array) -> None:
+    def _check_requested_times(self, times: Array) -> None:
         """Raise ValueError if the times are too large or not monotonic."""
         check_times_continue_monotonically(times, self.t, self._back)
         check_resolvable_horizon(self.scene, float(times[-1]), self.step)
@@ -272,8 +274,8 @@ class Run:
         if self._options.can_skip_heading and (jolt[0] or jolt[1]):
             raise ValueError(_no_heading_message("a horizontal impulse"))
         now = self._read_present_state()
-        momentum, low = add_impulse(now.scene.momentum, now.low[5:], jolt)
-        self._restart(now, now.scene.replace(momentum=momentum), momentum_low=low)
+        momentum, low = add_impulse_to_momentum(now.scene.momentum, now.low[5:], jolt)
+        self._restart_run(now, now.scene.replace(momentum=momentum), momentum_low=low)
 
     def reset(
         self,
@@ -316,7 +318,7 @@ class Run:
         if turned:
             now.low[1:5] = 0.0
         none = (0.0, 0.0, 0.0) if moved else None
-        self._restart(now, now.scene.replace(**given), momentum_low=none)
+        self._restart_run(now, now.scene.replace(**given), momentum_low=none)
 
     def change(
         self,
@@ -342,7 +344,7 @@ class Run:
         Raises TypeError if no argument is given. Raises ValueError if the method does not apply to
         the changed top.
         """
-        around = Environment(gravity, damping, turning, shaking, friction)
+        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         given = _drop_missing_arguments(body=body, **around._asdict())
         if not given:
             raise TypeError(f"change needs a body, {', '.join(around._fields)}")
@@ -356,7 +358,7 @@ class Run:
                 old, scene.body, q, now.low[1:5], m, now.low[5:]
             )
             scene = scene.replace(momentum=momentum)
-        self._restart(now, scene, momentum_low=low)
+        self._restart_run(now, scene, momentum_low=low)
 
     def _read_present_state(self) -> _PresentState:
         """Return the present state. Raises RuntimeError if another call is advancing the run."""
@@ -366,7 +368,7 @@ class Run:
         scene = self.scene.replace(attitude=tuple(numbers[:4]), momentum=tuple(numbers[4:]))
         return _PresentState(motion, scene, t, low)
 
-    def _restart(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
+    def _restart_run(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
         """Start a new motion from `scene` at the time of the state `now`.
 
         The low-order words of the momentum are `momentum_low` or, if it is None, those of `now`.
@@ -441,13 +443,13 @@ def _start_core_motion(scene: Scene, options: SolveOptions, back: bool, origin: 
 
     Raises an exception if the C library rejects the scene.
     """
-    request = build_request_from_options(options)
+    request = build_request_from_solve_options(options)
     if request is not None:
         status, motion = request.start(scene._block, back, *origin)
     else:
         refuse_kinetic(scene, options.events or ())
         events = to_core_events(options.events or ())
-        status, motion = start_top(scene._block, *options.core, back, events, 0, *origin)
+        status, motion = start_top(scene._block, *options.core_arguments, back, events, 0, *origin)
     if motion is not None:
         return motion
     state = scene._start_state.copy()

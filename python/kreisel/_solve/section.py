@@ -21,7 +21,7 @@ from .._options.solve_options import Progress, check_progress_callback
 from .._results.executor import WorkerPool
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section
-from .._results.turn_times import estimate_times_per_turn
+from .._results.turn_times import estimate_turn_durations
 from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
 from ..events import Event, nutation, parse_events, refuse_kinetic, to_core_events
 
@@ -102,7 +102,7 @@ def parse_section_arguments(
     refuse_kinetic(tops, [parsed])
     events = to_core_events([parsed])
     waits = np.broadcast_to(
-        _parse_waiting_time(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
+        _parse_max_waiting_times(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
     )
     return waits, replace(options, core_events=events)
 
@@ -122,12 +122,12 @@ def parse_section_event(event: object) -> Event:
     return one
 
 
-def _parse_waiting_time(tops: Ensemble, max_wait: object) -> Array:
+def _parse_max_waiting_times(tops: Ensemble, max_wait: object) -> Array:
     """Return the longest time [T] for which each top is integrated without finding an event."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)
-        return np.minimum(_TURNS * estimate_times_per_turn(tops), 0.25 * known)
+        return np.minimum(_TURNS * estimate_turn_durations(tops), 0.25 * known)
     given = as_finite_array("max_wait", max_wait, "a number, or one for each top")
     if (given == 0.0).any():
         raise ValueError("max_wait must not be zero")

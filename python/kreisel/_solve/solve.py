@@ -18,16 +18,16 @@ from .._options.times import check_resolvable_horizon, time_array
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._results.recorder import record_path
-from .._results.requests import solve_request
+from .._results.requests import try_to_solve_in_core
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
-from .exact import record_exact_tangents
+from .exact import record_exact_path_with_tangents
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run_options
 from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, solve_ensemble
 from .step_search import (
-    make_unexpected_error_exception,
-    parse_geometric_options,
+    make_error_argument_exception,
+    parse_geometric_method_options,
     solve_with_step_search,
 )
 from .variational import TangentSpec, parse_tangent_options, record_tangents
@@ -152,7 +152,7 @@ def solve(
     is_special = error is not None or events is not None or tangents is not None or is_for_many
     is_checked = is_special or every is not None or not (progress is None or callable(progress))
     if isinstance(scene, Scene) and not is_checked:
-        path = solve_request(scene, t, method, step, tol, digits, max_steps, want, progress)
+        path = try_to_solve_in_core(scene, t, method, step, tol, digits, max_steps, want, progress)
         if path is not None:
             return path
     if isinstance(scene, Ensemble):
@@ -198,9 +198,9 @@ def _parse_tangents_events_geometric(
     if method == GEOMETRIC:
         excluded = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         check_type("scene", scene, Scene)
-        return parse_geometric_options(error, max_steps, want, excluded)
+        return parse_geometric_method_options(error, max_steps, want, excluded)
     if error is not None:
-        raise make_unexpected_error_exception(method)
+        raise make_error_argument_exception(method)
     return parse_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
 
 
@@ -209,7 +209,7 @@ def _solve_with_options(
 ) -> Path:
     """Compute the motion of a scene, in several calls to the C library if necessary."""
     if options.tangents:
-        record = record_exact_tangents if options.method.exact else record_tangents
+        record = record_exact_path_with_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)
     times = time_array(t, options.step, options.every, options.bytes_per_state)
     end = float(times[-1]) if times.size else 0.0

@@ -29,7 +29,7 @@ from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from ..events import parse_events, refuse_kinetic, to_core_events
 from .run import EventSpec
-from .step_search import STEP_SEARCH, make_unexpected_error_exception, parse_geometric_options
+from .step_search import STEP_SEARCH, make_error_argument_exception, parse_geometric_method_options
 from .variational import (
     TangentSpec,
     check_computes_tangents,
@@ -175,12 +175,12 @@ def parse_ensemble_arguments(
     if isinstance(method, str) and method == GEOMETRIC:
         excluded = arguments._asdict()
         error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
-        return EnsembleOptions(parse_geometric_options(error, max_steps, want, excluded))
+        return EnsembleOptions(parse_geometric_method_options(error, max_steps, want, excluded))
     if arguments.tangents is not None:
         return _parse_ensemble_tangent_options(tops, method, arguments)
     step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
     if error is not None:
-        raise make_unexpected_error_exception(method)
+        raise make_error_argument_exception(method)
     if events is not None and reduce is not None:
         raise ValueError("events need paths: leave out reduce")
     controls = step, tol, digits, max_steps, want, reduce, every

@@ -54,7 +54,7 @@ from .._results.path import (
     build_path_or_raise,
     make_stop_exception,
 )
-from .._results.recorder import report_end_of_path
+from .._results.recorder import report_final_time
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, as_int, as_positive
 from ..quaternion import attitude_error
@@ -236,14 +236,14 @@ def parse_error_tolerance(error: float | None, others: Mapping[str, object]) -> 
     return target
 
 
-def make_unexpected_error_exception(method: object) -> ValueError:
+def make_error_argument_exception(method: object) -> ValueError:
     """Return the exception to raise if `error` is given for a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
 
 
-def parse_geometric_options(
+def parse_geometric_method_options(
     error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
 ) -> SolveOptions:
     """Return the options for method='geometric'.
@@ -260,13 +260,11 @@ def solve_with_step_search(
     scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
 ) -> Path:
     """Solve a single scene with method='geometric', and return its path."""
-    path = report_end_of_path(
-        _solve_all_states_with_search(scene, options, times, progress), progress
-    )
+    path = report_final_time(_find_path_by_step_search(scene, options, times, progress), progress)
     return path if options.want is None else path.only(options.want)
 
 
-def _solve_all_states_with_search(
+def _find_path_by_step_search(
     scene: Scene, options: SolveOptions, times: Array, progress: Listener
 ) -> Path:
     """Solve a single scene with method='geometric', recording all states."""
@@ -359,7 +357,7 @@ def _compute_top_rate_and_error_weight(scene: Scene) -> tuple[float, float]:
 _UNMET = STATUSES.index("ERR_CONVERGENCE")  # status of a top for which no step meets the error
 
 
-def solve_slice_with_search(
+def solve_slice_with_step_search(
     buffers: EnsembleBuffers,
     options: EnsembleOptions,
     tops: Ensemble,
@@ -397,7 +395,7 @@ def _solve_top_into_buffers(
     """Compute the motion of a single top, and write its path or an error message to the buffers."""
     path, status = None, 0
     try:
-        path = _solve_all_states_with_search(scene, options.solve, times, work)
+        path = _find_path_by_step_search(scene, options.solve, times, work)
     except Error as error:
         path, status, part.messages[i] = error.path, STATUSES.index(error.status), str(error)
     except ValueError as error:
@@ -445,4 +443,4 @@ def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.int
     return at[:reached], reached
 
 
-STEP_SEARCH = SliceRunner(solve_slice_with_search)
+STEP_SEARCH = SliceRunner(solve_slice_with_step_search)

@@ -101,4 +101,6 @@ def stream(
     back, chunks = parse_time_direction_and_chunks(
         t, options.step, options.every, most or CHUNK_SIZE
     )
-    return Run(scene, options, back)._iterate_paths(chunks, check_progress_callback(progress))
+    return Run(scene, options, back)._yield_path_per_chunk(
+        chunks, check_progress_callback(progress)
+    )

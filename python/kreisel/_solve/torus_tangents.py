@@ -73,8 +73,8 @@ def compute_torus_tangents(
     """
     blocks, rest = [], 0.0
     for name in names:
-        for group in _list_column_groups(scene, name):
-            block, miss = _differentiate_states(scene, states, group, compute_states)
+        for group in _list_tangent_column_groups(scene, name):
+            block, miss = _compute_tangent_columns(scene, states, group, compute_states)
             blocks.append(block)
             rest = max(rest, miss)
         if name == "start" and scene.body.kind == "goryachev_chaplygin":
@@ -85,7 +85,7 @@ def compute_torus_tangents(
     return TangentData.from_flat_arrays(high, np.zeros_like(high), rest, names)
 
 
-def check_tangent_names(names: tuple[str, ...]) -> None:
+def check_torus_tangent_names(names: tuple[str, ...]) -> None:
     """Raise ValueError for a parameter for which tangents cannot be computed."""
     for name in names:
         if name not in PARAMETERS:
@@ -109,7 +109,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
         )
 
 
-def _list_column_groups(scene: Scene, name: str) -> list[_TangentColumnGroup]:
+def _list_tangent_column_groups(scene: Scene, name: str) -> list[_TangentColumnGroup]:
     """Return the groups of tangent columns for the parameter `name`."""
     body = scene.body
     if name != "start":
@@ -173,7 +173,7 @@ def _compute_rotation_between(one: Array, other: Array) -> Array:
     return 2.0 * np.array(multiply((w, x, y, z), tuple(change.T)))[1:].T
 
 
-def _differentiate_states(
+def _compute_tangent_columns(
     scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
     """Return one group of columns of the tangent matrix, and their largest relative error."""
@@ -206,7 +206,7 @@ def _differentiate_with_best_steps(
     refused: ValueError | None = None
     for number in range(_STEPS):
         try:
-            one, miss = _central_difference(
+            one, miss = _compute_central_differences(
                 scene, states[rows], group, step * _SHRINK**number, compute_states
             )
         except ValueError as error:
@@ -227,7 +227,7 @@ def _differentiate_with_best_steps(
     return result, rest
 
 
-def _central_difference(
+def _compute_central_differences(
     scene: Scene,
     states: Array,
     group: _TangentColumnGroup,

@@ -20,11 +20,11 @@ from .._options.solve_options import (
 )
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.path import Path, build_path_from_core_result, format_progress, make_stop_exception
-from .._results.recorder import report_end_of_path
+from .._results.recorder import report_final_time
 from .._results.tangent_data import TangentData
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Numbers, check_type, short_repr
-from .torus_tangents import check_tangent_names
+from .torus_tangents import check_torus_tangent_names
 
 TangentName = Literal[
     "start",
@@ -99,7 +99,7 @@ def parse_tangent_options(
     chosen = FALLBACK if method == "auto" else method
     options = parse_solve_options(top, chosen, *controls, requested=method)
     if options.method.exact and has_torus_closed_form(top):
-        check_tangent_names(names)
+        check_torus_tangent_names(names)
     else:
         check_computes_tangents(options.method)
     refuse_tangents_of_friction(top, names)
@@ -132,7 +132,9 @@ def record_tangents(
     )
     end = float(times[-1]) if times.size else 0.0
     check_resolvable_horizon(scene, end, options.step)
-    status, top = start_top(scene._block, *options.core, end < 0.0, [], options.tangent_flags)
+    status, top = start_top(
+        scene._block, *options.core_arguments, end < 0.0, [], options.tangent_bit_mask
+    )
     if top is None:
         path = build_path_from_core_result(
             scene, options, (status, scene._start_state.copy(), None, (0, 0, 0, 0), end)
@@ -145,4 +147,4 @@ def record_tangents(
     )
     if result[0] != "OK":
         raise make_stop_exception(result[0], path, format_progress(path, end))
-    return report_end_of_path(path, progress)
+    return report_final_time(path, progress)

@@ -16,7 +16,7 @@ _MARK, _SIZE = b"kreisel-sha256:", 64
 PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()
 
 
-def add_checksum(data: bytearray) -> bytearray:
+def fill_in_checksum(data: bytearray) -> bytearray:
     """Replace the last placeholder in the contents of a file by the checksum."""
     at = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
     data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()

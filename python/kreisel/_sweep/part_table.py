@@ -21,8 +21,8 @@ from .._results.ensemble_tables import list_reduction_columns
 from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
-from .._results.tables import compute_quantity_rows
-from .start_parameters import list_component_names, parameter_dimension
+from .._results.tables import list_quantities_with_values
+from .start_parameters import get_parameter_unit, list_component_names
 from .sweep_plan import SweepPlan
 from .task import ChaosTask, TaskResult
 
@@ -53,7 +53,7 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
     results = _list_result_columns(plan, outcome)
     names = [name for name, _, _ in results]
     part = PartTable({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
-    ensemble = plan.ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
+    ensemble = plan.build_ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
     degrees = plan.source._flags.get("degrees", False)
     for name, one in plan.source._list_varying_values(tops.start, tops.stop, ensemble).items():
         flat = one.values.reshape(len(one.values), -1)
@@ -62,7 +62,7 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
             column = f"{component}_given" if component in names else component
             part.columns[column], part.units[column] = (
                 flat[:, i],
-                parameter_dimension(name, degrees, i),
+                get_parameter_unit(name, degrees, i),
             )
     for name, values, dimension in results:
         part.columns[name], part.units[name] = values, dimension
@@ -108,7 +108,7 @@ def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
     """Return the columns that contain the times and the recorded quantities of all tops."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
-    for quantity, values in compute_quantity_rows(outcome, (), False, False):
+    for quantity, values in list_quantities_with_values(outcome, (), False, False):
         flat = values.reshape(*values.shape[:2], quantity.doubles)
         for i, name in enumerate(quantity.components):
             columns.append((name, flat[:, :, i], quantity.dimension))

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from .._model.scene import Scene, build_scene_from_table
-from .._model.toml import parse_toml_tables, read, require_toml_table
+from .._model.toml import parse_toml_source, parse_toml_tables, require_toml_table
 from .._utils.errors import unknown_name_message
 from .._utils.validation import as_float, as_int, short_repr
 from ..events import MAKERS, Event
@@ -48,7 +48,9 @@ def read_sweep_plan(file: Path) -> SweepPlan:
 
     Raises TypeError or ValueError if the plan is invalid; the message states the file name.
     """
-    return read(file, lambda text: _parse_plan_tables(parse_toml_tables(text), file.parent))
+    return parse_toml_source(
+        file, lambda text: _parse_plan_tables(parse_toml_tables(text), file.parent)
+    )
 
 
 def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
@@ -71,10 +73,10 @@ def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
     if "reduce" in arguments:
         require_toml_table("reduce", arguments["reduce"])
     task = parse_task(tables.get("task", "solve"), arguments)
-    return make_sweep_plan(_parse_source_tables(tables, folder), task, tables.get("part_size"))
+    return make_sweep_plan(_parse_source_of_tops(tables, folder), task, tables.get("part_size"))
 
 
-def _parse_source_tables(tables: dict[str, Any], folder: Path) -> Source:
+def _parse_source_of_tops(tables: dict[str, Any], folder: Path) -> Source:
     chosen = [name for name in _CONSTRUCTORS if name in tables]
     if len(chosen) != 1:
         many = f"not {' and '.join(chosen)}" if chosen else "and there is none"

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
 from .._options.solve_options import Progress
-from .._results.executor import has_local_workers, run_jobs
+from .._results.executor import has_thread_workers, run_jobs
 from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
@@ -97,7 +97,7 @@ class PartRunner:
         )
 
     def _submit_all_parts(self, executor: Executor) -> None:
-        check = (self._raise_if_stopped,) if has_local_workers(executor) else ()
+        check = (self._raise_if_stopped,) if has_thread_workers(executor) else ()
         jobs = ((i, (compute_and_store_part, (self.store, i, *check))) for i in tuple(self.left))
         try:
             run_jobs(

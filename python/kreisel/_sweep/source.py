@@ -19,15 +19,15 @@ import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from .._model.bodies import Bodies
-from .._model.broadcasting import Parameter, Shape, collapse_broadcast_axes
+from .._model.broadcasting import BatchParameter, Shape, collapse_broadcast_axes
 from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
 from .._model.variation import scatter, vary
 from .._options.ensemble_options import format_index, unravel_index
 from .._utils.errors import refuse_attribute_assignment
 from .._utils.validation import as_bool, as_int, check_type, short_repr
-from .start_parameters import FLAGS, parse_start_parameter
-from .start_table import read_start_table
+from .start_parameters import FLAGS, parse_sweep_parameter
+from .start_table import read_parameters_of_tops
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
@@ -36,7 +36,7 @@ _SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validate
 _SCATTERED = "momentum", "attitude", "gravity"
 _WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"
 Places = npt.NDArray[np.int64]
-Parameters = Mapping[str, Parameter]
+Parameters = Mapping[str, BatchParameter]
 
 
 class RandomSpec(NamedTuple):
@@ -191,7 +191,7 @@ class Source:
         ValueError if a column is neither a parameter nor a component, or has invalid values. Raises
         OSError if the file cannot be read, and ImportError if pyarrow is not installed.
         """
-        arguments = read_start_table(os.fspath(file))
+        arguments = read_parameters_of_tops(os.fspath(file))
         parameters, flags = _split_parameters_and_flags(
             scene, {**arguments, "degrees": degrees, "steady": steady, "fast": fast}
         )
@@ -307,7 +307,9 @@ class Source:
         arguments |= self._flags
         return vary(Ensemble, self.scene, arguments)
 
-    def _list_varying_values(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
+    def _list_varying_values(
+        self, begin: int, end: int, tops: Ensemble
+    ) -> dict[str, BatchParameter]:
         """Return the values of the varying parameters for a slice of the source.
 
         `tops` is the ensemble of the tops in the slice.
@@ -319,28 +321,28 @@ class Source:
             rows |= _draw_uniform_parameters(self._random, begin, end - begin)
             for name in self._random.widths:
                 values = tops._columns[name]
-                rows[name] = Parameter(name, values, values.shape[1:])
+                rows[name] = BatchParameter(name, values, values.shape[1:])
         return rows
 
 
 def _split_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
-) -> tuple[dict[str, Parameter], dict[str, bool]]:
+) -> tuple[dict[str, BatchParameter], dict[str, bool]]:
     """Separate the arguments into validated parameters and flags."""
     check_type("scene", scene, Scene)
-    parameters: dict[str, Parameter] = {}
+    parameters: dict[str, BatchParameter] = {}
     flags: dict[str, bool] = {}
     for name, value in arguments.items():
         if value is None:
             continue
         if name not in FLAGS:
-            parameters[name] = parse_start_parameter(name, value)
+            parameters[name] = parse_sweep_parameter(name, value)
         elif as_bool(name, value):
             flags[name] = True
     return parameters, {name: True for name in FLAGS if name in flags}
 
 
-def _check_parameter_bounds(name: str, one: Parameter) -> None:
+def _check_parameter_bounds(name: str, one: BatchParameter) -> None:
     """Raise ValueError unless the values of a parameter are the bounds of a finite interval."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
@@ -357,7 +359,7 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
         )
 
 
-def _reshape_parameter_along_axis(one: Parameter, axes: tuple[str, ...]) -> Parameter:
+def _reshape_parameter_along_axis(one: BatchParameter, axes: tuple[str, ...]) -> BatchParameter:
     """Reshape the values of a parameter so that they vary along an axis of the same name.
 
     A parameter that does not vary along an axis has a single value.
@@ -370,10 +372,10 @@ def _reshape_parameter_along_axis(one: Parameter, axes: tuple[str, ...]) -> Para
 
 def _collapse_broadcast_columns(
     columns: Mapping[str, npt.NDArray[Any]], dims: int
-) -> dict[str, Parameter]:
+) -> dict[str, BatchParameter]:
     """Return the columns of an ensemble, with repeated values stored only once."""
     return {
-        name: Parameter(
+        name: BatchParameter(
             name, collapse_broadcast_axes(column, dims).astype(np.float64), column.shape[dims:]
         )
         for name, column in columns.items()
@@ -382,11 +384,11 @@ def _collapse_broadcast_columns(
 
 def _select_parameters_of_tops(
     arguments: Parameters, shape: Shape, at: Places
-) -> dict[str, Parameter]:
+) -> dict[str, BatchParameter]:
     """Return the values of the given parameters for the tops with the indices `at`."""
     where = np.unravel_index(at, shape) if shape else ()
     first = np.zeros_like(at)
-    taken: dict[str, Parameter] = {}
+    taken: dict[str, BatchParameter] = {}
     for name, one in arguments.items():
         if shape:
             lengths = one.values.shape[: len(shape)]
@@ -398,13 +400,13 @@ def _select_parameters_of_tops(
     return taken
 
 
-def _draw_uniform_parameters(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
+def _draw_uniform_parameters(random: RandomSpec, begin: int, n: int) -> dict[str, BatchParameter]:
     """Draw uniformly distributed values for `n` consecutive tops, starting with top `begin`.
 
     Each value depends only on the seed, the parameter and the index of the top. The state of the
     Philox generator can be set directly, because it is a counter.
     """
-    drawn: dict[str, Parameter] = {}
+    drawn: dict[str, BatchParameter] = {}
     for name, one in random.ranges.items():
         key = random.seed | zlib.crc32(name.encode()) << 64
         raw = np.random.Philox(key=key).advance(begin).random_raw(n * _DRAWS).reshape(n, _DRAWS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from .._model.broadcasting import Parameter, Shape
+from .._model.broadcasting import BatchParameter, Shape
 from .._utils.errors import unknown_name_message
 from .._utils.validation import as_finite_array
 
@@ -47,7 +47,7 @@ FLAGS = "steady", "fast", "degrees"
 PARAMETERS = tuple(_ENDINGS)
 
 
-def parse_start_parameter(name: str, numbers: object) -> Parameter:
+def parse_sweep_parameter(name: str, numbers: object) -> BatchParameter:
     """Validate the values of the parameter `name`, and return them as an array.
 
     Raises ValueError for an unknown name, and TypeError or ValueError for invalid values.
@@ -59,15 +59,15 @@ def parse_start_parameter(name: str, numbers: object) -> Parameter:
     values = as_finite_array(name, numbers, what)
     shape = values.shape
     if name == "inertia" and shape[-2:] == (3, 3):
-        return Parameter(name, values, (3, 3))
+        return BatchParameter(name, values, (3, 3))
     if name == "damping" and not shape:
-        return Parameter(name, values.repeat(3), (3,))
+        return BatchParameter(name, values.repeat(3), (3,))
     if name == "damping" and shape[-1:] == (1,):
-        return Parameter(name, values, (1,))
+        return BatchParameter(name, values, (1,))
     own = (n,) if n else ()
     if own and shape[-1:] != own:
         raise ValueError(f"{name} must be {what}, not of the shape {shape}")
-    return Parameter(name, values, own)
+    return BatchParameter(name, values, own)
 
 
 def list_component_names(name: str, value: Shape) -> list[str]:
@@ -81,7 +81,7 @@ def list_component_names(name: str, value: Shape) -> list[str]:
     return [f"{name}_{endings[i] if len(endings) == n else i}" for i in range(n)]
 
 
-def parameter_dimension(name: str, degrees: bool, component: int = 0) -> str:
+def get_parameter_unit(name: str, degrees: bool, component: int = 0) -> str:
     """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' as the unit of angles.
 
     The three components of `shaking` have different dimensions.

@@ -16,7 +16,7 @@ PARQUET = "'kreisel[sweep]'"
 _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
 
 
-def read_start_table(file: str) -> dict[str, Array]:
+def read_parameters_of_tops(file: str) -> dict[str, Array]:
     """Read parameters from a table, and return each as an array with one row per top.
 
     Raises ValueError if a column is not a parameter, and ImportError if pyarrow is not installed.

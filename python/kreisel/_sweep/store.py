@@ -26,7 +26,7 @@ import numpy as np
 from .._core import version
 from .._utils.atomic_io import atomic_write, check_file_is_writable, sync_folder
 from .._utils.validation import Array
-from .checksum import add_checksum, has_correct_checksum
+from .checksum import fill_in_checksum, has_correct_checksum
 from .part_table import PartTable
 from .sweep_plan import SweepPlan, hash_plan, make_array_file_name, parse_plan_json
 
@@ -61,7 +61,7 @@ class SweepStore:
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
         atomic_write(
             self.part_file_path(i),
-            bytes(add_checksum(self._format.encode_part_as_parquet(part, about))),
+            bytes(fill_in_checksum(self._format.encode_part_as_parquet(part, about))),
         )
 
     def list_existing_parts(self) -> list[int]:
@@ -88,7 +88,7 @@ class SweepStore:
         except ValueError as error:
             raise ValueError(f"{error}; {REPAIR}") from None
 
-    def verify_part(self, i: int) -> str:
+    def determine_part_status(self, i: int) -> str:
         """Verify part i, and return its status."""
         try:
             data = self.part_file_path(i).read_bytes()
@@ -226,13 +226,16 @@ def _write_plan_to_new_folder(where: Path, plan: SweepPlan) -> bool:
         "tops": plan.source.size,
         "parts": plan.parts,
     }
-    plan_lines, lines = _format_json_lines(plan.as_json, 1), _format_json_lines(content, 0)[:-2]
+    plan_lines, lines = (
+        _format_json_one_entry_per_line(plan.as_json, 1),
+        _format_json_one_entry_per_line(content, 0)[:-2],
+    )
     return _write_file_if_missing(where / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
 
 
 def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
     """Write each array that is too long for the plan file to a separate file."""
-    for values in plan.arrays:
+    for values in plan.long_parameter_arrays:
         file = where / make_array_file_name(values)
         if not file.exists():
             out = io.BytesIO()
@@ -240,7 +243,7 @@ def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
             atomic_write(file, out.getvalue())
 
 
-def _format_json_lines(content: Mapping[str, Any], indent: int) -> str:
+def _format_json_one_entry_per_line(content: Mapping[str, Any], indent: int) -> str:
     """Return a JSON object as text, with one entry per line."""
     space = " " * indent
     lines = [f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in content.items()]

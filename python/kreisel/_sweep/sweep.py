@@ -203,7 +203,7 @@ def _list_incomplete_parts(store: SweepStore, chosen: range) -> list[int]:
     left: list[int] = []
     replaced: dict[str, list[int]] = {DAMAGED: [], OLD: []}
     for i in chosen:
-        status = store.verify_part(i)
+        status = store.determine_part_status(i)
         if status == FOREIGN:
             raise store.make_misplaced_file_error(i)
         if status != DONE:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .._core import Worker
-from .._model.broadcasting import Parameter
+from .._model.broadcasting import BatchParameter
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
@@ -94,7 +94,7 @@ class SweepPlan:
         return hash_plan(self.as_json)
 
     @property
-    def arrays(self) -> list[Array]:
+    def long_parameter_arrays(self) -> list[Array]:
         """The arrays of parameter values that are too long to be stored in the plan file."""
         parameters = *self.source._parameters.values(), *self.source._varied.values()
         return [one.values for one in parameters if one.values.size > _MAX_INLINE]
@@ -105,9 +105,13 @@ class SweepPlan:
 
         All instruction sets with fused multiply-add give bitwise identical results.
         """
-        return "" if self.options.has_step_search else Worker(*self.options.core, []).kernel[0]
+        return (
+            ""
+            if self.options.has_step_search
+            else Worker(*self.options.core_arguments, []).kernel[0]
+        )
 
-    def ensemble(self, tops: range) -> Ensemble:
+    def build_ensemble(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with the given indices.
 
         The ensemble on which the plan was validated is reused if it has the same indices.
@@ -126,7 +130,7 @@ class SweepPlan:
         Raises TypeError or ValueError for the first invalid top; the message states its index.
         """
         try:
-            some = self.ensemble(tops)
+            some = self.build_ensemble(tops)
             return self.task.compute_results_of_tops(
                 some, self.options, self.times, threads, progress
             )
@@ -139,10 +143,10 @@ class SweepPlan:
 
 def hash_plan(plan: Mapping[str, Any]) -> str:
     """Return the SHA-256 hash of a plan's canonical JSON."""
-    return hashlib.sha256(dump_canonical(plan).encode()).hexdigest()
+    return hashlib.sha256(dump_canonical_json(plan).encode()).hexdigest()
 
 
-def dump_canonical(plan: Mapping[str, Any]) -> str:
+def dump_canonical_json(plan: Mapping[str, Any]) -> str:
     """Return a plan as JSON with sorted keys and without spaces; equal plans give equal text."""
     return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
@@ -154,7 +158,7 @@ def make_array_file_name(values: Array) -> str:
     return f"starts-{digest.hexdigest()}.npy"
 
 
-def _list_parameters_as_json(parameters: Iterable[Parameter]) -> list[list[Any]]:
+def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[Any]]:
     """Return the name, the shape and the values of each parameter in JSON form.
 
     A long array is replaced by the name of its file.
@@ -231,14 +235,14 @@ def parse_plan_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Sw
 
 
 def _parse_source_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def parse_parameter_rows(rows: list[list[Any]]) -> dict[str, Parameter]:
+    def parse_parameter_rows(rows: list[list[Any]]) -> dict[str, BatchParameter]:
         parameters = {}
         for name, value, numbers in rows:
             is_file = isinstance(numbers, str)
             values = load(numbers) if is_file else np.asarray(numbers, np.float64)
             if not np.isfinite(values).all():
                 raise ValueError(f"{name} must be finite")
-            parameters[name] = Parameter(name, values, tuple(value))
+            parameters[name] = BatchParameter(name, values, tuple(value))
         return parameters
 
     random = None
@@ -246,7 +250,7 @@ def _parse_source_json(plan: Mapping[str, Any], load: Callable[[str], Array]) ->
         spec = plan["random"]
         random = RandomSpec(spec["seed"], parse_parameter_rows(spec["ranges"]), spec["widths"])
     parameters = parse_parameter_rows(plan["parameters"])
-    varied: dict[str, Parameter] = {}
+    varied: dict[str, BatchParameter] = {}
     for row in plan["varied"]:
         varied |= {row: parameters[row]} if isinstance(row, str) else parse_parameter_rows([row])
     scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), tuple(plan["axes"])

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._results.ensemble_buffers import EventColumns
-from .._results.ensemble_events import EnsembleEvents, ensemble_events
+from .._results.ensemble_events import EnsembleEvents, build_ensemble_events
 from .._results.tables import TABLES
 from .._utils.errors import refuse_attribute_assignment, unknown_name_message
 from .._utils.optional import optional_dependency
@@ -63,7 +63,7 @@ class SweepResult:
         """The numbers of the existing parts; a partial result excludes damaged parts."""
         if not self._partial:
             return self._found
-        return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
+        return [i for i in self._found if self._store.determine_part_status(i) in (DONE, OLD)]
 
     def __repr__(self) -> str:
         done = f"{len(self.present)} of {self.parts} parts"
@@ -176,7 +176,7 @@ class SweepResult:
         is used by a folder, or by a part of a different plan.
         """
         for i in self._found:
-            status = self._store.verify_part(i)
+            status = self._store.determine_part_status(i)
             if status == FOREIGN:
                 raise self._store.make_misplaced_file_error(i)
             if status == DAMAGED:
@@ -202,7 +202,7 @@ class SweepResult:
         parts: dict[str, list[int]] = {DONE: []}
         found = []
         for i in self._store.list_existing_parts():
-            status = self._store.verify_part(i)
+            status = self._store.determine_part_status(i)
             if status != MISSING:
                 parts.setdefault(status, []).append(i)
                 found.append(i)
@@ -221,7 +221,7 @@ class SweepResult:
             return None
         parts = self._read_existing_parts(["top", COUNT, *self._empty_part_table.ragged])
         columns = zip(*[_extract_part_events(part) for part in parts], strict=True)
-        return ensemble_events(EventColumns(*map(np.concatenate, columns)), self.shape)
+        return build_ensemble_events(EventColumns(*map(np.concatenate, columns)), self.shape)
 
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.

@@ -13,9 +13,9 @@ import numpy as np
 from .._model.scene import Ensemble
 from .._options.ensemble_options import (
     EnsembleOptions,
-    get_method_for_ensemble,
     parse_ensemble_options,
     parse_ensemble_times,
+    resolve_method_for_ensemble,
 )
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress
@@ -78,7 +78,7 @@ class SolveTask(NamedTuple):
     @property
     def as_json(self) -> dict[str, Any]:
         given = self.arguments
-        solve = _drop_missing_values(given._asdict())
+        solve = _drop_none_values(given._asdict())
         if given.events is not None:
             solve["events"] = [to_record(event) for event in parse_events(FALLBACK, given.events)]
         if given.want is not None:
@@ -120,7 +120,7 @@ class SolveTask(NamedTuple):
         progress: Progress | None,
     ) -> Paths | Reductions:
         if not (options.is_auto or options.has_step_search):
-            get_method_for_ensemble(options.solve.method.name, some)
+            resolve_method_for_ensemble(options.solve.method.name, some)
         kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
         runner = LANES if options.reductions else select_slice_runner(options)
         return run_ensemble(kind, some, times, options, WorkerPool(threads), runner, progress)
@@ -137,7 +137,7 @@ class ChaosTask(NamedTuple):
 
     @property
     def as_json(self) -> dict[str, Any]:
-        arguments = _drop_missing_values(self._asdict())
+        arguments = _drop_none_values(self._asdict())
         return {arguments.pop("name"): arguments}
 
     def to_canonical_form(self, options: EnsembleOptions) -> ChaosTask:
@@ -175,7 +175,7 @@ class SectionTask(NamedTuple):
     @property
     def as_json(self) -> dict[str, Any]:
         event = {"event": to_record(parse_section_event(self.event))}
-        return {"section": _drop_missing_values(self._asdict()) | event}
+        return {"section": _drop_none_values(self._asdict()) | event}
 
     def to_canonical_form(self, options: EnsembleOptions) -> SectionTask:
         return SectionTask(
@@ -257,7 +257,7 @@ def _iterator_to_list(names: Any) -> Any:
     return list(names) if isinstance(names, Iterator) else names
 
 
-def _drop_missing_values(arguments: Mapping[str, Any]) -> dict[str, Any]:
+def _drop_none_values(arguments: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in arguments.items() if value is not None}
 
 

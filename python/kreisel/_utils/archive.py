@@ -51,7 +51,7 @@ def _write_array(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) ->
         np.lib.format.write_array(member, whole, version=(1, 0), allow_pickle=False)
 
 
-class Archive:
+class ArchiveReader:
     """An archive that is opened for reading.
 
     Raises ValueError if the file is damaged or is not an archive.
@@ -68,22 +68,24 @@ class Archive:
 
     def read_text(self, name: str) -> str:
         """Return the text stored in the member `name`."""
-        return str(self._read_member_data(name, "U", ()), "utf-32-le").rstrip("\0")
+        return str(self._read_archive_member(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def read_doubles(self, name: str, n: int | None, *shape: int) -> Array:
         """Return the member `name` as an array of doubles of shape (n, *shape).
 
         If `n` is None, the first dimension can have any length.
         """
-        data = self._read_member_data(name, "f8", (n, *shape))
+        data = self._read_archive_member(name, "f8", (n, *shape))
         rows = len(data) // (8 * math.prod(shape)) if n is None else n
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
     def read_integers(self, name: str, n: int) -> Integers:
         """Return the member `name` as an array of `n` integers."""
-        return np.frombuffer(self._read_member_data(name, "i4", (n,)), "<i4").astype(np.intc)
+        return np.frombuffer(self._read_archive_member(name, "i4", (n,)), "<i4").astype(np.intc)
 
-    def _read_member_data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> memoryview:
+    def _read_archive_member(
+        self, name: str, kind: str, shape: tuple[int | None, ...]
+    ) -> memoryview:
         """Return the raw bytes of the member `name` after checking its type and shape."""
         data = self._members.get(name)
         if data is None:

@@ -22,7 +22,7 @@ class AtomicWriter:
         """True if nothing has been written so far."""
         return self._whole == 0
 
-    def add(self, data: bytes) -> None:
+    def append_bytes(self, data: bytes) -> None:
         """Append all of `data`.
 
         If an error occurs, the file is truncated to its previous length.
@@ -74,7 +74,7 @@ def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
     Raises OSError if the file cannot be written, and leaves an existing file unchanged.
     """
     with atomic_open(path) as file:
-        file.add(data)
+        file.append_bytes(data)
 
 
 def sync_folder(folder: Path) -> None:
