@@ -134,11 +134,11 @@ PRESSED = """
 import os, signal
 from kreisel._cli import main, progress
 
-tell = progress.StopSignalHandler.progress
+tell = progress.StopSignalHandler.update_progress_bar
 def press(stops, t):
     os.kill(os.getpid(), signal.SIGNAL)
     tell(stops, t)
-progress.StopSignalHandler.progress = press
+progress.StopSignalHandler.update_progress_bar = press
 main()
 """
 

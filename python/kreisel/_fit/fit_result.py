@@ -262,10 +262,8 @@ def build_fit_from_session(session: SearchSession) -> Fit:
     """Build a Fit from the best solution found by a search."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
-    statistics = compute_residual_statistics(
-        session.model, best.residuals, loss, session.is_sigma_known
-    )
-    spectrum = analyse_parameter_space(best.jacobian, best.natural, statistics.inflation, p.size)
+    stats = compute_residual_statistics(session.model, best.residuals, loss, session.is_sigma_known)
+    spectrum = analyse_parameter_space(best.jacobian, best.natural, stats.inflation, p.size)
     names, units, values, by_step = p.list_names_units_and_values(best.point)
     covariance, errors = spectrum.propagate_errors(by_step)
     blind = describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names)
@@ -282,11 +280,11 @@ def build_fit_from_session(session: SearchSession) -> Fit:
         covariance,
         residuals,
         sigma,
-        statistics.chi2,
-        statistics.dof,
-        statistics.correlation,
-        statistics.inflation,
-        _measure_fit_nonlinearity(session, best, spectrum, statistics.inflation),
+        stats.chi2,
+        stats.dof,
+        stats.correlation,
+        stats.inflation,
+        _measure_fit_nonlinearity(session, best, spectrum, stats.inflation),
         blind,
         () if session.alias is None else (describe_alternative_spin(best.point, session.alias),),
         session.measure_relative_residual(),

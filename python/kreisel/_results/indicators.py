@@ -260,8 +260,7 @@ def compute_indicator(
     """
     n, shape = tops.size, tops.shape
     curve, worst, megno = np.full((n, t.size), np.nan), np.full(n, np.nan), np.full(n, np.nan)
-    status = np.full(n, INTERRUPTED, dtype=np.int8)
-    work = Work()
+    status, work = np.full(n, INTERRUPTED, dtype=np.int8), Work()
 
     def make_indicator_job(begin: int, end: int) -> Job[tuple[Codes, Array]]:
         return _compute_indicator_rows, (tops, begin, end, t, controls, work)
