@@ -166,7 +166,11 @@ def view(
         step = what.step if what.step and _is_whole_millionths(what.step) else tracks[0]["step"]
     page = View(
         _build_viewer_scene(
-            scene, _parse_viewer_methods(methods, scene), step, as_positive("speed", speed), tracks
+            scene,
+            _validate_viewer_methods(methods, scene),
+            step,
+            as_positive("speed", speed),
+            tracks,
         )
     )
     if open and not _is_in_notebook():
@@ -191,7 +195,7 @@ def _build_viewer_scene(
         "turning": scene.turning,
         "rotor": scene.body.rotor,
         "methods": methods,
-        "step": [_parse_viewer_step(0.01 if step is None else step)],
+        "step": [_validate_viewer_step(0.01 if step is None else step)],
         "speed": speed,
         "tol": 1e-15 if scene._has_disturbances else 1e-5,
         "tracks": tracks,
@@ -209,7 +213,7 @@ def _build_viewer_body(scene: Scene) -> _ViewerBody:
     return {"mass": scene.body.mass, "inertia": rows.ravel().tolist(), "com": scene.body.com}
 
 
-def _parse_viewer_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
+def _validate_viewer_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
     if names is None and (scene._has_disturbances or any(scene.body.rotor)):
         return ["taylor"]
     if names is None:
@@ -228,7 +232,7 @@ def _is_whole_millionths(step: float) -> bool:
     return 0.5 < ticks < 2**31 and abs(ticks - round(ticks)) < 1e-6 * ticks
 
 
-def _parse_viewer_step(step: float) -> float:
+def _validate_viewer_step(step: float) -> float:
     length = as_positive("step", step)
     if not _is_whole_millionths(length):
         raise ValueError(
@@ -253,7 +257,7 @@ def _make_viewer_track(path: Path) -> _ViewerTrack:
     states = np.ascontiguousarray(path.states, dtype="<f8")
     return {
         "name": path.method,
-        "step": _parse_viewer_step(step),
+        "step": _validate_viewer_step(step),
         "states": base64.b64encode(states.tobytes()).decode(),
     }
 

@@ -133,8 +133,8 @@ def crossing(
     `function` is constant.
     """
     level = as_float("value", value)
-    terms = _parse_terms("function", function) + (((-level, 0, 0),) if level else ())
-    return _event(terms, _parse_condition(where), False, direction, max_count, terminal)
+    terms = _validate_terms("function", function) + (((-level, 0, 0),) if level else ())
+    return _event(terms, _validate_condition(where), False, direction, max_count, terminal)
 
 
 def extremum(
@@ -149,8 +149,8 @@ def extremum(
 
     The other arguments are the same as for kreisel.events.crossing.
     """
-    terms = _parse_terms("function", function)
-    return _event(terms, _parse_condition(where), True, direction, max_count, terminal)
+    terms = _validate_terms("function", function)
+    return _event(terms, _validate_condition(where), True, direction, max_count, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
@@ -219,7 +219,7 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
 
     A kinetic-energy event must include the rotor of the body, and the support must not turn.
     """
-    half = {term for term in _parse_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
+    half = {term for term in _validate_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
     if kinetics and np.any(tops.turning):
         raise ValueError("kinetic does not support turning supports")
@@ -292,7 +292,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     return extremum({f"body_velocity_{i}": a for i, a in along if a}, **more)
 
 
-def _parse_terms(name: str, function: object) -> Terms:
+def _validate_terms(name: str, function: object) -> Terms:
     """Return the terms of an event function, a polynomial in the components of the state."""
     factors = {function: 1.0} if isinstance(function, str) else function
     if callable(function):
@@ -347,9 +347,9 @@ def _component(word: str) -> int:
     raise ValueError(f"events have no series of {name!r}, {row['text']}; {instead}")
 
 
-def _parse_condition(where: Function | None) -> Terms:
+def _validate_condition(where: Function | None) -> Terms:
     """Return the terms of the condition `where`, or no terms if `where` is None."""
-    condition = () if where is None else _parse_terms("where", where)
+    condition = () if where is None else _validate_terms("where", where)
     if where is not None and not condition:
         raise ValueError("where is zero and never positive: give a nonzero factor")
     return condition
@@ -379,7 +379,7 @@ MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and fi
 }
 
 
-def parse_events(method: str, events: object) -> tuple[Event, ...]:
+def validate_events(method: str, events: object) -> tuple[Event, ...]:
     """Return the requested events as a tuple.
 
     Raises ValueError if the method cannot find events, and TypeError for an object that is not an

@@ -218,11 +218,11 @@ def test_empty_ensembles_give_empty_indicators(verb):
 
 
 def test_a_single_time_gives_a_curve_over_three_decades():
-    told = chaos._parse_indicator_times(20.0)
+    told = chaos._validate_indicator_times(20.0)
     assert told.size == 32 and told[-1] == 20.0 and told[0] == pytest.approx(0.02, rel=1e-12)
     np.testing.assert_allclose(told[1:] / told[:-1], 10 ** (3 / 31), rtol=1e-12)
-    assert (chaos._parse_indicator_times(-20.0) == -told).all()
-    assert chaos._parse_indicator_times([1.0, 2.0]).tolist() == [1.0, 2.0]
+    assert (chaos._validate_indicator_times(-20.0) == -told).all()
+    assert chaos._validate_indicator_times([1.0, 2.0]).tolist() == [1.0, 2.0]
 
 
 def test_curves_of_a_number_and_of_a_list_have_the_same_end():

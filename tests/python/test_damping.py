@@ -164,13 +164,15 @@ def test_compare_and_progress():
 
 
 def test_damping_may_be_zero_but_not_negative():
-    assert environment.parse_damping(None) == (0.0, 0.0, 0.0) and environment.parse_damping(0) == (
+    assert environment.validate_damping(None) == (0.0, 0.0, 0.0) and environment.validate_damping(
+        0
+    ) == (
         0.0,
         0.0,
         0.0,
     )
-    assert environment.parse_damping(np.float64(0.5)) == (0.5, 0.5, 0.5)
-    assert tuple(environment.parse_damping((0.0, 0.1, 0.2))) == (0.0, 0.1, 0.2)
+    assert environment.validate_damping(np.float64(0.5)) == (0.5, 0.5, 0.5)
+    assert tuple(environment.validate_damping((0.0, 0.1, 0.2))) == (0.0, 0.1, 0.2)
     for wrong in (-0.1, (0.1, -1e-300, 0.0)):
         with pytest.raises(ValueError, match="damping must not be negative"):
-            environment.parse_damping(wrong)
+            environment.validate_damping(wrong)

@@ -145,11 +145,11 @@ def test_the_error_of_thirty_digits_is_an_angle():
 def test_digits_are_rounded_up_to_a_supported_number():
     taylor = kr.methods["taylor"]
     asked = {1: 16, 16: 16, 17: 20, 20: 20, 21: 30, 30: 30}
-    assert {n: solve_options.parse_digits(taylor, n, None) for n in asked} == asked
+    assert {n: solve_options.validate_digits(taylor, n, None) for n in asked} == asked
     assert [
-        solve_options.parse_solve_options(TOP, "taylor", digits=n).has_extended_precision
+        solve_options.validate_solve_options(TOP, "taylor", digits=n).has_extended_precision
         for n in (16, 17)
     ] == [False, True]
     for wrong, said in ((31, "at most 30, not 31"), (0, "digits must be")):
         with pytest.raises(ValueError, match=said):
-            solve_options.parse_digits(taylor, wrong, None)
+            solve_options.validate_digits(taylor, wrong, None)

@@ -11,18 +11,18 @@ MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
 def test_threads_are_limited():
-    assert [ensemble_options.parse_thread_count(n, None) for n in (1, 1024, 1025, 10**9)] == [
+    assert [ensemble_options.validate_thread_count(n, None) for n in (1, 1024, 1025, 10**9)] == [
         1,
         1024,
         1024,
         1024,
     ]
     with pytest.raises(ValueError, match="threads must be"):
-        ensemble_options.parse_thread_count(0, None)
+        ensemble_options.validate_thread_count(0, None)
     with ThreadPoolExecutor(1) as pool:
-        assert ensemble_options.parse_thread_count(None, pool) >= 1
+        assert ensemble_options.validate_thread_count(None, pool) >= 1
         with pytest.raises(ValueError, match="give either threads or an executor, not both"):
-            ensemble_options.parse_thread_count(1, pool)
+            ensemble_options.validate_thread_count(1, pool)
         kr.solve(MANY, 1.0, executor=pool)
 
 
@@ -30,4 +30,4 @@ def test_threads_are_limited():
 def test_all_processors_are_used_if_affinity_is_unknown(monkeypatch, count, threads):
     monkeypatch.delattr(ensemble_options.os, "sched_getaffinity", raising=False)
     monkeypatch.setattr(ensemble_options.os, "cpu_count", lambda: count)
-    assert ensemble_options.parse_thread_count(None, None) == threads
+    assert ensemble_options.validate_thread_count(None, None) == threads

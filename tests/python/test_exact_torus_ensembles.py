@@ -113,7 +113,7 @@ def test_reductions_and_quantities_equal_those_of_the_states():
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer with a signal")
 @pytest.mark.parametrize("threads", [1, 2])
 def test_ctrl_c_stops_the_preparation_of_many_tops(threads, monkeypatch):
-    monkeypatch.setattr(exact_ensemble, "parse_thread_count", lambda *_: threads)
+    monkeypatch.setattr(exact_ensemble, "validate_thread_count", lambda *_: threads)
     tops = CHAPLYGIN.vary(momentum=np.broadcast_to((0.9, 2.1, 0.0), (200_000, 3)))
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, 0.1)

@@ -4,7 +4,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._fit.measurable import MEASURABLE, SEEN_FROM_BODY
-from kreisel._fit.parameters import FreeParameters, parse_free_names
+from kreisel._fit.parameters import FreeParameters, expand_free_names
 from kreisel._fit.residuals import ResidualModel
 
 TIMES = np.linspace(-1.0, 3.0, 9)
@@ -59,7 +59,7 @@ def make_model(name, scene, free):
     instrument = ["delay"] if name == "q" else ["bias", "scale", "delay"]
     instrument += ["mounting"] if name == "q" or name in SEEN_FROM_BODY else []
     record = make_record(name, TIMES, values, 0.3, free=instrument)
-    parameters = FreeParameters(scene, parse_free_names(free), [record])
+    parameters = FreeParameters(scene, expand_free_names(free), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     natural = np.minimum(model.estimate_parameter_scales(parameters.start), 1.0)
     return model, model.add_step_within_bounds(

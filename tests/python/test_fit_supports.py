@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fits import HEAVY, SYMMETRIC, gyroscope
 from kreisel._fit.multiple_shooting import ShootingModel
-from kreisel._fit.parameters import FreeParameters, parse_free_names
+from kreisel._fit.parameters import FreeParameters, expand_free_names
 from kreisel._fit.residuals import ResidualModel
 from moving_tops import Motion
 
@@ -223,7 +223,7 @@ def test_derivatives_of_shooting_gaps_are_right(words):
     scene = HEAVY.replace(body=ROTOR, **words)
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
     parameters = FreeParameters(
-        scene, parse_free_names(("start", "moments", "rotor", *words)), [record]
+        scene, expand_free_names(("start", "moments", "rotor", *words)), [record]
     )
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
     pieces = model.build_segment_starts(parameters.start)
@@ -246,7 +246,7 @@ def test_derivatives_are_right_after_stops():
     t = np.linspace(0.0, 6.0, 25)
     assert len(stops) > 1 and np.abs(t - stops[:, None]).min() > 0.01
     record = kr.Record(t, {"body_velocity": kr.solve(scene, t).body_velocity}, 0.3, free="delay")
-    names = parse_free_names(("start", "moments", "com", "damping", "friction"))
+    names = expand_free_names(("start", "moments", "com", "damping", "friction"))
     parameters = FreeParameters(scene, names, [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     natural = model.estimate_parameter_scales(parameters.start)

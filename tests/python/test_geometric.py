@@ -305,11 +305,11 @@ def test_max_steps_keeps_the_states_reached():
 
 
 def test_an_error_is_at_most_a_tenth_of_a_radian():
-    assert step_search.parse_error_tolerance(0.1, {"step": None}) == 0.1
+    assert step_search.validate_error_tolerance(0.1, {"step": None}) == 0.1
     with pytest.raises(ValueError, match=r"at most 0\.1 rad, not 0\.100"):
-        step_search.parse_error_tolerance(math.nextafter(0.1, 1.0), {})
+        step_search.validate_error_tolerance(math.nextafter(0.1, 1.0), {})
     with pytest.raises(ValueError, match="leave step and every out"):
-        step_search.parse_error_tolerance(0.1, {"step": 1.0, "tol": None, "every": 2})
+        step_search.validate_error_tolerance(0.1, {"step": 1.0, "tol": None, "every": 2})
 
 
 class Search:

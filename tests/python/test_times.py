@@ -21,8 +21,8 @@ def test_the_number_of_steps_is_limited():
             times.check_resolvable_horizon(TOP, end, 1.0)
     far = np.full((2, 3, 1), 0.01 * edge)
     with pytest.raises(ValueError, match=r"takes more steps of 0\.01"):
-        ensemble_options.parse_ensemble_times(
-            MANY, far, ensemble_options.parse_ensemble_options(MANY, "strang", 0.01)
+        ensemble_options.validate_ensemble_times(
+            MANY, far, ensemble_options.validate_ensemble_options(MANY, "strang", 0.01)
         )
     assert times._count_whole_steps(0.0, 0.1) == 0
     assert [times._count_whole_steps(end, 0.1) for end in (0.3, -0.3, 0.35, 0.34, 0.2999)] == [
@@ -64,14 +64,14 @@ def test_memory_is_checked_to_the_byte(monkeypatch):
     assert len(times.time_array(9.9, 0.1, 1)) == 100
     with pytest.raises(MemoryError, match="101 states"):
         times.time_array(10.0, 0.1, 1)
-    order = ensemble_options.parse_ensemble_options(MANY, "auto")
+    order = ensemble_options.validate_ensemble_options(MANY, "auto")
     ensemble_options.check_result_memory(MANY, np.ones(18), order)
     with pytest.raises(MemoryError, match=r"6 tops with 19 states each need 7\.3e-06 GB"):
         ensemble_options.check_result_memory(MANY, np.ones(19), order)
     ensemble_options.check_result_memory(
         MANY,
         np.ones(1900),
-        ensemble_options.parse_ensemble_options(MANY, "auto", reduce={"energy": "min"}),
+        ensemble_options.validate_ensemble_options(MANY, "auto", reduce={"energy": "min"}),
     )
 
 
@@ -145,16 +145,16 @@ def test_the_first_nonzero_time_determines_the_direction():
         (np.float64(-2.0), True),
         (-math.inf, True),
     ):
-        assert times.parse_time_direction(t)[0] is back
+        assert times.validate_time_direction(t)[0] is back
     for given, back in (([0.0, -1.0, -2.0], True), ([0.0, 0.0], False), ([0.0, 2.0, 3.0], False)):
-        told, t = times.parse_time_direction(iter(given))
+        told, t = times.validate_time_direction(iter(given))
         assert told is back and list(t) == given
 
 
 def test_iterated_rows_of_times_may_begin_with_the_start():
-    told, _ = times.parse_time_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
+    told, _ = times.validate_time_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
     assert told is False
-    assert times.parse_time_direction(iter([np.array([0.0, -1.0])]))[0] is True
+    assert times.validate_time_direction(iter([np.array([0.0, -1.0])]))[0] is True
 
 
 def test_unknown_memory_size_counts_as_enough(monkeypatch):

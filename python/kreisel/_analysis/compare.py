@@ -106,7 +106,7 @@ def _format_table_cell(value: object) -> str:
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def _parse_steps_or_tols(name: str, given: Iterable[float]) -> list[float]:
+def _validate_steps_or_tols(name: str, given: Iterable[float]) -> list[float]:
     try:
         each = list(given)
     except TypeError:
@@ -194,7 +194,7 @@ def compare(
     kreisel.CompareInterrupted, whose attribute `table` contains the completed runs.
     """
     check_type("scene", scene, Scene)
-    by_step, by_tol = _parse_steps_or_tols("steps", steps), _parse_steps_or_tols("tols", tols)
+    by_step, by_tol = _validate_steps_or_tols("steps", steps), _validate_steps_or_tols("tols", tols)
     runs = _list_runs_to_compare(scene, t, methods, by_step, by_tol)
     rounds = as_int("repeats", repeats, 1)
     tell = check_progress_callback(progress)

@@ -56,7 +56,7 @@ def plot(
 
     Raises ValueError for a path without states, and ImportError if matplotlib is not installed.
     """
-    paths, axes = _parse_plot_paths_and_axes(path, more, axes)
+    paths, axes = _validate_plot_paths_and_axes(path, more, axes)
     for i, one in enumerate(paths):
         check_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
@@ -70,7 +70,7 @@ def plot(
     return plot_paths(both, axes, degrees, time_unit, pair)
 
 
-def _parse_plot_paths_and_axes(
+def _validate_plot_paths_and_axes(
     path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
 ) -> tuple[Sequence[Path], Any]:
     """Return the paths and the axes given by the arguments of `plot`."""

@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from .._model.scene import Scene
-from .._options.solve_options import parse_recording_interval
+from .._options.solve_options import validate_recording_interval
 from .._options.times import check_resolvable_horizon, check_states_fit_in_memory, time_array
 from .._results.path import Path
 from .._solve.run import Run, start
@@ -241,7 +241,7 @@ def _select_remaining_grid_times(run: Run, end: float, every: int, size: int) ->
 
     Raises MemoryError if the states would not fit in memory.
     """
-    whole = time_array(end, run.step, parse_recording_interval(run._options.method, every), size)
+    whole = time_array(end, run.step, validate_recording_interval(run._options.method, every), size)
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 

@@ -10,7 +10,7 @@ from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, check_type, short_repr
 from .fit_result import Fit, build_fit_from_session
 from .levenberg_marquardt import LossName
-from .parameters import FreeName, FreeParameters, parse_free_names
+from .parameters import FreeName, FreeParameters, expand_free_names
 from .records import Record
 from .search_session import SearchSession
 from .summary import describe_misfit, describe_residual_excess, is_misfit
@@ -88,8 +88,8 @@ def fit(
     search does not converge, or if no motion fits the measurements. Also warns if the residuals of
     a soft-loss fit are larger than expected from their standard deviations.
     """
-    guesses = _parse_start_scenes(scene)
-    blocks, measured = parse_free_names(free), _parse_records_argument(records)
+    guesses = _validate_start_scenes(scene)
+    blocks, measured = expand_free_names(free), _validate_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
     limit = as_int("max_evaluations", max_evaluations, 1)
@@ -154,7 +154,7 @@ def _make_incomputable_motion_error(session: SearchSession) -> Error:
     raise ValueError("the residuals leave the range of doubles: check the values and their sigma")
 
 
-def _parse_start_scenes(scene: object) -> list[Scene]:
+def _validate_start_scenes(scene: object) -> list[Scene]:
     if isinstance(scene, Ensemble):
         if not scene.size:
             raise ValueError("scene is an ensemble without members")
@@ -163,7 +163,7 @@ def _parse_start_scenes(scene: object) -> list[Scene]:
     return [check_type("scene", scene, Scene)]
 
 
-def _parse_records_argument(records: object) -> tuple[Record, ...]:
+def _validate_records(records: object) -> tuple[Record, ...]:
     given = [records] if isinstance(records, Record) else records
     if not isinstance(given, Iterable) or isinstance(given, str):
         raise TypeError(f"records must be kreisel.Record objects, not {short_repr(records)}")

@@ -217,7 +217,7 @@ def _is_physical(point: FitPoint) -> bool:
     return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
 
 
-def parse_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
+def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     """Return the free parameters in a fixed order; "start" stands for attitude and velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):

@@ -147,7 +147,7 @@ class Record(ReadOnlyArrays):
         degrees: bool = False,
         point: ArrayLike | None = None,
     ) -> None:
-        times = _parse_measurement_times(t)
+        times = _validate_measurement_times(t)
         if not isinstance(values, Mapping):
             raise TypeError(
                 "values must map names of quantities to arrays, as in "
@@ -158,7 +158,7 @@ class Record(ReadOnlyArrays):
         in_degrees = as_bool("degrees", degrees)
         _check_sigma_names(sigma, values)
         series = tuple(
-            _parse_measurement_series(name, values, sigma, times, in_degrees) for name in values
+            _validate_measurement_series(name, values, sigma, times, in_degrees) for name in values
         )
         if not any(one.measured.any() for one in series):
             raise ValueError("values has no measurement: all numbers are NaN")
@@ -166,9 +166,9 @@ class Record(ReadOnlyArrays):
         kept["t"], kept["series"], kept["free"] = (
             times,
             series,
-            _parse_free_instrument_parameters(free, series),
+            _validate_free_instrument_parameters(free, series),
         )
-        kept["point"] = _parse_accelerometer_position(point, series)
+        kept["point"] = _validate_accelerometer_position(point, series)
         freeze_arrays((times, series, kept["point"]))
 
     @property
@@ -246,7 +246,7 @@ def _count_measured_numbers(series: Series) -> int:
     return int(series.measured.sum())
 
 
-def _parse_measurement_times(t: ArrayLike) -> Array:
+def _validate_measurement_times(t: ArrayLike) -> Array:
     times = as_finite_array("t", t, "a list of times")
     if times.ndim != 1 or not times.size:
         raise ValueError(f"t must be a list of times, not an array of shape {times.shape}")
@@ -281,7 +281,7 @@ def _resolve_quantity_and_component(name: object) -> tuple[str, int | None]:
     return quantity, part
 
 
-def _parse_measurement_series(
+def _validate_measurement_series(
     name: str, values: Mapping[str, ArrayLike], sigma: Sigma, t: Array, degrees: bool
 ) -> Series:
     quantity, part = _resolve_quantity_and_component(name)
@@ -315,7 +315,7 @@ def _parse_measurement_series(
         )
     unit = np.pi / 180.0 if degrees and quantity == "q" else unit
     width = 3 if quantity == "q" else numbers.shape[1]
-    deviation = _parse_series_sigma(name, sigma, measured[:, :width], unit)
+    deviation = _validate_series_sigma(name, sigma, measured[:, :width], unit)
     return Series(name, quantity, part, numbers, measured, deviation, unit)
 
 
@@ -330,7 +330,7 @@ def _normalize_attitudes(q: Array, measured: Mask) -> tuple[Array, Mask]:
     return q / norm[:, None], np.repeat(whole[:, None], 4, axis=1)
 
 
-def _parse_series_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array | None:
+def _validate_series_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array | None:
     """Return validated standard deviations, or None if they must be estimated."""
     shape = measured.shape
     given = sigma.get(name) if isinstance(sigma, Mapping) else sigma
@@ -352,7 +352,7 @@ def _parse_series_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) ->
     return numbers * unit
 
 
-def _parse_accelerometer_position(
+def _validate_accelerometer_position(
     point: ArrayLike | None, series: tuple[Series, ...]
 ) -> Array | None:
     is_needed = any(one.quantity == SPECIFIC_FORCE.name for one in series)
@@ -368,7 +368,7 @@ def _parse_accelerometer_position(
     return np.array(as_vector("point", point))
 
 
-def _parse_free_instrument_parameters(
+def _validate_free_instrument_parameters(
     free: InstrumentName | Iterable[InstrumentName], series: tuple[Series, ...]
 ) -> tuple[InstrumentName, ...]:
     given = [free] if isinstance(free, str) else free

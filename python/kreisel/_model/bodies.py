@@ -25,11 +25,15 @@ from .broadcasting import (
     convert_to_python_numbers,
     make_batch_column,
     name_varying_dimensions,
-    parse_parameter,
     split_components,
     stack_components,
+    validate_parameter,
 )
-from .inertia import describe_unphysical_inertia, parse_inertia_tensor, parse_inertia_tolerance
+from .inertia import (
+    describe_unphysical_inertia,
+    validate_inertia_tensor,
+    validate_inertia_tolerance,
+)
 
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -74,14 +78,14 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         if (inertia is None) == (inertia_about_com is None):
             both = "not none" if inertia is None else "not both"
             raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
-        words = [parse_parameter("mass", mass), parse_parameter("com", com, (3,))]
+        words = [validate_parameter("mass", mass), validate_parameter("com", com, (3,))]
         heavy, lever = words[0].values, words[1].values
         if inertia_about_com is None:
-            words.append(parse_inertia_tensors("inertia", inertia))
+            words.append(validate_inertia_tensors("inertia", inertia))
             compute_common_parameter_shape(*words)
             tensor = words[-1]
         else:
-            words.append(parse_inertia_tensors("inertia_about_com", inertia_about_com))
+            words.append(validate_inertia_tensors("inertia_about_com", inertia_about_com))
             compute_common_parameter_shape(*words)
             tensor = add_point_masses(words[-1], heavy, lever)
         self._store_parameters(Body, words, heavy, tensor, lever, inertia_rtol, unphysical, rotor)
@@ -101,13 +105,13 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
 
         Raises the same exception as the constructor `make` would for the first invalid member.
         """
-        slacks = parse_parameter("inertia_rtol", inertia_rtol)
-        made = _parse_boolean_array("unphysical", unphysical)
+        slacks = validate_parameter("inertia_rtol", inertia_rtol)
+        made = _validate_boolean_array("unphysical", unphysical)
         slacks.raise_error_of_first_bad_value(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)),
-            lambda _, x: parse_inertia_tolerance(x),
+            lambda _, x: validate_inertia_tolerance(x),
         )
-        rotors = _parse_rotors(rotor)
+        rotors = _validate_rotors(rotor)
         given = [*words, *(each for each in (slacks, rotors) if np.any(each.values))]
         names, shapes = [each.name for each in given], [each.shape for each in given]
         shapes += [made.shape, rotors.shape]
@@ -174,7 +178,7 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         mass, tensor, com, _ = (
             convert_to_python_numbers(held[at]) for held in list(self._columns.values())[:4]
         )
-        said = describe_unphysical_inertia(mass, parse_inertia_tensor("inertia", tensor), com)
+        said = describe_unphysical_inertia(mass, validate_inertia_tensor("inertia", tensor), com)
         count = int(odd.sum())
         more = f" (and {count - 1} more)" if count > 1 else ""
         warn_user(f"body{list(at)}{more}: {said}" if at else said)
@@ -208,10 +212,10 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         'lagrange'
         """
         words = [
-            parse_parameter("mass", mass),
-            parse_parameter("i1", i1),
-            parse_parameter("i3", i3),
-            parse_parameter("height", height),
+            validate_parameter("mass", mass),
+            validate_parameter("i1", i1),
+            validate_parameter("i3", i3),
+            validate_parameter("height", height),
         ]
         compute_common_parameter_shape(*words)
         heavy, one, three, up = (each.values for each in words)
@@ -239,10 +243,10 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         [L] with the shape (..., 3).
         """
         heavy, tensor = (
-            parse_parameter("mass", mass),
-            parse_inertia_tensors("inertia_about_com", inertia_about_com),
+            validate_parameter("mass", mass),
+            validate_inertia_tensors("inertia_about_com", inertia_about_com),
         )
-        centre, at = parse_parameter("com", com, (3,)), parse_parameter("pivot", pivot, (3,))
+        centre, at = validate_parameter("com", com, (3,)), validate_parameter("pivot", pivot, (3,))
         compute_common_parameter_shape(heavy, tensor, centre, at)
         with np.errstate(all="ignore"):
             lever = centre.values - at.values
@@ -328,7 +332,7 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
             return first
-        tensors = [parse_inertia_tensor("inertia", body.inertia) for body in bodies]
+        tensors = [validate_inertia_tensor("inertia", body.inertia) for body in bodies]
         made = cls(
             np.reshape([body.mass for body in bodies], shape),
             np.reshape(tensors, (*shape, 3, 3)),
@@ -351,7 +355,7 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         )
 
 
-def parse_inertia_tensors(name: str, given: object) -> BatchParameter:
+def validate_inertia_tensors(name: str, given: object) -> BatchParameter:
     """Parse inertias given as moments, or as matrices if the last two dimensions have length 3.
 
     Raises ValueError for the first matrix that is not symmetric.
@@ -362,7 +366,7 @@ def parse_inertia_tensors(name: str, given: object) -> BatchParameter:
     else:
         values = given if isinstance(given, np.ndarray) else as_array(name, given, what)
         value = (3, 3) if values.shape[-2:] == (3, 3) else (3,)
-        made = parse_parameter(name, values, value, what)
+        made = validate_parameter(name, values, value, what)
     if made.value == (3,):
         return made
     with np.errstate(over="ignore"):
@@ -375,7 +379,7 @@ def parse_inertia_tensors(name: str, given: object) -> BatchParameter:
 
 def _check_inertia_matrix(name: str, matrix: object) -> None:
     try:
-        parse_inertia_tensor(name, matrix)
+        validate_inertia_tensor(name, matrix)
     except ValueError as error:
         hint = "; to give three bodies by their moments, pass three matrices made by np.diag"
         raise ValueError(f"{error}{hint}") from None
@@ -404,12 +408,12 @@ def add_point_masses(tensor: BatchParameter, mass: Array, at: Array) -> BatchPar
     return BatchParameter(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
 
 
-def _parse_rotors(given: object) -> BatchParameter:
-    made = parse_parameter("rotor", given, (3,))
+def _validate_rotors(given: object) -> BatchParameter:
+    made = validate_parameter("rotor", given, (3,))
     return made._replace(values=made.values + 0.0)  # no negative zeros
 
 
-def _parse_boolean_array(name: str, given: object) -> Column:
+def _validate_boolean_array(name: str, given: object) -> Column:
     flags = np.asarray(given)
     if flags.dtype != np.bool_:
         raise TypeError(

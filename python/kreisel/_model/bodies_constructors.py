@@ -15,11 +15,11 @@ from .body import Body
 from .broadcasting import (
     BatchParameter,
     compute_common_parameter_shape,
-    parse_non_negative_parameter,
-    parse_parameter,
-    parse_positive_parameter,
     split_components,
     stack_components,
+    validate_non_negative_parameter,
+    validate_parameter,
+    validate_positive_parameter,
 )
 
 
@@ -55,9 +55,9 @@ class BodiesConstructors:
     ) -> Self:
         """Build homogeneous bodies of a given shape from their masses or densities."""
         shapes.check_mass_xor_density(shape.name, mass, density)
-        at = parse_parameter("pivot", pivot, (3,))
+        at = validate_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
-        weight = parse_positive_parameter(name, given)
+        weight = validate_positive_parameter(name, given)
         compute_common_parameter_shape(*words, at, weight)
         heavy = weight.values
         if density is not None:
@@ -65,7 +65,7 @@ class BodiesConstructors:
                 raise ValueError(shapes.density_without_volume_message(shape.name))
             with np.errstate(all="ignore"):
                 heavy = weight.values * shape.volume
-            parse_positive_parameter(f"mass of the {shape.name}", heavy)
+            validate_positive_parameter(f"mass of the {shape.name}", heavy)
         with np.errstate(all="ignore"):
             moments = shapes.compute_central_moments(shape, heavy)
         return cls._from_moments_about_com(
@@ -90,7 +90,7 @@ class BodiesConstructors:
         >>> kr.Bodies.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass
         array([16., 48.])
         """
-        edges, at = parse_parameter("half", half, (3,)), parse_parameter("pivot", pivot, (3,))
+        edges, at = validate_parameter("half", half, (3,)), validate_parameter("pivot", pivot, (3,))
         edges.raise_error_of_first_bad_value(
             ~(edges.values > 0.0).all(axis=-1), lambda _, x: Body.cuboid(x, (0, 0, 0))
         )
@@ -98,15 +98,15 @@ class BodiesConstructors:
             raise ValueError("give mass or density of the cuboid, not both")
         a, b, c = split_components(edges.values)
         if mass is None:
-            weight = parse_positive_parameter("density", 1.0 if density is None else density)
+            weight = validate_positive_parameter("density", 1.0 if density is None else density)
         else:
-            weight = parse_positive_parameter("mass", mass)
+            weight = validate_positive_parameter("mass", mass)
         compute_common_parameter_shape(edges, at, weight)
         heavy = weight.values
         with np.errstate(all="ignore"):
             if mass is None:
                 heavy = 8.0 * heavy * a * b * c
-                parse_positive_parameter("mass of the cuboid", heavy)
+                validate_positive_parameter("mass of the cuboid", heavy)
             third = heavy / 3.0
             xx, yy, zz = third * a * a, third * b * b, third * c * c
             moments = yy + zz, zz + xx, xx + yy
@@ -130,8 +130,8 @@ class BodiesConstructors:
         either `mass` [M] or `density` [M L^-3].
         """
         r, h = (
-            parse_positive_parameter("radius", radius),
-            parse_positive_parameter("height", height),
+            validate_positive_parameter("radius", radius),
+            validate_positive_parameter("height", height),
         )
         compute_common_parameter_shape(r, h)
         with np.errstate(all="ignore"):
@@ -154,8 +154,8 @@ class BodiesConstructors:
         `inner` and `outer` are the radii [L], `height` is a length [L], and `pivot` [L] has the
         shape (..., 3). Specify either `mass` [M] or `density` [M L^-3].
         """
-        hole, r = parse_parameter("inner", inner), parse_positive_parameter("outer", outer)
-        h = parse_non_negative_parameter("height", height)
+        hole, r = validate_parameter("inner", inner), validate_positive_parameter("outer", outer)
+        h = validate_non_negative_parameter("height", height)
         compute_common_parameter_shape(hole, r, h)
         both = BatchParameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
@@ -172,7 +172,7 @@ class BodiesConstructors:
 
         `radius` [L] and `mass` [M] are numbers or arrays, and `pivot` [L] has the shape (..., 3).
         """
-        r = parse_positive_parameter("radius", radius)
+        r = validate_positive_parameter("radius", radius)
         with np.errstate(all="ignore"):
             shape = shapes.disk(r.values)
         return cls._build_from_shape(Body.disk, shape, [r], pivot, mass, None)
@@ -185,7 +185,7 @@ class BodiesConstructors:
         Raises ValueError if a pivot lies on the axis of its rod, because the moment of inertia
         about this axis is zero.
         """
-        whole = parse_positive_parameter("length", length)
+        whole = validate_positive_parameter("length", length)
         with np.errstate(all="ignore"):
             shape = shapes.rod(whole.values)
         return cls._build_from_shape(Body.rod, shape, [whole], pivot, mass, None)
@@ -205,7 +205,7 @@ class BodiesConstructors:
         `radius` is a length [L], and `pivot` [L] has the shape (..., 3). Specify either `mass` [M]
         or `density` [M L^-3].
         """
-        r, thin = parse_positive_parameter("radius", radius), as_bool("shell", shell)
+        r, thin = validate_positive_parameter("radius", radius), as_bool("shell", shell)
         with np.errstate(all="ignore"):
             shape = shapes.sphere(r.values, thin)
         make = partial(Body.sphere, shell=thin)
@@ -225,7 +225,7 @@ class BodiesConstructors:
         The semi-axes `half` and the points `pivot` [L] have the shape (..., 3). Specify either
         `mass` [M] or `density` [M L^-3].
         """
-        axes = parse_parameter("half", half, (3,))
+        axes = validate_parameter("half", half, (3,))
         bad = ~(axes.values > 0.0).all(axis=-1)
         axes.raise_error_of_first_bad_value(
             bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0)
@@ -251,8 +251,8 @@ class BodiesConstructors:
         either `mass` [M] or `density` [M L^-3].
         """
         r, h = (
-            parse_positive_parameter("radius", radius),
-            parse_positive_parameter("height", height),
+            validate_positive_parameter("radius", radius),
+            validate_positive_parameter("height", height),
         )
         compute_common_parameter_shape(r, h)
         with np.errstate(all="ignore"):

@@ -32,11 +32,11 @@ from .inertia import (
     find_ill_conditioned_inertia_error,
     inertia_at_fixed_point,
     parallel_axis_term,
-    parse_inertia_tensor,
-    parse_inertia_tolerance,
     principal_moments,
+    validate_inertia_tensor,
+    validate_inertia_tolerance,
 )
-from .shapes import compute_central_inertia, parse_shape_mass, rod
+from .shapes import compute_central_inertia, rod, validate_shape_mass
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -106,12 +106,12 @@ class Body(BodyConstructors):
         if inertia is None or inertia_about_com is not None:
             tensor = inertia_at_fixed_point(mass, inertia, inertia_about_com, com)
         else:
-            tensor = parse_inertia_tensor("inertia", inertia)
+            tensor = validate_inertia_tensor("inertia", inertia)
         kept = self.__dict__
         kept["mass"], kept["inertia"] = as_positive("mass", mass), compact_inertia_tensor(tensor)
         kept["com"], kept["inertia_rtol"] = (
             as_vector("com", com),
-            parse_inertia_tolerance(inertia_rtol) if inertia_rtol else 0.0,
+            validate_inertia_tolerance(inertia_rtol) if inertia_rtol else 0.0,
         )
         h1, h2, h3 = as_vector("rotor", rotor)
         kept["rotor"] = h1 + 0.0, h2 + 0.0, h3 + 0.0  # no negative zeros
@@ -169,7 +169,7 @@ class Body(BodyConstructors):
         """
         shape = rod(as_positive("length", length))
         heavy, at = (
-            parse_shape_mass(shape, mass, None),
+            validate_shape_mass(shape, mass, None),
             np.subtract(0.0, as_vector("pivot", pivot)),
         )
         tensor = add_point_mass_inertia(compute_central_inertia(shape, heavy), heavy, at)
@@ -211,7 +211,7 @@ class Body(BodyConstructors):
         relative to a common origin. The other arguments are described in Body. Steiner's theorem
         (Bodack 2008, 2.14) says J = J_com + mass * (|a|^2 1 - a a^t) with a = com - pivot.
         """
-        tensor = parse_inertia_tensor("inertia_about_com", inertia_about_com)
+        tensor = validate_inertia_tensor("inertia_about_com", inertia_about_com)
         a = np.subtract(as_vector("com", com), as_vector("pivot", pivot))
         moved = add_point_mass_inertia(tensor, as_positive("mass", mass), a)
         return cls(mass, moved, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
@@ -222,7 +222,7 @@ class Body(BodyConstructors):
             return NotImplemented
         mass = self.mass + other.mass
         com = self.mass * np.array(self.com) + other.mass * np.array(other.com)
-        tensor = parse_inertia_tensor("inertia", self.inertia) + parse_inertia_tensor(
+        tensor = validate_inertia_tensor("inertia", self.inertia) + validate_inertia_tensor(
             "inertia", other.inertia
         )
         rotor = np.add(self.rotor, other.rotor)
@@ -236,7 +236,7 @@ class Body(BodyConstructors):
         (19.0, 19.0, 10.0)
         """
         way, com = np.array(as_vector("by", by)), np.array(self.com)
-        tensor = parse_inertia_tensor("inertia", self.inertia) + parallel_axis_term(
+        tensor = validate_inertia_tensor("inertia", self.inertia) + parallel_axis_term(
             self.mass, com, way
         )
         return _build_body_from_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
@@ -253,7 +253,7 @@ class Body(BodyConstructors):
         """
         q = unit("turn", by)
         axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
-        tensor = axes.T @ parse_inertia_tensor("inertia", self.inertia) @ axes
+        tensor = axes.T @ validate_inertia_tensor("inertia", self.inertia) @ axes
         com, rotor = np.array(self.com) @ axes, np.array(self.rotor) @ axes
         return _build_body_from_parts(self.mass, 0.5 * (tensor + tensor.T), com, rotor, self)
 
@@ -362,7 +362,7 @@ class ThinRods(Body):
         kept = self.__dict__
         kept["mass"], kept["inertia"] = (
             mass,
-            compact_inertia_tensor(parse_inertia_tensor("inertia", inertia)),
+            compact_inertia_tensor(validate_inertia_tensor("inertia", inertia)),
         )
         kept["com"], kept["inertia_rtol"], kept["unphysical"] = (
             as_vector("com", com),

@@ -162,6 +162,6 @@ class BodyConstructors:
         mass: float | None,
         density: float | None,
     ) -> Self:
-        heavy = shapes.parse_shape_mass(shape, mass, density)
+        heavy = shapes.validate_shape_mass(shape, mass, density)
         com = (0.0, 0.0, shape.height)
         return cls.from_com(heavy, shapes.compute_central_inertia(shape, heavy), com, pivot)

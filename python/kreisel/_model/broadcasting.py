@@ -23,7 +23,7 @@ from .._utils.validation import (
     as_positive,
     short_repr,
 )
-from .inertia import parse_inertia_tensor
+from .inertia import validate_inertia_tensor
 
 Shape = tuple[int, ...]
 Index = tuple[int, ...]
@@ -71,7 +71,9 @@ def convert_to_python_numbers(value: Any) -> Any:
     return tuple(map(convert_to_python_numbers, value)) if np.ndim(value) else value.item()
 
 
-def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> BatchParameter:
+def validate_parameter(
+    name: str, given: object, value: Shape = (), what: str = ""
+) -> BatchParameter:
     """Convert an argument to a parameter with finite values, each an array of shape `value`.
 
     An argument that is already a BatchParameter is returned unchanged. `what` states the expected
@@ -106,20 +108,20 @@ def select_validator_by_shape(value: Shape) -> Validator:
     if not value:
         return as_float
     if len(value) == 2:
-        return parse_inertia_tensor
+        return validate_inertia_tensor
     return lambda name, given: as_float_list(name, given, value[0], f"{value[0]} numbers")
 
 
-def parse_positive_parameter(name: str, given: object) -> BatchParameter:
+def validate_positive_parameter(name: str, given: object) -> BatchParameter:
     """Parse a parameter whose values must be positive."""
-    made = parse_parameter(name, given)
+    made = validate_parameter(name, given)
     made.raise_error_of_first_bad_value(~(made.values > 0.0), as_positive)
     return made
 
 
-def parse_non_negative_parameter(name: str, given: object) -> BatchParameter:
+def validate_non_negative_parameter(name: str, given: object) -> BatchParameter:
     """Parse a parameter whose values must not be negative."""
-    made = parse_parameter(name, given)
+    made = validate_parameter(name, given)
     made.raise_error_of_first_bad_value(~(made.values >= 0.0), as_non_negative)
     return made
 

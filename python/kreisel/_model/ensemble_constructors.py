@@ -21,9 +21,9 @@ from .body import Body
 from .broadcasting import (
     BatchParameter,
     compute_vectors_in_blocks,
-    parse_parameter,
     split_components,
     stack_components,
+    validate_parameter,
 )
 from .ensemble_data import (
     EnsembleBase,
@@ -33,15 +33,15 @@ from .ensemble_data import (
     compute_momenta,
     make_invalid_member_error,
 )
-from .environment import PhysicalEnvironment, parse_environments
+from .environment import PhysicalEnvironment, validate_environments
 from .euler_angles import (
     cos,
     find_symmetry_moments,
     is_steady_precession_requested,
-    parse_tilt_angle,
     quaternion_from_euler,
     refuse_rotor_in_steady_precession,
     sin,
+    validate_tilt_angle,
     velocity_from_euler,
 )
 
@@ -79,7 +79,10 @@ class EnsembleConstructors(EnsembleBase[S]):
         (2,)
         """
         bodies, in_degrees = check_body_type(body), as_bool("degrees", degrees)
-        at, by = parse_parameter("angles", angles, (3,)), parse_parameter("rates", rates, (3,))
+        at, by = (
+            validate_parameter("angles", angles, (3,)),
+            validate_parameter("rates", rates, (3,)),
+        )
         make = partial(cls._one.from_euler, degrees=in_degrees)
         turned, moved = (
             split_vector_components(convert_array_to_radians(each.values, in_degrees))
@@ -102,7 +105,7 @@ class EnsembleConstructors(EnsembleBase[S]):
 
         Raises the same exception as the constructor `one` would for the first invalid member.
         """
-        around, columns = parse_environments(environment)
+        around, columns = validate_environments(environment)
         compute_common_top_shape(body, [*parameters, *around])
         turned, own = (
             stack_components(*quaternion_from_euler(angles)),
@@ -160,18 +163,18 @@ class EnsembleConstructors(EnsembleBase[S]):
         """
         bodies, in_degrees = check_body_type(body), as_bool("degrees", degrees)
         one: Any = partial(cls._one.spinning, degrees=in_degrees)
-        parameters = [parse_parameter("spin", spin), parse_tilts(tilt, in_degrees)]
+        parameters = [validate_parameter("spin", spin), validate_tilts(tilt, in_degrees)]
         rate, angle = (convert_array_to_radians(each.values, in_degrees) for each in parameters)
         find_symmetry_moments_of_bodies(bodies)
         around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         if is_steady_precession_requested(steady, fast, precession, around):
             one = partial(one, steady=True, fast=fast)
             about = compute_steady_precession_rates(
-                bodies, [*parameters, parse_parameter("gravity", gravity)], in_degrees, fast, one
+                bodies, [*parameters, validate_parameter("gravity", gravity)], in_degrees, fast, one
             )
         else:
             parameters.append(
-                parse_parameter("precession", 0.0 if precession is None else precession)
+                validate_parameter("precession", 0.0 if precession is None else precession)
             )
             about = convert_array_to_radians(parameters[-1].values, in_degrees)
         compute_common_top_shape(bodies, parameters)
@@ -194,13 +197,13 @@ def split_vector_components(vector: Array) -> Components:
     return x, y, z
 
 
-def parse_tilts(given: ArrayLike, degrees: bool) -> BatchParameter:
+def validate_tilts(given: ArrayLike, degrees: bool) -> BatchParameter:
     """Parse the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
-    made = parse_parameter("tilt", given)
+    made = validate_parameter("tilt", given)
     angle = convert_array_to_radians(made.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))
     if bad.any():
-        made.raise_error_of_first_bad_value(bad, lambda _, one: parse_tilt_angle(one, degrees))
+        made.raise_error_of_first_bad_value(bad, lambda _, one: validate_tilt_angle(one, degrees))
     return made
 
 

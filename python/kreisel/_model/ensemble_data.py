@@ -26,9 +26,9 @@ from .broadcasting import (
     convert_to_python_numbers,
     make_batch_columns,
     name_varying_dimensions,
-    parse_parameter,
+    validate_parameter,
 )
-from .environment import PhysicalEnvironment, parse_environments
+from .environment import PhysicalEnvironment, validate_environments
 from .momentum import compute_angular_momentum
 
 if TYPE_CHECKING:
@@ -62,10 +62,10 @@ class EnsembleBase(BatchBase[S]):
         friction: ArrayLike | None = None,
     ) -> None:
         given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
-        bodies, start = check_body_type(body), parse_momentum_parameter(given)
-        turned, q = parse_attitudes(attitude, attitude_xyzw)
+        bodies, start = check_body_type(body), validate_momentum_parameter(given)
+        turned, q = validate_attitudes(attitude, attitude_xyzw)
         given_around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
-        around, columns = parse_environments(given_around)
+        around, columns = validate_environments(given_around)
         parameters = [start, turned, *around]
         compute_common_top_shape(bodies, parameters)
         momenta = compute_momenta(bodies, start, q, columns["turning"])
@@ -294,7 +294,7 @@ def make_invalid_member_error(
     return ValueError(f"{place}{text}")
 
 
-def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> BatchParameter:
+def validate_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> BatchParameter:
     """Return the one given parameter that determines the initial angular momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
@@ -305,10 +305,10 @@ def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> BatchPara
         raise ValueError(
             f"give exactly one of {', '.join(ONE_OF)}, not " + (" and ".join(chosen) or "none")
         )
-    return parse_parameter(chosen[0], given[chosen[0]], (3,))
+    return validate_parameter(chosen[0], given[chosen[0]], (3,))
 
 
-def parse_attitudes(given: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
+def validate_attitudes(given: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
     """Parse the argument `attitude` or `attitude_xyzw`, and return the quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
@@ -322,7 +322,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
     name, value = ("attitude", given) if xyzw is None else ("attitude_xyzw", xyzw)
     if value is None:
         return BatchParameter(name, _UPRIGHT, (4,)), _UPRIGHT
-    made = parse_parameter(name, value, (4,))
+    made = validate_parameter(name, value, (4,))
     q = made.values
     off = np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0)
     bad = off > INPUT_RTOL

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._utils.validation import Array, Vector, as_float, as_vector, short_repr
-from .broadcasting import BatchParameter, parse_parameter
+from .broadcasting import BatchParameter, validate_parameter
 
 _STILL: Final = (0.0, 0.0, 0.0)
 _SHAKING_FORM: Final = "three numbers (amplitude, rate, phase)"
@@ -32,25 +32,25 @@ class PhysicalEnvironment(NamedTuple):
     shaking: ArrayLike | None = None
     friction: ArrayLike | None = None
 
-    def parse_for_single_top(self) -> tuple[float, Vector, Vector, Vector, float]:
+    def validate_for_single_top(self) -> tuple[float, Vector, Vector, Vector, float]:
         """Validate the values for a single top; raise TypeError or ValueError if any is invalid."""
         return (
-            parse_gravity(self.gravity),
-            parse_damping(self.damping),
-            parse_turning(self.turning),
-            parse_shaking(self.shaking),
-            parse_friction(self.friction),
+            validate_gravity(self.gravity),
+            validate_damping(self.damping),
+            validate_turning(self.turning),
+            validate_shaking(self.shaking),
+            validate_friction(self.friction),
         )
 
 
-def parse_gravity(value: object) -> float:
+def validate_gravity(value: object) -> float:
     try:
         return as_float("gravity", value)
     except TypeError as error:
         raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
 
 
-def parse_damping(given: ArrayLike | None) -> Vector:
+def validate_damping(given: ArrayLike | None) -> Vector:
     if given is None:
         return _STILL
     along = (
@@ -63,11 +63,11 @@ def parse_damping(given: ArrayLike | None) -> Vector:
     return along
 
 
-def parse_turning(given: ArrayLike | None) -> Vector:
+def validate_turning(given: ArrayLike | None) -> Vector:
     return _STILL if given is None else as_vector("turning", given)
 
 
-def parse_shaking(given: ArrayLike | None) -> Vector:
+def validate_shaking(given: ArrayLike | None) -> Vector:
     if given is None:
         return _STILL
     if np.ndim(given) == 0:
@@ -81,7 +81,7 @@ def parse_shaking(given: ArrayLike | None) -> Vector:
     return amplitude, rate, phase
 
 
-def parse_friction(given: object) -> float:
+def validate_friction(given: object) -> float:
     friction = 0.0 if given is None else as_float("friction", given)
     if friction < 0.0:
         raise ValueError(
@@ -140,24 +140,29 @@ def refuse_disturbances(
     raise ValueError(f"{what} with {' and '.join(found)}{': ' if reason else ''}{reason}")
 
 
-def parse_environments(given: PhysicalEnvironment) -> tuple[list[BatchParameter], dict[str, Array]]:
+def validate_environments(
+    given: PhysicalEnvironment,
+) -> tuple[list[BatchParameter], dict[str, Array]]:
     """Parse the environment parameters of an ensemble, and convert them to columns.
 
     Optional parameters that are None are omitted.
     """
-    down, (drag, along) = parse_parameter("gravity", given.gravity), _parse_dampings(given.damping)
+    down, (drag, along) = (
+        validate_parameter("gravity", given.gravity),
+        _validate_dampings(given.damping),
+    )
     told, columns = [down, drag], {"gravity": down.values, "damping": along}
     words: tuple[tuple[str, ArrayLike | None, Callable[[Any], object]], ...] = (
-        ("turning", given.turning, parse_turning),
-        ("shaking", given.shaking, parse_shaking),
-        ("friction", given.friction, parse_friction),
+        ("turning", given.turning, validate_turning),
+        ("shaking", given.shaking, validate_shaking),
+        ("friction", given.friction, validate_friction),
     )
     for name, value, check in words:
         own = () if name == "friction" else (3,)
         if value is None:
             columns[name] = np.zeros(own)
             continue
-        made = parse_parameter(name, value, own)
+        made = validate_parameter(name, value, own)
         _raise_if_parameter_invalid(made, check)
         told.append(made)
         columns[name] = made.values
@@ -177,7 +182,7 @@ def _raise_if_parameter_invalid(made: BatchParameter, check: Callable[[Any], obj
         made.raise_error_of_first_bad_value(bad, lambda _, one: check(one))
 
 
-def _parse_dampings(given: ArrayLike | BatchParameter | None) -> tuple[BatchParameter, Array]:
+def _validate_dampings(given: ArrayLike | BatchParameter | None) -> tuple[BatchParameter, Array]:
     """Parse `damping`; return the parameter and the damping constants along the principal axes."""
     nothing = np.zeros(3)
     if given is None:
@@ -186,16 +191,16 @@ def _parse_dampings(given: ArrayLike | BatchParameter | None) -> tuple[BatchPara
         made = given
         along = np.broadcast_to(made.values, (*made.values.shape[:-1], 3))
     elif np.ndim(given) == 0:
-        made = parse_parameter("damping", given)
+        made = validate_parameter("damping", given)
         along = np.repeat(made.values, 3)
         made = BatchParameter("damping", along, (3,))
     else:
         width = np.shape(given)[-1:]
-        made = parse_parameter(
+        made = validate_parameter(
             "damping", given, width if width == (1,) else (3,), "3 numbers, or 1"
         )
         along = np.broadcast_to(made.values, (*made.shape, 3))
     negative = (made.values < 0.0).any(axis=-1)
     if negative.any():
-        made.raise_error_of_first_bad_value(negative, lambda _, one: parse_damping(one))
+        made.raise_error_of_first_bad_value(negative, lambda _, one: validate_damping(one))
     return made, along

@@ -73,7 +73,7 @@ def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[
     return nodding * c + across * s, nodding * s - across * c, turning + up
 
 
-def parse_tilt_angle(tilt: object, degrees: bool) -> float:
+def validate_tilt_angle(tilt: object, degrees: bool) -> float:
     """Validate the angle `tilt` to the vertical, and return it in radians.
 
     Raises ValueError if the angle is outside [0, pi].

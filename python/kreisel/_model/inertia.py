@@ -21,7 +21,7 @@ from .._utils.validation import (
 _TENSOR_FORM = "3 moments or a symmetric 3x3 matrix"
 
 
-def parse_inertia_tensor(name: str, value: object) -> Array:
+def validate_inertia_tensor(name: str, value: object) -> Array:
     """Return the 3x3 tensor of inertia described by three moments or a symmetric matrix."""
     given = as_finite_array(name, value, _TENSOR_FORM)
     if given.shape not in ((3,), (3, 3)):
@@ -119,14 +119,14 @@ def inertia_at_fixed_point(
         both = "not none" if about_com is None else "not both"
         raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
     if about_com is None:
-        return parse_inertia_tensor("inertia", inertia)
-    tensor = parse_inertia_tensor("inertia_about_com", about_com)
+        return validate_inertia_tensor("inertia", inertia)
+    tensor = validate_inertia_tensor("inertia_about_com", about_com)
     return add_point_mass_inertia(
         tensor, as_positive("mass", mass), np.array(as_vector("com", com))
     )
 
 
-def parse_inertia_tolerance(inertia_rtol: object) -> float:
+def validate_inertia_tolerance(inertia_rtol: object) -> float:
     """Validate the relative tolerance of the triangle inequality for the principal moments.
 
     Raises ValueError unless the tolerance is at least 0 and less than 1.

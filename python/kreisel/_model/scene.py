@@ -25,12 +25,12 @@ from .euler_angles import (
     convert_vector_to_radians,
     find_symmetry_moments,
     is_steady_precession_requested,
-    parse_tilt_angle,
     refuse_rotor_in_steady_precession,
+    validate_tilt_angle,
     velocity_from_euler,
 )
 from .kwargs_types import SceneKwargs, VaryKwargs
-from .scene_arguments import parse_scene_arguments, parse_scene_arguments_in_core
+from .scene_arguments import validate_scene_arguments, validate_scene_arguments_in_core
 from .toml import (
     call_constructor_with_table,
     format_toml_entries,
@@ -116,10 +116,10 @@ class Scene:
         made = (
             None
             if attitude_xyzw is not None
-            else parse_scene_arguments_in_core(body, given, attitude, around)
+            else validate_scene_arguments_in_core(body, given, attitude, around)
         )
         if made is None:
-            made = parse_scene_arguments(
+            made = validate_scene_arguments(
                 body, given, attitude, attitude_xyzw, PhysicalEnvironment(*around)
             )
         kept = self.__dict__
@@ -358,11 +358,11 @@ class Scene:
         across, along = find_symmetry_moments(check_type("body", body, Body))
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
-        angle = parse_tilt_angle(tilt, in_degrees)
+        angle = validate_tilt_angle(tilt, in_degrees)
         around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         if is_steady_precession_requested(steady, fast, precession, around):
             refuse_rotor_in_steady_precession(body)
-            torque = body.mass * around.parse_for_single_top()[0] * math.hypot(*body.com)
+            torque = body.mass * around.validate_for_single_top()[0] * math.hypot(*body.com)
             about = compute_steady_precession_rate(
                 across, along, torque, rate, angle, fast, degrees
             )

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SceneData = tuple[Vector, Quaternion, float, Vector, Vector, Vector, float, bytes]
 
 
-def parse_scene_arguments_in_core(
+def validate_scene_arguments_in_core(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
@@ -45,7 +45,7 @@ def parse_scene_arguments_in_core(
     return made if isinstance(made, tuple) else None
 
 
-def parse_scene_arguments(
+def validate_scene_arguments(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
@@ -53,7 +53,7 @@ def parse_scene_arguments(
     environment: PhysicalEnvironment,
 ) -> SceneData:
     """Validate the arguments of a scene one by one."""
-    around = environment.parse_for_single_top()
+    around = environment.validate_for_single_top()
     if attitude_xyzw is not None:
         if attitude is not None:
             raise ValueError("give either attitude or attitude_xyzw, not both")

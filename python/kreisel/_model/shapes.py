@@ -31,7 +31,7 @@ def compute_central_moments(shape: ShapeMoments[R], mass: R) -> tuple[R, R, R]:
     return yy + zz, zz + xx, xx + yy
 
 
-def parse_shape_mass(
+def validate_shape_mass(
     shape: ShapeMoments[float], mass: float | None, density: float | None
 ) -> float:
     """Return the mass of a shape from exactly one of `mass` and `density`."""

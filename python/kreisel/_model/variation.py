@@ -22,14 +22,14 @@ from .._utils.validation import Array, as_bool, as_int, short_repr
 from ..quaternion import multiply
 from .bodies import Bodies
 from .body import Body
-from .broadcasting import BatchParameter, compute_vectors_in_blocks, parse_parameter
+from .broadcasting import BatchParameter, compute_vectors_in_blocks, validate_parameter
 from .ensemble_constructors import (
     Components,
     EnsembleConstructors,
     compute_steady_precession_rates,
     convert_array_to_radians,
-    parse_tilts,
     split_vector_components,
+    validate_tilts,
 )
 from .ensemble_data import ONE_OF, compute_common_top_shape
 from .environment import PhysicalEnvironment
@@ -155,9 +155,9 @@ def _compute_varied_spin_start(
     now = _compute_euler_angles_and_rates(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
     parameters = {
-        name: parse_tilts(given[name], degrees)
+        name: validate_tilts(given[name], degrees)
         if name == "tilt"
-        else parse_parameter(name, given[name])
+        else validate_parameter(name, given[name])
         for name in _SPINNING
         if name in given
     }
@@ -173,7 +173,7 @@ def _compute_varied_spin_start(
             parameters.get(n, _make_angle_parameter(n, own[n], degrees)) for n in ("spin", "tilt")
         ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
-        down = parse_parameter("gravity", gravity)
+        down = validate_parameter("gravity", gravity)
         turning = compute_steady_precession_rates(body, [*as_given, down], degrees, steady[1], one)
     with np.errstate(all="ignore"):
         rates = turning, np.asarray(now.nutation), rate - turning * cos(angle)
@@ -194,7 +194,7 @@ def _compute_varied_euler_start(scene: Any, given: Mapping[str, Any], degrees: b
     spinning = now.spin - now.precession * math.cos(now.angles[1])
     own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
     parameters = {
-        name: parse_parameter(name, given[name], (3,)) for name in _EULER if name in given
+        name: validate_parameter(name, given[name], (3,)) for name in _EULER if name in given
     }
     angles, rates = (
         split_vector_components(
@@ -229,11 +229,11 @@ def scatter(
     words = scene._list_constructor_arguments()
     with np.errstate(all="ignore"):
         if momentum is not None:
-            off = _parse_standard_deviation("momentum", momentum, 3) * normal[:, :3]
+            off = _validate_standard_deviation("momentum", momentum, 3) * normal[:, :3]
             words["momentum"] = np.array(scene.momentum) + off
         if attitude is not None:
             turns, own = (
-                _parse_standard_deviation("attitude", attitude, 3) * normal[:, 3:6],
+                _validate_standard_deviation("attitude", attitude, 3) * normal[:, 3:6],
                 np.array(scene.attitude),
             )
             words["attitude"] = compute_vectors_in_blocks(
@@ -241,14 +241,14 @@ def scatter(
             )
         if gravity is not None:
             words["gravity"] = (
-                scene.gravity + _parse_standard_deviation("gravity", gravity, 1) * normal[:, 6]
+                scene.gravity + _validate_standard_deviation("gravity", gravity, 1) * normal[:, 6]
             )
     return many(**words)._forget_varying_parameters()
 
 
-def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Array:
+def _validate_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Array:
     """Parse a standard deviation, which is a single number or one number for each component."""
-    made = parse_parameter(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
+    made = validate_parameter(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
     if made.shape or (made.values < 0.0).any():
         many, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
         raise ValueError(

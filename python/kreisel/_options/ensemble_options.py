@@ -150,7 +150,7 @@ def resolve_method_for_ensemble(name: object, tops: Ensemble) -> Method:
     return method
 
 
-def parse_ensemble_options(
+def validate_ensemble_options(
     tops: Ensemble,
     method: object,
     step: object = None,
@@ -168,7 +168,7 @@ def parse_ensemble_options(
     """
     is_auto = isinstance(method, str) and method == "auto"
     chosen = resolve_method_for_ensemble(FALLBACK if is_auto else method, tops)
-    reductions = parse_reductions(reduce)
+    reductions = validate_reductions(reduce)
     if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
@@ -198,7 +198,7 @@ def find_components_by_name(name: str) -> list[tuple[str, int]]:
     return [_COMPONENTS[name]]
 
 
-def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
+def validate_reductions(reduce: object) -> tuple[Reduction, ...]:
     """Parse a mapping of quantities to statistics, such as {"nutation": ("min", "max")}."""
     if reduce is None:
         return ()
@@ -217,13 +217,13 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
                     "quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS]
                 )
             )
-        for kind in _parse_reduction_kinds(name, given):
+        for kind in _validate_reduction_kinds(name, given):
             for quantity, component in find_components_by_name(name):
                 parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
     return tuple(parsed)
 
 
-def _parse_reduction_kinds(name: str, given: object) -> list[str]:
+def _validate_reduction_kinds(name: str, given: object) -> list[str]:
     """Return the statistics requested for a quantity, without duplicates."""
     kinds = [given] if isinstance(given, str) else given
     if not isinstance(kinds, Iterable):
@@ -243,7 +243,7 @@ def _parse_reduction_kinds(name: str, given: object) -> list[str]:
     return listed
 
 
-def parse_ensemble_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
+def validate_ensemble_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
     """Return the requested times, with one row per top if the tops have different times.
 
     Raises ValueError if the times are not monotonic, or if reaching them takes 2**53 steps or more.
@@ -251,7 +251,7 @@ def parse_ensemble_times(tops: Ensemble, t: object, options: EnsembleOptions) ->
     step, every = options.solve.step, options.solve.every
     times = as_finite_array("t", t, _TIMES_FORM)
     if times.ndim > 1:
-        times = _parse_times_per_top(tops, times)
+        times = _validate_times_per_top(tops, times)
         if every is not None:
             raise ValueError("every needs t as a number; an array lists its own times")
     elif times.ndim == 1:
@@ -274,7 +274,7 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
         )
 
 
-def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
+def _validate_times_per_top(tops: Ensemble, times: Array) -> Array:
     """Broadcast an array of times to the shape of the ensemble, and return one row per top.
 
     Raises ValueError if `times` cannot be broadcast, or if the times of a top are not monotonic.
@@ -312,7 +312,7 @@ def _check_times_per_top_monotonic(rows: Array, first: int, shape: Shape) -> Non
     )
 
 
-def parse_output_array(
+def validate_output_array(
     tops: Ensemble, out: object, times: Array, options: EnsembleOptions
 ) -> Array | None:
     """Validate the output array `out`, and reshape it to one row per top.
@@ -335,7 +335,7 @@ def parse_output_array(
     return out.reshape(tops.size, times.shape[-1], 8)
 
 
-def parse_thread_count(threads: object, executor: object) -> int:
+def validate_thread_count(threads: object, executor: object) -> int:
     """Return the number of threads, which defaults to the number of available processors.
 
     Raises TypeError or ValueError if an argument is invalid, or if both `threads` and `executor`

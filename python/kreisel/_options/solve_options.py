@@ -114,7 +114,7 @@ class SolveOptions:
         return -self.step if is_back and self.step is not None else self.step
 
 
-def parse_solve_options(
+def validate_solve_options(
     scene: object,
     method: object,
     step: object = None,
@@ -141,7 +141,7 @@ def parse_solve_options(
     return options.copy_that_computes_heading() if any(top.turning) else options
 
 
-def parse_options_for_method(
+def validate_options_for_method(
     method: Method,
     step: object,
     tol: object,
@@ -157,17 +157,17 @@ def parse_options_for_method(
     """
     return SolveOptions(
         method,
-        parse_step(method, step),
-        parse_tol(method, tol),
-        parse_digits(method, digits, tol),
+        validate_step(method, step),
+        validate_tol(method, tol),
+        validate_digits(method, digits, tol),
         as_int("max_steps", max_steps, 0),
-        parse_requested_quantities(want),
+        validate_requested_quantities(want),
         str(requested),
-        parse_recording_interval(method, every),
+        validate_recording_interval(method, every),
     )
 
 
-_find_options = lru_cache(maxsize=256, typed=True)(parse_options_for_method)
+_find_options = lru_cache(maxsize=256, typed=True)(validate_options_for_method)
 
 
 def make_solve_options(
@@ -186,10 +186,10 @@ def make_solve_options(
             return _find_options(method, step, tol, digits, max_steps, requested, want, every)
         except TypeError:  # an argument is not hashable, or invalid
             pass
-    return parse_options_for_method(method, step, tol, digits, max_steps, requested, want, every)
+    return validate_options_for_method(method, step, tol, digits, max_steps, requested, want, every)
 
 
-def parse_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
+def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
     """Return the names of the quantities to record, without duplicates.
 
     Raises TypeError or ValueError for invalid names.
@@ -212,7 +212,7 @@ def parse_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
     return kept
 
 
-def parse_step(method: Method, step: object) -> float | None:
+def validate_step(method: Method, step: object) -> float | None:
     """Return the step size, or None if the method is adaptive or takes no steps.
 
     Raises ValueError if `step` is None but the method has a fixed step.
@@ -225,7 +225,7 @@ def parse_step(method: Method, step: object) -> float | None:
     return None
 
 
-def parse_tol(method: Method, tol: object) -> float | None:
+def validate_tol(method: Method, tol: object) -> float | None:
     """Return the tolerance, or None for the default tolerance.
 
     Raises ValueError if the method has no tolerance, or if `tol` is not between 0 and 1.
@@ -242,7 +242,7 @@ def parse_tol(method: Method, tol: object) -> float | None:
     return None if method.exact else accuracy
 
 
-def parse_digits(method: Method, digits: object, tol: object) -> int | None:
+def validate_digits(method: Method, digits: object, tol: object) -> int | None:
     """Return the number of digits, rounded up to 16, 20 or 30.
 
     Raises ValueError if the method has a fixed precision, or if both `digits` and `tol` are given.
@@ -261,7 +261,7 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
     return 16 if asked <= 16 else 20 if asked <= 20 else 30
 
 
-def parse_recording_interval(method: Method, every: object) -> int | None:
+def validate_recording_interval(method: Method, every: object) -> int | None:
     """Return the number of steps between two recorded states.
 
     Raises ValueError for an adaptive method.

@@ -26,14 +26,14 @@ def time_array(
     `size` is the number of bytes required for each state. Raises MemoryError if the states would
     not fit into memory.
     """
-    times = parse_time_list(t)
+    times = validate_time_list(t)
     if times.ndim == 0:
         return time_grid(float(times), step, every, size, begin)
     check_times_are_monotonic(times, every)
     return times
 
 
-def parse_time_list(t: object) -> Array:
+def validate_time_list(t: object) -> Array:
     """Return one time, or a list of times, as an array of shape () or (k,)."""
     times = as_finite_array("t", t, TIMES_FORM)
     if times.ndim > 1:
@@ -104,13 +104,13 @@ def iterate_time_chunks(
     return _split_time_grid_into_chunks(end, step, every, size, after, begin)
 
 
-def parse_time_direction_and_chunks(
+def validate_direction_and_chunk_times(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
     """Return whether time runs backwards, and the requested times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
-        is_back, t = parse_time_direction(t)
+        is_back, t = validate_time_direction(t)
         return is_back, iterate_time_chunks(t, step, every, size, None)
     return times.size > 0 and bool(times[-1] < 0.0), _slice_times_into_chunks(times, size)
 
@@ -119,7 +119,7 @@ def _slice_times_into_chunks(times: Array, size: int) -> Iterator[Array]:
     return (times[i : i + size] for i in range(0, times.size, size))
 
 
-def parse_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
+def validate_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
     """Return whether time runs backwards, and the requested times.
 
     An iterator is read up to its first nonzero time. The returned iterator also yields the times

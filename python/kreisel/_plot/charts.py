@@ -103,7 +103,7 @@ def plot_paths(
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: call solve with times")
     n, has_difference = len(paths), compute_angle_between_paths is not None
-    picture = _create_path_axes(n, has_difference) if axes is None else _parse_path_axes(axes, n)
+    picture = _create_path_axes(n, has_difference) if axes is None else _validate_path_axes(axes, n)
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
         _draw_path(one, path, events, (unit, name), label)
@@ -134,7 +134,7 @@ def _create_path_axes(n: int, has_difference: bool) -> Picture:
     return Picture(axes)
 
 
-def _parse_path_axes(axes: Iterable[Axes], paths: int) -> Picture:
+def _validate_path_axes(axes: Iterable[Axes], paths: int) -> Picture:
     n = 3 * paths
     try:
         picture = Picture(axes)

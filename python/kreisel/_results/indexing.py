@@ -9,7 +9,7 @@ from typing import Any, SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
-from .._options.times import parse_time_list
+from .._options.times import validate_time_list
 from .._utils.validation import Array, Numbers, short_repr
 
 StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
@@ -40,14 +40,14 @@ def resolve_state_index(n: int, which: StateIndex) -> ResolvedIndex:
     return at
 
 
-def parse_path_times(reached: Array, t: Numbers, begin: float) -> Array:
+def validate_path_times(reached: Array, t: Numbers, begin: float) -> Array:
     """Return the times `t` as a one-dimensional array.
 
     Raises ValueError for times outside the path.
 
     `reached` contains the times of the path, and `begin` is its initial time.
     """
-    times = parse_time_list(t)
+    times = validate_time_list(t)
     low, high = float(reached.min(initial=begin)), float(reached.max(initial=begin))
     outside = np.flatnonzero((times < low) | (times > high))
     if outside.size:

@@ -17,7 +17,7 @@ from .._model.environment import advance_shaking_phase
 from .._model.scene import Scene
 from .._options.methods import EXACT
 from .._options.plan import Plan, StepChoice, make_solve_plan
-from .._options.solve_options import SolveOptions, parse_requested_quantities
+from .._options.solve_options import SolveOptions, validate_requested_quantities
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
 from .._utils.html import format_picture_as_html
@@ -37,7 +37,7 @@ from .error_estimate import (
     estimate_attitude_error,
     estimate_rounding_growth,
 )
-from .indexing import StateIndex, parse_path_times, resolve_state_index
+from .indexing import StateIndex, resolve_state_index, validate_path_times
 from .serialization import encode_path_as_archive
 from .state_quantities import NO_STATES, STATE_COLUMNS
 from .state_quantities import Stats as Stats
@@ -200,7 +200,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
                 f"this path is from the closed form of {self.method}, a map without states "
                 "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
-        times = parse_path_times(self.t, t, self.start_time)
+        times = validate_path_times(self.t, t, self.start_time)
         result = record_states_at_unordered_times(self.scene, self._options, times, self._origin)
         path = build_path_or_raise(self.scene, self._options, result, self._origin)
         states = NO_STATES if path._columns else path.states
@@ -262,7 +262,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
 
     def only(self, want: Iterable[QuantityName]) -> Path:
         """Return a copy of the path that contains only t and the quantities in `want`."""
-        names = parse_requested_quantities(want) or ()
+        names = validate_requested_quantities(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
         options = replace(self._options, want=names)

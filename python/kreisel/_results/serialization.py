@@ -17,8 +17,8 @@ from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
 from .._options.solve_options import (
     SolveOptions,
-    parse_options_for_method,
-    parse_requested_quantities,
+    validate_options_for_method,
+    validate_requested_quantities,
 )
 from .._utils.archive import ArchiveReader, Integers, pack_archive
 from .._utils.validation import Array, as_float, as_int, short_repr
@@ -142,7 +142,7 @@ def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathFields:
         raise ValueError(unknown_method_message(method))
     step = None if head["step"] is None else as_float("step", head["step"])
     size = None if step is None else abs(step)
-    options = parse_options_for_method(
+    options = validate_options_for_method(
         methods[method], size, head["tol"], head["digits"], 0, asked, None
     )
     costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
@@ -188,7 +188,7 @@ def _read_path_arrays(
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")
     t = archive.read_doubles(f"{prefix}t", None)
     if want is not None:
-        names = parse_requested_quantities(want) or ()
+        names = validate_requested_quantities(want) or ()
         columns = {
             name: archive.read_doubles(prefix + name, len(t), *RECORDABLE[name].shape)
             for name in names

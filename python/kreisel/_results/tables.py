@@ -55,7 +55,7 @@ def list_quantities_with_values(
     """
     in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
-    for name in _parse_quantity_names(names) or _list_default_quantity_names(path):
+    for name in _validate_quantity_names(names) or _list_default_quantity_names(path):
         quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
             values = np.unwrap(values) if unwrapped else values
@@ -65,7 +65,7 @@ def list_quantities_with_values(
     return rows
 
 
-def _parse_quantity_names(names: Iterable[str]) -> list[str]:
+def _validate_quantity_names(names: Iterable[str]) -> list[str]:
     for name in names:
         if not isinstance(name, str):
             raise TypeError(

@@ -12,9 +12,9 @@ import numpy as np
 from .._core import statuses
 from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
-from .._options.ensemble_options import parse_thread_count
+from .._options.ensemble_options import validate_thread_count
 from .._options.methods import FALLBACK, methods
-from .._options.solve_options import Progress, check_progress_callback, parse_tol
+from .._options.solve_options import Progress, check_progress_callback, validate_tol
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.executor import WorkerPool
 from .._results.indicators import (
@@ -148,9 +148,9 @@ def _compute_chaos_indicator(
     threads: object,
     progress: Progress | None,
 ) -> Indicator:
-    times, controls = parse_indicator_arguments(scene, t, direction, tol, max_steps)
+    times, controls = validate_indicator_arguments(scene, t, direction, tol, max_steps)
     pool, callback = (
-        WorkerPool(parse_thread_count(threads, None)),
+        WorkerPool(validate_thread_count(threads, None)),
         check_progress_callback(progress),
     )
     if isinstance(scene, Ensemble):
@@ -167,7 +167,7 @@ def _compute_chaos_indicator(
     return extract_single_indicator(result)
 
 
-def parse_indicator_arguments(
+def validate_indicator_arguments(
     scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, tuple[float, int, Sequence[float]]]:
     """Return the times at which the indicator is recorded, and the validated options.
@@ -176,9 +176,9 @@ def parse_indicator_arguments(
     """
     if not isinstance(scene, Scene | Ensemble):
         raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
-    times = _parse_indicator_times(t)
-    accuracy = parse_tol(methods[FALLBACK], tol) or 0.0
-    controls = accuracy, as_int("max_steps", max_steps, 0), _parse_tangent_direction(direction)
+    times = _validate_indicator_times(t)
+    accuracy = validate_tol(methods[FALLBACK], tol) or 0.0
+    controls = accuracy, as_int("max_steps", max_steps, 0), _validate_tangent_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
             "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
@@ -189,7 +189,7 @@ def parse_indicator_arguments(
     return times, controls
 
 
-def _parse_indicator_times(t: Numbers) -> Array:
+def _validate_indicator_times(t: Numbers) -> Array:
     times = time_array(t, None, None, 16)
     if np.ndim(t) == 0:
         end = as_float("t", t)
@@ -199,7 +199,7 @@ def _parse_indicator_times(t: Numbers) -> Array:
     return times
 
 
-def _parse_tangent_direction(direction: object) -> tuple[float, ...]:
+def _validate_tangent_direction(direction: object) -> tuple[float, ...]:
     if direction is None:
         return ()
     given = as_finite_array("direction", direction, "six numbers")

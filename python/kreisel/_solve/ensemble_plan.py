@@ -15,19 +15,19 @@ from .._options.ensemble_options import (
     EnsembleOptions,
     ReductionSpec,
     member,
-    parse_ensemble_times,
-    parse_thread_count,
+    validate_ensemble_times,
+    validate_thread_count,
 )
 from .._options.methods import FALLBACK
 from .._options.plan import GEOMETRIC, Plan, make_solve_plan
-from .._options.solve_options import parse_solve_options
+from .._options.solve_options import validate_solve_options
 from .._options.times import time_array
 from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
 from .._utils.html import format_html_table
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers
 from .keywords import MethodKeywords
-from .solve_ensemble import SolveArguments, parse_ensemble_arguments, refuse_ensemble_arguments
+from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, validate_ensemble_arguments
 
 _SAMPLES = 16  # maximal number of tops that are run to estimate the run time
 _MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
@@ -145,8 +145,10 @@ def plan(
         raise ValueError("method='geometric' chooses by trial runs: call solve, and see path.plan")
     if isinstance(scene, Ensemble):
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
-        return _make_ensemble_plan(scene, t, method, arguments, parse_thread_count(threads, None))
-    options = parse_solve_options(scene, method, step, tol, digits, 0, want, every, t=t)
+        return _make_ensemble_plan(
+            scene, t, method, arguments, validate_thread_count(threads, None)
+        )
+    options = validate_solve_options(scene, method, step, tol, digits, 0, want, every, t=t)
     times = (
         None if t is None else time_array(t, options.step, options.every, options.bytes_per_state)
     )
@@ -157,13 +159,13 @@ def plan(
 def _make_ensemble_plan(
     tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
 ) -> EnsemblePlan:
-    options = parse_ensemble_arguments(tops, method, arguments)
+    options = validate_ensemble_arguments(tops, method, arguments)
     closed, lanes = _count_tops_by_method(tops, options)
     row = 8 * len(options.reductions)
     size = row or options.bytes_per_state
     states, seconds, measured = None, None, 0
     if t is not None:
-        times = parse_ensemble_times(tops, t, options)
+        times = validate_ensemble_times(tops, t, options)
         states = times.shape[-1]
         size = tops.size * (_ROW + (row or states * size))
         seconds, measured = _estimate_run_time(tops, times, options, threads)

@@ -32,7 +32,7 @@ from .._options.methods import (
     resolve_method,
 )
 from .._options.solve_options import Progress, SolveOptions
-from .._options.times import check_resolvable_horizon, parse_time_list, time_array
+from .._options.times import check_resolvable_horizon, time_array, validate_time_list
 from .._results.error_estimate import CLOSED_FORM
 from .._results.path import Path, Stats
 from .._results.recorder import record_path
@@ -54,7 +54,7 @@ from .exact_ensemble import (
 )
 from .torus_actions import compute_torus_action
 from .torus_tangents import check_tangent_times, check_torus_tangent_names, compute_torus_tangents
-from .variational import TangentSpec, parse_tangent_names
+from .variational import TangentSpec, validate_tangent_names
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
@@ -190,7 +190,7 @@ class Exact(_ClosedFormBase):
     def __call__(self, t: Numbers) -> Path:
         states = self._try_to_compute_states(t, self.scene._resolvable_horizon)
         if states is None:
-            states = self._try_to_compute_states(self._parse_evaluation_times(t), math.inf)
+            states = self._try_to_compute_states(self._validate_evaluation_times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
@@ -201,8 +201,8 @@ class Exact(_ClosedFormBase):
         """
         return exact_states(self._plan, t, most)
 
-    def _parse_evaluation_times(self, t: Numbers) -> Array:
-        times = parse_time_list(t)
+    def _validate_evaluation_times(self, t: Numbers) -> Array:
+        times = validate_time_list(t)
         check_resolvable_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
 
@@ -309,7 +309,7 @@ class ExactTorus(Exact):
     def __call__(self, t: Numbers, *, tangents: TangentSpec | None = None) -> Path:
         if tangents is None:
             return super().__call__(t)
-        names = parse_tangent_names(tangents)
+        names = validate_tangent_names(tangents)
         check_torus_tangent_names(names)
         path = super().__call__(t)
         check_tangent_times(self.scene, path.t)

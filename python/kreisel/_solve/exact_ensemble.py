@@ -29,9 +29,9 @@ from .._model.turning_points import (
 from .._options.ensemble_options import (
     format_index,
     member,
-    parse_ensemble_options,
-    parse_thread_count,
     unravel_index,
+    validate_ensemble_options,
+    validate_thread_count,
 )
 from .._options.methods import EXACT, explain_no_closed_form, has_torus_closed_form, methods
 from .._options.times import check_resolvable_horizon
@@ -115,8 +115,8 @@ class ExactEnsemble:
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
         if is_away and not self._has_any_torus_closed_form:
-            pool = WorkerPool(parse_thread_count(None, None))
-            options = parse_ensemble_options(self.tops, EXACT)
+            pool = WorkerPool(validate_thread_count(None, None))
+            options = validate_ensemble_options(self.tops, EXACT)
             paths = run_ensemble(Paths, self.tops, t, options, pool, LANES)
             return paths.check().states.reshape(self.tops.size, t.shape[-1], 8)
         states = np.empty((self.tops.size, t.shape[-1], 8))
@@ -161,7 +161,7 @@ class ExactEnsemble:
             if result[0] != "OK":
                 found.append((result[1], result[0]))
 
-        pool = WorkerPool(parse_thread_count(None, None))
+        pool = WorkerPool(validate_thread_count(None, None))
         pool.run_task(DivisibleTask(self.tops.size, job, collect, work))
         if found:
             first, status = min(found)

@@ -27,8 +27,8 @@ from .._options.solve_options import (
     Progress,
     SolveOptions,
     check_progress_callback,
-    parse_recording_interval,
-    parse_solve_options,
+    validate_recording_interval,
+    validate_solve_options,
 )
 from .._options.times import (
     CHUNK_SIZE,
@@ -52,7 +52,7 @@ from .._utils.atomic_io import atomic_write
 from .._utils.errors import refuse_attribute_assignment
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, Vector, as_int, as_vector, short_repr
-from ..events import Event, from_record, parse_events, refuse_kinetic, to_core_events, to_record
+from ..events import Event, from_record, refuse_kinetic, to_core_events, to_record, validate_events
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -151,7 +151,7 @@ class Run:
             path = self._advance_in_one_call(t)
             if path is not None:
                 return path
-        times = self._parse_times_to_record(t, every)
+        times = self._validate_times_to_record(t, every)
         if times.size:
             self._check_requested_times(times)
         if self.ended:
@@ -198,7 +198,7 @@ class Run:
         The run can be saved or changed between two paths of the iterator. After a change, the
         iterator continues with the remaining times.
         """
-        number = parse_recording_interval(self._options.method, every)
+        number = validate_recording_interval(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
         chunks = iterate_time_chunks(t, self.step, number, size, reached, self.start_time)
         return self._yield_path_per_chunk(chunks, check_progress_callback(progress))
@@ -220,8 +220,8 @@ class Run:
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _parse_times_to_record(self, t: Numbers, every: int | None) -> Array:
-        number = parse_recording_interval(self._options.method, every)
+    def _validate_times_to_record(self, t: Numbers, every: int | None) -> Array:
+        number = validate_recording_interval(self._options.method, every)
         times = time_array(t, self.step, number, self._options.bytes_per_state, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
             return times
@@ -511,9 +511,9 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     scene = parse_scene_toml(head["scene"])
     if not isinstance(head["back"], bool):
         raise TypeError(f"back must be true or false, not {head['back']!r}")
-    options, rows = parse_solve_options(scene, *arguments), head.get("events")
+    options, rows = validate_solve_options(scene, *arguments), head.get("events")
     if rows is not None:
-        events = parse_events(options.method.name, [from_record(row) for row in rows])
+        events = validate_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
     run = Run(scene, options, head["back"], RunStart.from_json(head.get("start")))
     found = [as_int("a count of events", n, 0) for n in head.get("found", [])]
@@ -576,11 +576,11 @@ def start(
     """
     if not isinstance(back, bool):
         raise TypeError(f"back must be True or False, not {short_repr(back)}")
-    options = parse_run_options(scene, method, step, tol, digits, max_steps, want, events)
+    options = validate_run_options(scene, method, step, tol, digits, max_steps, want, events)
     return Run(scene, options, back)
 
 
-def parse_run_options(
+def validate_run_options(
     scene: object,
     method: object,
     step: object,
@@ -594,7 +594,7 @@ def parse_run_options(
     """Return the validated options for a run. With events, 'auto' selects the Taylor series."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
-        return parse_solve_options(scene, method, *controls)
+        return validate_solve_options(scene, method, *controls)
     chosen = FALLBACK if method == "auto" else method
-    options = parse_solve_options(scene, chosen, *controls, requested=method)
-    return replace(options, events=parse_events(options.method.name, events))
+    options = validate_solve_options(scene, chosen, *controls, requested=method)
+    return replace(options, events=validate_events(options.method.name, events))

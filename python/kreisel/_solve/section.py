@@ -13,8 +13,8 @@ from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import (
     EnsembleOptions,
     check_result_memory,
-    parse_ensemble_options,
-    parse_thread_count,
+    validate_ensemble_options,
+    validate_thread_count,
 )
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress, check_progress_callback
@@ -23,7 +23,7 @@ from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section
 from .._results.turn_times import estimate_turn_durations
 from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
-from ..events import Event, nutation, parse_events, refuse_kinetic, to_core_events
+from ..events import Event, nutation, refuse_kinetic, to_core_events, validate_events
 
 _TURNS = 1024.0  # the default of max_wait, in turns of a top about the axis of its largest moment
 
@@ -75,14 +75,14 @@ def section(
     that are crossed by every motion.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
-    waits, options = parse_section_arguments(many, event, n, max_wait, tol, digits, max_steps)
-    pool = WorkerPool(parse_thread_count(threads, executor), executor)
+    waits, options = validate_section_arguments(many, event, n, max_wait, tol, digits, max_steps)
+    pool = WorkerPool(validate_thread_count(threads, executor), executor)
     callback = check_progress_callback(progress)
     check_result_memory(many, waits, options)
     return run_ensemble(Section, many, waits, options, pool, SECTION, callback)
 
 
-def parse_section_arguments(
+def validate_section_arguments(
     tops: Ensemble,
     event: object,
     n: object,
@@ -97,24 +97,26 @@ def parse_section_arguments(
 
     Raises TypeError or ValueError for an invalid argument.
     """
-    options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
-    parsed = parse_section_event(event)
+    options = validate_ensemble_options(
+        tops, FALLBACK, None, tol, digits, max_steps, has_events=True
+    )
+    parsed = validate_section_event(event)
     refuse_kinetic(tops, [parsed])
     events = to_core_events([parsed])
     waits = np.broadcast_to(
-        _parse_max_waiting_times(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
+        _validate_or_estimate_max_waits(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
     )
     return waits, replace(options, core_events=events)
 
 
-def parse_section_event(event: object) -> Event:
+def validate_section_event(event: object) -> Event:
     """Validate the event of a section, and return it.
 
     Raises ValueError if the event is terminal or limits the number of its occurrences.
     """
     if event is None:
         return nutation(direction=1)
-    [one] = parse_events(FALLBACK, [event])
+    [one] = validate_events(FALLBACK, [event])
     if one.max_count is not None or one.terminal:
         raise ValueError(
             "n sets the number of events: leave max_count and terminal out of the event"
@@ -122,7 +124,7 @@ def parse_section_event(event: object) -> Event:
     return one
 
 
-def _parse_max_waiting_times(tops: Ensemble, max_wait: object) -> Array:
+def _validate_or_estimate_max_waits(tops: Ensemble, max_wait: object) -> Array:
     """Return the longest time [T] for which each top is integrated without finding an event."""
     if max_wait is None:
         known = np.empty(tops.size)

@@ -12,7 +12,7 @@ from .._options.solve_options import (
     Progress,
     SolveOptions,
     check_progress_callback,
-    parse_solve_options,
+    validate_solve_options,
 )
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.ensemble_paths import Paths
@@ -23,14 +23,14 @@ from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from .exact import record_exact_path_with_tangents
 from .keywords import PoolKeywords, SolveKeywords
-from .run import EventSpec, Run, parse_run_options
+from .run import EventSpec, Run, validate_run_options
 from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, solve_ensemble
 from .step_search import (
     make_error_argument_exception,
-    parse_geometric_method_options,
     solve_with_step_search,
+    validate_geometric_method_options,
 )
-from .variational import TangentSpec, parse_tangent_options, record_tangents
+from .variational import TangentSpec, record_tangents, validate_tangent_options
 
 
 class _EnsembleKeywords(SolveKeywords, PoolKeywords, total=False):
@@ -162,15 +162,17 @@ def solve(
     if is_special or method == GEOMETRIC:
         others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
         special = error, events, tangents, others
-        options = _parse_tangents_events_geometric(
+        options = _validate_tangents_events_geometric(
             scene, method, step, tol, digits, max_steps, want, every, *special
         )
     else:
-        options = parse_solve_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
+        options = validate_solve_options(
+            scene, method, step, tol, digits, max_steps, want, every, t=t
+        )
     return _solve_with_options(scene, options, t, check_progress_callback(progress))
 
 
-def _parse_tangents_events_geometric(
+def _validate_tangents_events_geometric(
     scene: Scene,
     method: str,
     step: float | None,
@@ -192,16 +194,16 @@ def _parse_tangents_events_geometric(
     if tangents is not None:
         excluded = {"error": error, "want": want, "events": events} | others
         controls = step, tol, digits, max_steps
-        return parse_tangent_options(scene, method, tangents, controls, every, excluded)
+        return validate_tangent_options(scene, method, tangents, controls, every, excluded)
     if any(value is not None for value in others.values()):
         refuse_ensemble_arguments(scene, **others)
     if method == GEOMETRIC:
         excluded = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         check_type("scene", scene, Scene)
-        return parse_geometric_method_options(error, max_steps, want, excluded)
+        return validate_geometric_method_options(error, max_steps, want, excluded)
     if error is not None:
         raise make_error_argument_exception(method)
-    return parse_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
+    return validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
 
 
 def _solve_with_options(

@@ -12,10 +12,10 @@ from .._options.ensemble_options import (
     EnsembleOptions,
     ReductionSpec,
     check_result_memory,
-    parse_ensemble_options,
-    parse_ensemble_times,
-    parse_output_array,
-    parse_thread_count,
+    validate_ensemble_options,
+    validate_ensemble_times,
+    validate_output_array,
+    validate_thread_count,
 )
 from .._options.methods import FALLBACK
 from .._options.plan import GEOMETRIC
@@ -27,15 +27,19 @@ from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
-from ..events import parse_events, refuse_kinetic, to_core_events
+from ..events import refuse_kinetic, to_core_events, validate_events
 from .run import EventSpec
-from .step_search import STEP_SEARCH, make_error_argument_exception, parse_geometric_method_options
+from .step_search import (
+    STEP_SEARCH,
+    make_error_argument_exception,
+    validate_geometric_method_options,
+)
 from .variational import (
     TangentSpec,
     check_computes_tangents,
-    parse_tangent_names,
     refuse_arguments_with_tangents,
     refuse_tangents_of_friction,
+    validate_tangent_names,
 )
 
 
@@ -90,11 +94,11 @@ def reduce(
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)
     controls = step, tol, digits, max_steps, None, reductions, every
-    options = parse_ensemble_options(tops, method, *controls)
+    options = validate_ensemble_options(tops, method, *controls)
     if not options.reductions:
         raise TypeError("reductions must name quantities, as in {'nutation': ('min', 'max')}")
-    pool = WorkerPool(parse_thread_count(threads, executor), executor)
-    callback, times = check_progress_callback(progress), parse_ensemble_times(tops, t, options)
+    pool = WorkerPool(validate_thread_count(threads, executor), executor)
+    callback, times = check_progress_callback(progress), validate_ensemble_times(tops, t, options)
     return run_ensemble(Reductions, tops, times, options, pool, LANES, callback)
 
 
@@ -109,11 +113,11 @@ def solve_ensemble(
     out: Array | None = None,
 ) -> Paths:
     """Compute the motions of all tops in an ensemble."""
-    options = parse_ensemble_arguments(tops, method, arguments)
-    pool = WorkerPool(parse_thread_count(threads, executor), executor)
-    callback, times = check_progress_callback(progress), parse_ensemble_times(tops, t, options)
+    options = validate_ensemble_arguments(tops, method, arguments)
+    pool = WorkerPool(validate_thread_count(threads, executor), executor)
+    callback, times = check_progress_callback(progress), validate_ensemble_times(tops, t, options)
     check_result_memory(tops, times, options)
-    target = parse_output_array(tops, out, times, options)
+    target = validate_output_array(tops, out, times, options)
     return run_ensemble(
         Paths, tops, times, options, pool, select_slice_runner(options), callback, target
     )
@@ -141,9 +145,9 @@ def stream_ensemble(
     Each group contains at least one top. If a group contains several tops, they have at most
     `chunk` states in total.
     """
-    options = parse_ensemble_arguments(tops, method, arguments)
-    pool = WorkerPool(parse_thread_count(threads, executor), executor)
-    callback, times = check_progress_callback(progress), parse_ensemble_times(tops, t, options)
+    options = validate_ensemble_arguments(tops, method, arguments)
+    pool = WorkerPool(validate_thread_count(threads, executor), executor)
+    callback, times = check_progress_callback(progress), validate_ensemble_times(tops, t, options)
     return _solve_ensemble_in_batches(
         tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1]))
     )
@@ -165,7 +169,7 @@ def _solve_ensemble_in_batches(
             progress(min(1.0, (begin + size) / len(row)))
 
 
-def parse_ensemble_arguments(
+def validate_ensemble_arguments(
     tops: Ensemble, method: str, arguments: SolveArguments
 ) -> EnsembleOptions:
     """Validate the arguments for solving an ensemble, and return the options.
@@ -175,34 +179,34 @@ def parse_ensemble_arguments(
     if isinstance(method, str) and method == GEOMETRIC:
         excluded = arguments._asdict()
         error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
-        return EnsembleOptions(parse_geometric_method_options(error, max_steps, want, excluded))
+        return EnsembleOptions(validate_geometric_method_options(error, max_steps, want, excluded))
     if arguments.tangents is not None:
-        return _parse_ensemble_tangent_options(tops, method, arguments)
+        return _validate_ensemble_tangent_options(tops, method, arguments)
     step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
     if error is not None:
         raise make_error_argument_exception(method)
     if events is not None and reduce is not None:
         raise ValueError("events need paths: leave out reduce")
     controls = step, tol, digits, max_steps, want, reduce, every
-    options = parse_ensemble_options(tops, method, *controls, has_events=events is not None)
+    options = validate_ensemble_options(tops, method, *controls, has_events=events is not None)
     if events is None:
         return options
-    parsed = parse_events(options.solve.method.name, events)
+    parsed = validate_events(options.solve.method.name, events)
     refuse_kinetic(tops, parsed)
     return replace(options, core_events=to_core_events(parsed))
 
 
-def _parse_ensemble_tangent_options(
+def _validate_ensemble_tangent_options(
     tops: Ensemble, method: str, arguments: SolveArguments
 ) -> EnsembleOptions:
     """Return the validated options for solving an ensemble with tangents."""
     step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
-    names = parse_tangent_names(tangents)
+    names = validate_tangent_names(tangents)
     refuse_arguments_with_tangents(
         {"error": error, "want": want, "events": events, "reduce": reduce}
     )
     chosen = FALLBACK if method == "auto" else method
-    options = parse_ensemble_options(tops, chosen, step, tol, digits, max_steps, every=every)
+    options = validate_ensemble_options(tops, chosen, step, tol, digits, max_steps, every=every)
     check_computes_tangents(options.solve.method)
     refuse_tangents_of_friction(tops, names)
     return replace(options, solve=replace(options.solve, requested_method=method, tangents=names))

@@ -30,8 +30,8 @@ from .._options.plan import GEOMETRIC, StepChoice
 from .._options.solve_options import (
     Progress,
     SolveOptions,
-    parse_requested_quantities,
-    parse_solve_options,
+    validate_requested_quantities,
+    validate_solve_options,
 )
 from .._options.times import check_resolvable_horizon
 from .._results.core_calls import record_states
@@ -216,7 +216,7 @@ class StepSearch:
         )
 
 
-def parse_error_tolerance(error: float | None, others: Mapping[str, object]) -> float:
+def validate_error_tolerance(error: float | None, others: Mapping[str, object]) -> float:
     """Validate the error tolerance, and return it.
 
     Raises ValueError if the tolerance is invalid, or if one of the arguments in `others` is given.
@@ -243,15 +243,15 @@ def make_error_argument_exception(method: object) -> ValueError:
     )
 
 
-def parse_geometric_method_options(
+def validate_geometric_method_options(
     error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
 ) -> SolveOptions:
     """Return the options for method='geometric'.
 
     Raises ValueError if one of the arguments in `excluded` is given.
     """
-    target = parse_error_tolerance(error, excluded)
-    most, names = as_int("max_steps", max_steps, 0), parse_requested_quantities(want)
+    target = validate_error_tolerance(error, excluded)
+    most, names = as_int("max_steps", max_steps, 0), validate_requested_quantities(want)
     placeholder = methods["strang"]
     return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
 
@@ -269,7 +269,7 @@ def _find_path_by_step_search(
 ) -> Path:
     """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
-        still = parse_solve_options(scene, "strang", step=1.0)
+        still = validate_solve_options(scene, "strang", step=1.0)
         return build_path_or_raise(scene, still, record_states(scene, still, times))
     assert options.error is not None
     check_resolvable_horizon(scene, float(times[-1]), None)

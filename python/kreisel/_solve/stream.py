@@ -8,13 +8,13 @@ from typing import Unpack, overload
 
 from .._model.scene import Ensemble, Scene
 from .._options.solve_options import Progress, check_progress_callback
-from .._options.times import CHUNK_SIZE, parse_time_direction_and_chunks
+from .._options.times import CHUNK_SIZE, validate_direction_and_chunk_times
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, as_int
 from .keywords import PoolKeywords, StreamKeywords
-from .run import EventSpec, Run, parse_run_options
+from .run import EventSpec, Run, validate_run_options
 from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, stream_ensemble
 
 
@@ -97,8 +97,8 @@ def stream(
         return stream_ensemble(scene, t, method, arguments, size, progress, threads, executor)
     if threads is not None or executor is not None:
         refuse_ensemble_arguments(scene, threads=threads, executor=executor)
-    options = parse_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
-    back, chunks = parse_time_direction_and_chunks(
+    options = validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
+    back, chunks = validate_direction_and_chunk_times(
         t, options.step, options.every, most or CHUNK_SIZE
     )
     return Run(scene, options, back)._yield_path_per_chunk(

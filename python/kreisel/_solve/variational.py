@@ -15,8 +15,8 @@ from .._options.methods import FALLBACK, Method, has_torus_closed_form
 from .._options.solve_options import (
     Progress,
     SolveOptions,
-    parse_recording_interval,
-    parse_solve_options,
+    validate_recording_interval,
+    validate_solve_options,
 )
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.path import Path, build_path_from_core_result, format_progress, make_stop_exception
@@ -41,7 +41,7 @@ TangentName = Literal[
 TangentSpec = TangentName | Iterable[TangentName]
 
 
-def parse_tangent_names(tangents: object) -> tuple[str, ...]:
+def validate_tangent_names(tangents: object) -> tuple[str, ...]:
     """Return the names of the requested tangents without duplicates, in a fixed order.
 
     Raises TypeError or ValueError for an unknown name, or if no name is given.
@@ -81,7 +81,7 @@ def check_computes_tangents(method: Method) -> None:
         )
 
 
-def parse_tangent_options(
+def validate_tangent_options(
     scene: object,
     method: str,
     tangents: object,
@@ -94,16 +94,16 @@ def parse_tangent_options(
     `controls` contains the arguments step, tol, digits and max_steps. Raises ValueError if an
     argument in `excluded` is given, or if the method cannot compute the tangents.
     """
-    top, names = check_type("scene", scene, Scene), parse_tangent_names(tangents)
+    top, names = check_type("scene", scene, Scene), validate_tangent_names(tangents)
     refuse_arguments_with_tangents(excluded)
     chosen = FALLBACK if method == "auto" else method
-    options = parse_solve_options(top, chosen, *controls, requested=method)
+    options = validate_solve_options(top, chosen, *controls, requested=method)
     if options.method.exact and has_torus_closed_form(top):
         check_torus_tangent_names(names)
     else:
         check_computes_tangents(options.method)
     refuse_tangents_of_friction(top, names)
-    parse_recording_interval(options.method, every)
+    validate_recording_interval(options.method, every)
     return replace(options, tangents=names)
 
 

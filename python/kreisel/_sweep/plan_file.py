@@ -32,7 +32,7 @@ from ..events import MAKERS, Event
 from ..scenes import about, get_scene
 from .source import Source
 from .sweep_plan import SweepPlan, make_sweep_plan
-from .task import ARGUMENTS, parse_task
+from .task import ARGUMENTS, validate_task
 
 _CONSTRUCTORS: dict[str, Callable[..., Source]] = {
     "grid": Source.grid,
@@ -49,11 +49,11 @@ def read_sweep_plan(file: Path) -> SweepPlan:
     Raises TypeError or ValueError if the plan is invalid; the message states the file name.
     """
     return parse_toml_source(
-        file, lambda text: _parse_plan_tables(parse_toml_tables(text), file.parent)
+        file, lambda text: _build_plan_from_tables(parse_toml_tables(text), file.parent)
     )
 
 
-def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
+def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
     for name in tables:
         if name not in (*_KEYS, *_CONSTRUCTORS, "scene"):
             raise ValueError(
@@ -61,10 +61,10 @@ def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
             )
     arguments = {name: tables[name] for name in ARGUMENTS if name in tables}
     if "t" in arguments:
-        arguments["t"] = _parse_values_or_range("t", arguments["t"])
+        arguments["t"] = _validate_values_or_range("t", arguments["t"])
     if "events" in arguments:
         arguments["events"] = [
-            _build_event_from_table(row) for row in _parse_event_tables(arguments["events"])
+            _build_event_from_table(row) for row in _build_event_records(arguments["events"])
         ]
     if "event" in arguments:
         arguments["event"] = _build_event_from_table(
@@ -72,11 +72,11 @@ def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
         )
     if "reduce" in arguments:
         require_toml_table("reduce", arguments["reduce"])
-    task = parse_task(tables.get("task", "solve"), arguments)
-    return make_sweep_plan(_parse_source_of_tops(tables, folder), task, tables.get("part_size"))
+    task = validate_task(tables.get("task", "solve"), arguments)
+    return make_sweep_plan(_build_source_from_tables(tables, folder), task, tables.get("part_size"))
 
 
-def _parse_source_of_tops(tables: dict[str, Any], folder: Path) -> Source:
+def _build_source_from_tables(tables: dict[str, Any], folder: Path) -> Source:
     chosen = [name for name in _CONSTRUCTORS if name in tables]
     if len(chosen) != 1:
         many = f"not {' and '.join(chosen)}" if chosen else "and there is none"
@@ -85,9 +85,9 @@ def _parse_source_of_tops(tables: dict[str, Any], folder: Path) -> Source:
         )
     if "scene" not in tables:
         raise ValueError("a plan needs a scene: a name, a file, or a table [scene]")
-    scene, name = _parse_plan_scene(tables["scene"], folder), chosen[0]
+    scene, name = _build_scene_of_plan(tables["scene"], folder), chosen[0]
     table = require_toml_table(name, tables[name])
-    arguments = {key: _parse_values_or_range(key, value) for key, value in table.items()}
+    arguments = {key: _validate_values_or_range(key, value) for key, value in table.items()}
     if name == "columns" and "file" in arguments:
         arguments["file"] = folder / str(arguments["file"])
     constructor = _CONSTRUCTORS[name]
@@ -107,13 +107,13 @@ def _check_argument_names(name: str, arguments: Mapping[str, Any], known: list[s
             raise ValueError(unknown_name_message(f"key in [{name}]:", key, known))
 
 
-def _parse_plan_scene(given: object, folder: Path) -> Scene:
+def _build_scene_of_plan(given: object, folder: Path) -> Scene:
     if isinstance(given, str):
         return get_scene(given) if given in about else Scene.from_toml(folder / given)
     return build_scene_from_table(dict(require_toml_table("scene", given)))
 
 
-def _parse_values_or_range(name: str, given: object) -> Any:
+def _validate_values_or_range(name: str, given: object) -> Any:
     """Return the given values, or evenly spaced values if `given` is a table { from, to, n }."""
     if not isinstance(given, dict):
         return given
@@ -126,7 +126,7 @@ def _parse_values_or_range(name: str, given: object) -> Any:
     return np.linspace(begin, end, as_int(f"n of {name}", given["n"], 1))
 
 
-def _parse_event_tables(given: object) -> list[dict[str, Any]]:
+def _build_event_records(given: object) -> list[dict[str, Any]]:
     if not isinstance(given, list):
         raise TypeError(f"events must be tables [[events]], not {short_repr(given)}")
     return [dict(require_toml_table("events", row)) for row in given]

@@ -26,7 +26,7 @@ from .._model.variation import scatter, vary
 from .._options.ensemble_options import format_index, unravel_index
 from .._utils.errors import refuse_attribute_assignment
 from .._utils.validation import as_bool, as_int, check_type, short_repr
-from .start_parameters import FLAGS, parse_sweep_parameter
+from .start_parameters import FLAGS, validate_sweep_parameter
 from .start_table import read_parameters_of_tops
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
@@ -336,7 +336,7 @@ def _split_parameters_and_flags(
         if value is None:
             continue
         if name not in FLAGS:
-            parameters[name] = parse_sweep_parameter(name, value)
+            parameters[name] = validate_sweep_parameter(name, value)
         elif as_bool(name, value):
             flags[name] = True
     return parameters, {name: True for name in FLAGS if name in flags}

@@ -47,7 +47,7 @@ FLAGS = "steady", "fast", "degrees"
 PARAMETERS = tuple(_ENDINGS)
 
 
-def parse_sweep_parameter(name: str, numbers: object) -> BatchParameter:
+def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
     """Validate the values of the parameter `name`, and return them as an array.
 
     Raises ValueError for an unknown name, and TypeError or ValueError for invalid values.

@@ -28,7 +28,7 @@ from .._utils.atomic_io import atomic_write, check_file_is_writable, sync_folder
 from .._utils.validation import Array
 from .checksum import fill_in_checksum, has_correct_checksum
 from .part_table import PartTable
-from .sweep_plan import SweepPlan, hash_plan, make_array_file_name, parse_plan_json
+from .sweep_plan import SweepPlan, build_plan_from_dict, hash_plan, make_array_file_name
 
 PLAN = "plan.json"
 REPAIR = (
@@ -135,7 +135,9 @@ def open_sweep_store(folder: str | os.PathLike[str], expected: str | None = None
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
     try:
-        plan = parse_plan_json(content["plan"], lambda name: _read_parameter_array(where / name))
+        plan = build_plan_from_dict(
+            content["plan"], lambda name: _read_parameter_array(where / name)
+        )
     except ValueError as error:
         raise ValueError(f"{where / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from .._model.scene import Ensemble
-from .._options.ensemble_options import ReductionSpec, parse_thread_count
+from .._options.ensemble_options import ReductionSpec, validate_thread_count
 from .._options.solve_options import Progress, check_progress_callback
 from .._solve.run import EventSpec
 from .._utils.errors import warn_user
@@ -22,7 +22,7 @@ from .source import Source
 from .store import DAMAGED, DONE, FOREIGN, OLD, SweepStore, create_or_open_sweep_store
 from .sweep_plan import SweepPlan, make_sweep_plan
 from .sweep_result import SweepResult
-from .task import ARGUMENTS, TaskName, parse_task
+from .task import ARGUMENTS, TaskName, validate_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
@@ -128,8 +128,8 @@ def sweep(
     )  # first, so that locals() contains only the arguments
     plan = _make_sweep_plan(tops, task, arguments, part_size)
     callback = check_progress_callback(progress)
-    count = parse_thread_count(threads, executor)
-    chosen = _parse_part_range(parts, plan.parts)
+    count = validate_thread_count(threads, executor)
+    chosen = _validate_part_range(parts, plan.parts)
     store = create_or_open_sweep_store(folder, plan)
     runner = PartRunner(store, _list_incomplete_parts(store, chosen), callback)
     return _run_selected_parts(runner, chosen, count, executor)
@@ -178,10 +178,10 @@ def _make_sweep_plan(
             )
         return read_sweep_plan(Path(tops))
     source = Source.of(tops) if isinstance(tops, Ensemble) else check_type("tops", tops, Source)
-    return make_sweep_plan(source, parse_task(task, arguments), part_size)
+    return make_sweep_plan(source, validate_task(task, arguments), part_size)
 
 
-def _parse_part_range(parts: object, count: int) -> range:
+def _validate_part_range(parts: object, count: int) -> range:
     """Return the requested range of parts. By default, all parts are requested."""
     if parts is None:
         return range(count)

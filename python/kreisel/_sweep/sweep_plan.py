@@ -23,7 +23,7 @@ from .._options.solve_options import Progress
 from .._options.times import get_total_memory
 from .._utils.validation import Array, as_int
 from .source import Places, RandomSpec, Source
-from .task import SweepTask, TaskResult, parse_task_json
+from .task import SweepTask, TaskResult, build_task_from_dict
 
 FORMAT = 1  # version of the layout of plans and parts
 _MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
@@ -137,7 +137,7 @@ class SweepPlan:
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
             raise self.source._find_error_of_first_invalid_top(
-                self.task.parse_options_and_times, at, error
+                self.task.validate_options_and_times, at, error
             ) from None
 
 
@@ -195,10 +195,10 @@ def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = Non
     sample = source._choose_validation_tops()
     try:
         ensemble = source._build_tops(sample)
-        options, times = task.parse_options_and_times(ensemble)
+        options, times = task.validate_options_and_times(ensemble)
     except (TypeError, ValueError) as error:
         raise source._find_error_of_first_invalid_top(
-            task.parse_options_and_times, sample, error
+            task.validate_options_and_times, sample, error
         ) from None
     states = times.shape[-1]
     results = 8 * len(options.reductions) or states * (8 + options.bytes_per_state)
@@ -218,14 +218,14 @@ def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = Non
     )
 
 
-def parse_plan_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
+def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """Return the plan stored in a JSON object.
 
     `load` reads an array, given the name of its file. Raises ValueError if the object is not a
     plan, or has the format of a different version of kreisel.
     """
     try:
-        source, task = _parse_source_json(plan, load), parse_task_json(plan)
+        source, task = _build_source_from_dict(plan, load), build_task_from_dict(plan)
         result = make_sweep_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
@@ -234,8 +234,8 @@ def parse_plan_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Sw
     return result
 
 
-def _parse_source_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def parse_parameter_rows(rows: list[list[Any]]) -> dict[str, BatchParameter]:
+def _build_source_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
+    def build_parameters_from_rows(rows: list[list[Any]]) -> dict[str, BatchParameter]:
         parameters = {}
         for name, value, numbers in rows:
             is_file = isinstance(numbers, str)
@@ -248,10 +248,14 @@ def _parse_source_json(plan: Mapping[str, Any], load: Callable[[str], Array]) ->
     random = None
     if "random" in plan:
         spec = plan["random"]
-        random = RandomSpec(spec["seed"], parse_parameter_rows(spec["ranges"]), spec["widths"])
-    parameters = parse_parameter_rows(plan["parameters"])
+        random = RandomSpec(
+            spec["seed"], build_parameters_from_rows(spec["ranges"]), spec["widths"]
+        )
+    parameters = build_parameters_from_rows(plan["parameters"])
     varied: dict[str, BatchParameter] = {}
     for row in plan["varied"]:
-        varied |= {row: parameters[row]} if isinstance(row, str) else parse_parameter_rows([row])
+        varied |= (
+            {row: parameters[row]} if isinstance(row, str) else build_parameters_from_rows([row])
+        )
     scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), tuple(plan["axes"])
     return Source(scene, shape, axes, parameters, varied, plan["flags"], random)

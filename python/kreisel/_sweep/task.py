@@ -13,9 +13,9 @@ import numpy as np
 from .._model.scene import Ensemble
 from .._options.ensemble_options import (
     EnsembleOptions,
-    parse_ensemble_options,
-    parse_ensemble_times,
     resolve_method_for_ensemble,
+    validate_ensemble_options,
+    validate_ensemble_times,
 )
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress
@@ -26,12 +26,12 @@ from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import Section
-from .._solve.chaos import lyapunov, megno, oli, parse_indicator_arguments
-from .._solve.section import parse_section_arguments, parse_section_event, section
-from .._solve.solve_ensemble import SolveArguments, parse_ensemble_arguments, select_slice_runner
+from .._solve.chaos import lyapunov, megno, oli, validate_indicator_arguments
+from .._solve.section import section, validate_section_arguments, validate_section_event
+from .._solve.solve_ensemble import SolveArguments, select_slice_runner, validate_ensemble_arguments
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Array, Numbers, short_repr
-from ..events import Event, from_record, parse_events, to_record
+from ..events import Event, from_record, to_record, validate_events
 
 TaskName = Literal["solve", "lyapunov", "megno", "oli", "section"]
 TaskResult = Paths | Reductions | Indicator | Section
@@ -47,7 +47,7 @@ class SweepTask(Protocol):
     def to_canonical_form(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
-    def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def validate_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         """Return the validated options and the times of the task for an ensemble.
 
         For a section, the times are the longest allowed waiting times for the next event. Raises
@@ -80,7 +80,9 @@ class SolveTask(NamedTuple):
         given = self.arguments
         solve = _drop_none_values(given._asdict())
         if given.events is not None:
-            solve["events"] = [to_record(event) for event in parse_events(FALLBACK, given.events)]
+            solve["events"] = [
+                to_record(event) for event in validate_events(FALLBACK, given.events)
+            ]
         if given.want is not None:
             solve["want"] = list(given.want)
         if given.reduce is not None:
@@ -107,9 +109,9 @@ class SolveTask(NamedTuple):
         )
         return SolveTask(_float_or_list(self.t), self.method, arguments)
 
-    def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        options = parse_ensemble_arguments(some, self.method, self.arguments)
-        return options, parse_ensemble_times(some, self.t, options)
+    def validate_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        options = validate_ensemble_arguments(some, self.method, self.arguments)
+        return options, validate_ensemble_times(some, self.t, options)
 
     def compute_results_of_tops(
         self,
@@ -145,9 +147,11 @@ class ChaosTask(NamedTuple):
         controls = direction, _float_or_none(self.tol), int(self.max_steps)
         return ChaosTask(self.name, _float_or_list(self.t), *controls)
 
-    def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        times, _ = parse_indicator_arguments(some, *self[1:])
-        return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
+    def validate_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        times, _ = validate_indicator_arguments(some, *self[1:])
+        return validate_ensemble_options(
+            some, FALLBACK, tol=self.tol, max_steps=self.max_steps
+        ), times
 
     def compute_results_of_tops(
         self,
@@ -174,12 +178,12 @@ class SectionTask(NamedTuple):
 
     @property
     def as_json(self) -> dict[str, Any]:
-        event = {"event": to_record(parse_section_event(self.event))}
+        event = {"event": to_record(validate_section_event(self.event))}
         return {"section": _drop_none_values(self._asdict()) | event}
 
     def to_canonical_form(self, options: EnsembleOptions) -> SectionTask:
         return SectionTask(
-            parse_section_event(self.event),
+            validate_section_event(self.event),
             int(self.n),
             _float_or_none(self.max_wait),
             _float_or_none(self.tol),
@@ -187,8 +191,8 @@ class SectionTask(NamedTuple):
             int(self.max_steps),
         )
 
-    def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        waits, options = parse_section_arguments(some, *self)
+    def validate_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        waits, options = validate_section_arguments(some, *self)
         return options, waits[0]
 
     def compute_results_of_tops(
@@ -213,7 +217,7 @@ _ARGUMENTS: dict[str, tuple[str, ...]] = {
 ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name in names))
 
 
-def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
+def validate_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
     """Return a task, given its name and its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
@@ -238,10 +242,10 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
         return SectionTask(**arguments)
     if task in INDICATORS:
         return ChaosTask(task, **arguments)
-    return _parse_solve_task(**arguments)
+    return _validate_solve_task(**arguments)
 
 
-def _parse_solve_task(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
+def _validate_solve_task(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
     if "want" in arguments:
@@ -270,7 +274,7 @@ def _float_or_list(values: Numbers) -> Any:
     return np.asarray(values, dtype=np.float64).tolist()
 
 
-def parse_task_json(plan: Mapping[str, Any]) -> SweepTask:
+def build_task_from_dict(plan: Mapping[str, Any]) -> SweepTask:
     """Return the task that is stored in the JSON form of a plan.
 
     Raises KeyError, TypeError or ValueError if the task is invalid.
@@ -285,4 +289,4 @@ def parse_task_json(plan: Mapping[str, Any]) -> SweepTask:
         arguments["event"] = from_record(arguments["event"])
     if "reduce" in arguments:
         arguments["reduce"] = dict(arguments["reduce"])
-    return parse_task(task, arguments)
+    return validate_task(task, arguments)
