@@ -263,7 +263,7 @@ def test_starts_beside_a_plan_must_be_finite(tmp_path):
     kr.sweep(kr.Source.grid(TOP, gravity=values), 1, folder=tmp_path, parts=range(0))
     (file,) = tmp_path.glob("starts-*.npy")
     values[7] = np.nan
-    changed = tmp_path / sweep_plan.make_array_file_name(values)
+    changed = tmp_path / sweep_plan.make_file_name_from_array_hash(values)
     np.save(changed, values)
     plan = json.loads((tmp_path / "plan.json").read_text().replace(file.name, changed.name))
     plan["hash"] = sweep_plan.hash_plan(plan["plan"])

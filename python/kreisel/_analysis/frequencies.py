@@ -41,7 +41,7 @@ from .._utils.validation import (
 )
 from ..quaternion import multiply, turn
 from .torus_rates import compute_torus_rates
-from .turns import Waves, compute_body_axis_motion, measure_angle_increments
+from .turns import Waves, compute_axis_motion_about_direction, measure_angle_increments
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -206,7 +206,7 @@ def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
     principal, east = path.frame, _perpendicular_unit_vector(up)
     axis, first = along @ principal, _perpendicular_unit_vector(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
-    motion = compute_body_axis_motion(path, up, along, east)
+    motion = compute_axis_motion_about_direction(path, up, along, east)
     level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:

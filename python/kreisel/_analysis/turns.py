@@ -102,7 +102,9 @@ class _ArcAnglesAndChordDistances(NamedTuple):
     distance: Array
 
 
-def compute_body_axis_motion(path: Path, up: Array, along: Array, east: Array) -> BodyAxisMotion:
+def compute_axis_motion_about_direction(
+    path: Path, up: Array, along: Array, east: Array
+) -> BodyAxisMotion:
     """Compute the motion of a body axis about a fixed direction.
 
     `along` contains the components of the body axis along the principal axes, and `up` is the fixed

@@ -115,7 +115,7 @@ class RunOutputs:
         """True if the whole path must be kept in memory."""
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
-    def create_outputs(self) -> list[PathOutput]:
+    def create_path_outputs(self) -> list[PathOutput]:
         """Create the outputs of the run."""
         outputs: list[PathOutput] = [self._met] if self._met else []
         if self._shows:

@@ -180,7 +180,10 @@ def _run_and_write_outputs(
         try:
             with stops.show_progress():
                 end = write_path_pieces_to_outputs(
-                    left.create_outputs(), pieces, run if "--save" in left.files else None, stops
+                    left.create_path_outputs(),
+                    pieces,
+                    run if "--save" in left.files else None,
+                    stops,
                 )
         except MemoryError:
             left.discard_output_files()

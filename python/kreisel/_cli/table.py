@@ -65,7 +65,7 @@ class StateTablePrinter:
         if not self._heads:
             of = units(piece, names, self._angles.degrees)
             self._heads = {name: f"{name} [{of[name]}]" if of[name] else name for name in table}
-        self._note_angle_jumps(table)
+        self._update_has_jumps(table)
         count = len(piece)
         self.rows += count
         head = min(count, _ENDS - len(self._first))
@@ -73,7 +73,7 @@ class StateTablePrinter:
         begin = head if self._last.maxlen is None else max(head, count - _ENDS)
         self._last.extend(_select_table_rows(table, slice(begin, None)))
 
-    def _note_angle_jumps(self, table: dict[str, Array]) -> None:
+    def _update_has_jumps(self, table: dict[str, Array]) -> None:
         half_turn = 180.0 if self._angles.degrees else np.pi
         for name in ANGLES & table.keys():
             values = np.append(self._before.get(name, []), table[name])

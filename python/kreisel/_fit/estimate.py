@@ -112,7 +112,7 @@ def _run_search_sessions(
     best: Fit | None = None
     for session in sessions:
         try:
-            session.find_best_solution(pieces, has_data_guess=not is_multistart)
+            session.search(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
             reached = session.best
             found = (

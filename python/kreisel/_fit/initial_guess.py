@@ -144,7 +144,7 @@ def _make_guess_from_linear_solution(
     seen = motion._replace(attitude=attitude, rate=motion.rate @ turned)
     if motion.is_at_rest:
         seen = _transform_motion_to_support_frame(seen, parameters.start.turning)
-    point = _replace_body_by_estimates(parameters, moments, lever, solution)
+    point = _set_free_body_parameters(parameters, moments, lever, solution)
     rate = seen.rate[:3].mean(axis=0)
     return Guess(
         _find_parameters_through_state(parameters, point, seen.t[0], seen.attitude[0], rate), seen
@@ -172,7 +172,7 @@ def _select_samples_before_stop(motion: MotionSamples, axis: Array) -> MotionSam
     return motion.select_first_samples(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
 
 
-def _replace_body_by_estimates(
+def _set_free_body_parameters(
     parameters: FreeParameters, moments: Array, lever: Array, losses: _LinearBodyEstimates | None
 ) -> FitPoint:
     """Return the parameters of the scene after replacing its free body parameters by estimates."""
@@ -435,7 +435,7 @@ def _guess_from_apex_and_spin(
         across = torque / k
         along = min(along, 1.9 * across)
     moments = along * axis**2 + across * (1.0 - axis**2)
-    point = _replace_body_by_estimates(parameters, moments, base.gravity_force * base.com, None)
+    point = _set_free_body_parameters(parameters, moments, base.gravity_force * base.com, None)
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
     turn = compute_tilt_quaternions(axis)

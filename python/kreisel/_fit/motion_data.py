@@ -80,7 +80,7 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
             found = _reconstruct_motion_from_gyroscope(
                 t, w @ turned, None if first is None else first @ turned
             )
-            is_at_rest = name == INERTIAL_VELOCITY.name and point.has_turning_support
+            is_at_rest = name == INERTIAL_VELOCITY.name and point.is_support_turning
             made += [motion._replace(is_at_rest=is_at_rest) for motion in found]
         if "velocity" in table:
             t, w = _select_longest_gapless_samples(record.t, table["velocity"])

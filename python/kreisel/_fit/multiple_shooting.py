@@ -251,7 +251,7 @@ def minimize_by_multiple_shooting(
     return found
 
 
-def has_gapped_fit(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
+def fits_with_gaps(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
     """Return True if the segments agree with the records when gaps between them are allowed."""
     model.gap = GAPS[0]
     search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)

@@ -122,14 +122,14 @@ class FitPoint:
         return safe
 
     @cached_property
-    def has_turning_support(self) -> bool:
+    def is_support_turning(self) -> bool:
         """True if the support turns."""
         return bool(self.turning.any())
 
     @cached_property
     def inertial_velocity(self) -> Array:
         """The angular velocity in the inertial frame, with components along the principal axes."""
-        if not self.has_turning_support:
+        if not self.is_support_turning:
             return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
         return made
@@ -166,7 +166,7 @@ class FitPoint:
             body_momentum=self.momentum,
             gravity=self.gravity,
             damping=self.damping,
-            turning=self.turning if self.has_turning_support else None,
+            turning=self.turning if self.is_support_turning else None,
             shaking=self.shift_shaking_phase(since),
             friction=self.friction,
         )

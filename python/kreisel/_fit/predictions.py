@@ -199,7 +199,7 @@ class QuantityPredictor:
 
     @property
     def _is_on_turning_support(self) -> bool:
-        return self.parameters.can_vary("turning") or self.point.has_turning_support
+        return self.parameters.can_vary("turning") or self.point.is_support_turning
 
     @cached_property
     def _support_angular_velocity(self) -> Prediction:

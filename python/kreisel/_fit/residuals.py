@@ -241,7 +241,7 @@ class ResidualModel:
             if name == "attitude":
                 made[:3, at] = np.eye(3)
                 made[3:6, at] = -rotation @ cross_matrix(point.momentum)
-                if point.has_turning_support:
+                if point.is_support_turning:
                     support = cross_matrix(point.turning @ rotation)
                     made[3:6, at] += (rotation * point.moments) @ support
             elif name == "velocity":

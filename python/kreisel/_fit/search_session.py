@@ -18,7 +18,7 @@ from .multiple_shooting import (
     SegmentStartStates,
     ShootingModel,
     choose_segment_count,
-    has_gapped_fit,
+    fits_with_gaps,
     minimize_by_multiple_shooting,
 )
 from .noise import MEDIAN, estimate_initial_sigmas, estimate_sigmas_from_residuals
@@ -172,7 +172,7 @@ class SearchSession:
                 f"pieces must be at most {most}, one for two times of the records, not {pieces}"
             )
 
-    def find_best_solution(self, pieces: int | None, has_data_guess: bool) -> None:
+    def search(self, pieces: int | None, has_data_guess: bool) -> None:
         """Search the best solution."""
         own = Guess(self.parameters.start, None)
         is_single = pieces is None or pieces == 1
@@ -490,7 +490,7 @@ class SearchSession:
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = has_gapped_fit(model, model.start_on_data(guess.point, guess.motion), self.loss)
+        is_near = fits_with_gaps(model, model.start_on_data(guess.point, guess.motion), self.loss)
         self.evaluations += model.evaluations
         return is_near
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
-from .._utils.errors import refuse_attribute_assignment, warn_user
+from .._utils.errors import make_frozen_class_decorator, warn_user
 from .._utils.validation import Array, as_array, read_only, short_repr
 from .batch import BatchBase
 from .bodies_constructors import BodiesConstructors
@@ -38,7 +38,7 @@ from .inertia import (
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@refuse_attribute_assignment("construct new bodies with another {}")
+@make_frozen_class_decorator("construct new bodies with another {}")
 class Bodies(BodiesConstructors, BatchBase[Body]):
     """An array of bodies whose parameters broadcast to a common shape.
 
@@ -87,7 +87,7 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         else:
             words.append(validate_inertia_tensors("inertia_about_com", inertia_about_com))
             compute_common_parameter_shape(*words)
-            tensor = add_point_masses(words[-1], heavy, lever)
+            tensor = add_inertia_of_point_masses(words[-1], heavy, lever)
         self._store_parameters(Body, words, heavy, tensor, lever, inertia_rtol, unphysical, rotor)
 
     def _store_parameters(
@@ -250,7 +250,7 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         compute_common_parameter_shape(heavy, tensor, centre, at)
         with np.errstate(all="ignore"):
             lever = centre.values - at.values
-        moved = add_point_masses(tensor, heavy.values, lever)
+        moved = add_inertia_of_point_masses(tensor, heavy.values, lever)
         words = [heavy, tensor, centre, at]
         kept = cls.__new__(cls)
         return kept._store_parameters(
@@ -271,7 +271,7 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
             com = stack_components(nothing, nothing, height) - pivot.values
-            tensor = add_point_masses(
+            tensor = add_inertia_of_point_masses(
                 BatchParameter("inertia", stack_components(*moments), (3,)), mass, com
             )
         return cls.__new__(cls)._store_parameters(make, words, mass, tensor, com)
@@ -385,7 +385,7 @@ def _check_inertia_matrix(name: str, matrix: object) -> None:
         raise ValueError(f"{error}{hint}") from None
 
 
-def add_point_masses(tensor: BatchParameter, mass: Array, at: Array) -> BatchParameter:
+def add_inertia_of_point_masses(tensor: BatchParameter, mass: Array, at: Array) -> BatchParameter:
     """Add the inertia of point masses at the positions `at` to inertia tensors.
 
     The result contains moments of inertia if all tensors are diagonal, and matrices otherwise.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
-from .._utils.errors import make_exception_from_status, refuse_attribute_assignment, warn_user
+from .._utils.errors import make_exception_from_status, make_frozen_class_decorator, warn_user
 from .._utils.validation import (
     Array,
     Quaternion,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-@refuse_attribute_assignment("dataclasses.replace(body, {}=...) returns a new body")
+@make_frozen_class_decorator("dataclasses.replace(body, {}=...) returns a new body")
 @dataclass(frozen=True, init=False)
 class Body(BodyConstructors):
     """A rigid body that rotates about the origin of the frame in which it is described.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._utils.atomic_io import atomic_write
-from .._utils.errors import refuse_attribute_assignment
+from .._utils.errors import make_frozen_class_decorator
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 _COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole radians
 
 
-@refuse_attribute_assignment("scene.replace({}=...) returns a new scene")
+@make_frozen_class_decorator("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
 class Scene:
     """A rigid body in its environment, and its state at t = 0.
@@ -415,7 +415,7 @@ class Scene:
         return text
 
 
-@refuse_attribute_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
+@make_frozen_class_decorator("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
     """An array of scenes, whose parameters broadcast to a common shape.
 

@@ -19,7 +19,7 @@ import numpy as np
 from .._model.body import Body
 from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write, check_file_is_writable
-from .._utils.errors import refuse_attribute_assignment
+from .._utils.errors import make_frozen_class_decorator
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_int, as_positive, as_unit_name
 from .solids import (
@@ -65,7 +65,7 @@ class AnimatablePath(Protocol):
     def __call__(self, t: Array, /) -> AnimatablePath: ...
 
 
-@refuse_attribute_assignment("path.animate({}=...) returns a new film")
+@make_frozen_class_decorator("path.animate({}=...) returns a new film")
 class Film:
     """An animation of a path, to be saved to a file or displayed in a notebook.
 

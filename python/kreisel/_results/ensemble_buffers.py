@@ -109,7 +109,7 @@ class EnsembleBuffers:
         """The number of tops."""
         return len(self.status)
 
-    def _list_allocated_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+    def _get_allocated_arrays_by_name(self) -> dict[str, npt.NDArray[np.generic]]:
         names = ["status", "done", "counts", "reached", "states", "low", "reduced"]
         names += ["tangents", "tangents_low", "truncation"]
         arrays = {name: getattr(self, name) for name in names}
@@ -120,7 +120,9 @@ class EnsembleBuffers:
 
         If `which` is a slice, the arrays of the returned buffers are views.
         """
-        arrays = {name: array[which] for name, array in self._list_allocated_arrays().items()}
+        arrays = {
+            name: array[which] for name, array in self._get_allocated_arrays_by_name().items()
+        }
         columns = {name: array[which] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
         if self.last or self.messages or self.chosen:
@@ -150,8 +152,8 @@ class EnsembleBuffers:
     def copy_rows_from(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
         end = begin + part.size
-        mine, columns = self._list_allocated_arrays(), self.columns
-        for name, array in part._list_allocated_arrays().items():
+        mine, columns = self._get_allocated_arrays_by_name(), self.columns
+        for name, array in part._get_allocated_arrays_by_name().items():
             mine[name][begin:end] = array
         for name, array in part.columns.items():
             columns[name][begin:end] = array

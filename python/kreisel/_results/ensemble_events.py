@@ -50,7 +50,7 @@ class EnsembleEvents(ReadOnlyArrays):
         return self.states[:, 5:]
 
 
-def join_event_columns(met: list[EventColumns]) -> EventColumns:
+def concatenate_slice_events(met: list[EventColumns]) -> EventColumns:
     """Return the events of several slices as one table, sorted by the index of the top."""
     if not met:
         none = np.empty(0, dtype=np.intc)

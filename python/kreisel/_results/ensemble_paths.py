@@ -13,7 +13,7 @@ from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, read_only, short_repr
 from .ensemble_buffers import EventColumns, compute_quantity_derivatives, values
-from .ensemble_events import EnsembleEvents, build_ensemble_events, join_event_columns
+from .ensemble_events import EnsembleEvents, build_ensemble_events, concatenate_slice_events
 from .ensemble_result import EnsembleResult
 from .indexing import find_flat_index
 from .path import Events, Path
@@ -170,7 +170,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @cached_property
     def _event_columns(self) -> EventColumns:
-        return join_event_columns(self._buffers.events)
+        return concatenate_slice_events(self._buffers.events)
 
     def _select_member(self, i: int) -> Path:
         path = super()._select_member(i)

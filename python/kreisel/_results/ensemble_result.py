@@ -14,7 +14,7 @@ from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions, format_index, member, unravel_index
 from .._options.methods import methods
 from .._options.solve_options import SolveOptions
-from .._utils.errors import refuse_attribute_assignment
+from .._utils.errors import make_frozen_class_decorator
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
@@ -33,7 +33,7 @@ from .tangent_data import TangentData
 _T = TypeVar("_T", bound=np.generic)
 
 
-@refuse_attribute_assignment("call solve again for a different result")
+@make_frozen_class_decorator("call solve again for a different result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
     """The results of all tops of an ensemble.

@@ -16,7 +16,7 @@ StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np
 ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
-def resolve_state_index(n: int, which: StateIndex) -> ResolvedIndex:
+def normalize_path_index(n: int, which: StateIndex) -> ResolvedIndex:
     """Convert an index to a slice or an array of integers.
 
     An integer is converted to a slice of length 1. Raises TypeError or IndexError for an invalid

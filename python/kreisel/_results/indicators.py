@@ -322,7 +322,7 @@ def _make_stop_error(
     return kind(f"{text}: the tangent of {scene!r}", status, path, indicator)
 
 
-def extract_single_indicator(indicator: Indicator) -> Indicator:
+def convert_to_scene_indicator(indicator: Indicator) -> Indicator:
     """Return the indicator of a single scene, given that of an ensemble with one top."""
 
     def first(values: npt.NDArray[_T]) -> npt.NDArray[_T]:

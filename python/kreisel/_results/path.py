@@ -37,7 +37,7 @@ from .error_estimate import (
     estimate_attitude_error,
     estimate_rounding_growth,
 )
-from .indexing import StateIndex, resolve_state_index, validate_path_times
+from .indexing import StateIndex, normalize_path_index, validate_path_times
 from .serialization import encode_path_as_archive
 from .state_quantities import NO_STATES, STATE_COLUMNS
 from .state_quantities import Stats as Stats
@@ -217,12 +217,12 @@ class Path(ReadOnlyArrays, TableExportMethods):
             >>> len(path[-1]), path[::2].t.tolist(), path[path.t > 1.5].t.tolist()
             (1, [0.0, 2.0], [2.0, 3.0])
         """
-        at = resolve_state_index(len(self), which)
+        at = normalize_path_index(len(self), which)
         if self._columns is not None:
             columns = {name: column[at] for name, column in self._columns.items()}
             return replace(self, states=NO_STATES, _columns=columns, _events=None)
         low = None if self._low is None else self._low[at]
-        carried = self._tangent_data and self._tangent_data.select_states(at)
+        carried = self._tangent_data and self._tangent_data.select_tangents_at_states(at)
         return replace(self, states=self.states[at], _low=low, _events=None, _tangent_data=carried)
 
     def __iter__(self) -> Iterator[Path]:
@@ -248,7 +248,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
         The phase of a shaken support is advanced to the time of the selected state. Raises
         IndexError if the path has no state with this index.
         """
-        (state,) = self.states[resolve_state_index(len(self), index(i))]
+        (state,) = self.states[normalize_path_index(len(self), index(i))]
         shaking = advance_shaking_phase(self.scene.shaking, float(state[0]))
         return self.scene.replace(attitude=state[1:5], momentum=state[5:], shaking=shaking)
 

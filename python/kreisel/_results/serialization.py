@@ -31,7 +31,7 @@ _EVENTS = "events_"
 _MET = "which", "direction"
 
 
-class PathFields(NamedTuple):
+class PathArguments(NamedTuple):
     """The constructor arguments of a kreisel.Path."""
 
     scene: Scene
@@ -96,7 +96,7 @@ def _list_state_arrays(path: PathBase, prefix: str) -> dict[str, Array]:
 
 def load_path(
     file: BinaryIO, size: int
-) -> tuple[PathFields, tuple[PathFields, Integers, Integers] | None]:
+) -> tuple[PathArguments, tuple[PathArguments, Integers, Integers] | None]:
     """Read a path from a file of `size` bytes, together with its events if there are any.
 
     The events are returned as a tuple: a path of their states, their indices and their directions.
@@ -130,7 +130,7 @@ def _require_json_object(value: object) -> dict[str, object]:
     return value
 
 
-def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathFields:
+def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathArguments:
     """Return a path without arrays, built from the JSON object `head` in the archive header.
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
@@ -151,7 +151,7 @@ def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathFields:
     )
     is_back = step is not None and step < 0.0
     origin = RunStart.from_json(head.get("start"))
-    return PathFields(scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin)
+    return PathArguments(scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin)
 
 
 def _parse_step_choice(words: dict[str, object]) -> StepChoice:
@@ -180,8 +180,8 @@ def _read_tangents(archive: ArchiveReader, n: int, head: object) -> TangentData:
 
 
 def _read_path_arrays(
-    archive: ArchiveReader, prefix: str, words: PathFields, head: dict[str, object]
-) -> PathFields:
+    archive: ArchiveReader, prefix: str, words: PathArguments, head: dict[str, object]
+) -> PathArguments:
     """Read the arrays of a path from an archive."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):

@@ -45,7 +45,7 @@ class TangentData(NamedTuple):
         shape = (len(high), 6, columns)
         return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
 
-    def select_states(self, which: ResolvedIndex) -> TangentData:
+    def select_tangents_at_states(self, which: ResolvedIndex) -> TangentData:
         """Return the tangents of the states selected by `which`."""
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 

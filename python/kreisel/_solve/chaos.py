@@ -20,7 +20,7 @@ from .._results.executor import WorkerPool
 from .._results.indicators import (
     Indicator,
     compute_indicator,
-    extract_single_indicator,
+    convert_to_scene_indicator,
     raise_if_first_top_failed,
 )
 from .._utils.errors import make_exception_from_status
@@ -164,7 +164,7 @@ def _compute_chaos_indicator(
             status, f"no tangent in the direction {direction!r} of {scene!r}"
         )
     raise_if_first_top_failed(tops, result, statuses[status][1])
-    return extract_single_indicator(result)
+    return convert_to_scene_indicator(result)
 
 
 def validate_indicator_arguments(

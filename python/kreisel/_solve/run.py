@@ -49,7 +49,7 @@ from .._results.path import (
 from .._results.recorder import add_events_to_path, record_quantities_in_chunks, report_final_time
 from .._results.requests import build_request_from_solve_options
 from .._utils.atomic_io import atomic_write
-from .._utils.errors import refuse_attribute_assignment
+from .._utils.errors import make_frozen_class_decorator
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, Vector, as_int, as_vector, short_repr
 from ..events import Event, from_record, refuse_kinetic, to_core_events, to_record, validate_events
@@ -76,7 +76,7 @@ class _PresentState(NamedTuple):
     low: Array
 
 
-@refuse_attribute_assignment(
+@make_frozen_class_decorator(
     "run.push, run.reset and run.change change a run; "
     "kreisel.start(path.end.replace(momentum=...)) begins another one at the last state of its path"
 )

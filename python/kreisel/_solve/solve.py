@@ -26,7 +26,7 @@ from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, validate_run_options
 from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, solve_ensemble
 from .step_search import (
-    make_error_argument_exception,
+    make_error_not_accepted_exception,
     solve_with_step_search,
     validate_geometric_method_options,
 )
@@ -159,16 +159,12 @@ def solve(
         controls = step, tol, digits, every, max_steps, error, want, events
         arguments = SolveArguments(*controls, tangents=tangents)
         return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
+    given = scene, method, step, tol, digits, max_steps, want, every
     if is_special or method == GEOMETRIC:
         others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
-        special = error, events, tangents, others
-        options = _validate_tangents_events_geometric(
-            scene, method, step, tol, digits, max_steps, want, every, *special
-        )
+        options = _validate_tangents_events_geometric(*given, error, events, tangents, others)
     else:
-        options = validate_solve_options(
-            scene, method, step, tol, digits, max_steps, want, every, t=t
-        )
+        options = validate_solve_options(*given, t=t)
     return _solve_with_options(scene, options, t, check_progress_callback(progress))
 
 
@@ -202,7 +198,7 @@ def _validate_tangents_events_geometric(
         check_type("scene", scene, Scene)
         return validate_geometric_method_options(error, max_steps, want, excluded)
     if error is not None:
-        raise make_error_argument_exception(method)
+        raise make_error_not_accepted_exception(method)
     return validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
 
 

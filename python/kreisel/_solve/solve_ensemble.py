@@ -31,7 +31,7 @@ from ..events import refuse_kinetic, to_core_events, validate_events
 from .run import EventSpec
 from .step_search import (
     STEP_SEARCH,
-    make_error_argument_exception,
+    make_error_not_accepted_exception,
     validate_geometric_method_options,
 )
 from .variational import (
@@ -184,7 +184,7 @@ def validate_ensemble_arguments(
         return _validate_ensemble_tangent_options(tops, method, arguments)
     step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
     if error is not None:
-        raise make_error_argument_exception(method)
+        raise make_error_not_accepted_exception(method)
     if events is not None and reduce is not None:
         raise ValueError("events need paths: leave out reduce")
     controls = step, tol, digits, max_steps, want, reduce, every

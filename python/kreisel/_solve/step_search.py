@@ -236,7 +236,7 @@ def validate_error_tolerance(error: float | None, others: Mapping[str, object]) 
     return target
 
 
-def make_error_argument_exception(method: object) -> ValueError:
+def make_error_not_accepted_exception(method: object) -> ValueError:
     """Return the exception to raise if `error` is given for a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"

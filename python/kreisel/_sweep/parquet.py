@@ -14,7 +14,7 @@ import numpy as np
 
 from .._utils.optional import optional_dependency
 from .checksum import PLACEHOLDER
-from .part_table import COUNT, Column, PartTable
+from .part_table import COUNT, Column, PartResults
 from .start_table import PARQUET
 
 with optional_dependency(PARQUET):
@@ -29,7 +29,7 @@ _PER = b"top", b"time", b"event"  # values of `per`: a column has one value per 
 _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
-def encode_part_as_parquet(part: PartTable, about: Mapping[str, Any]) -> bytearray:
+def encode_part_as_parquet(part: PartResults, about: Mapping[str, Any]) -> bytearray:
     """Encode a part as a Parquet file with a placeholder for its checksum.
 
     The dictionary `about` is stored as JSON in the metadata of the file.
@@ -61,7 +61,7 @@ def list_parquet_column_types(table: Table) -> list[tuple[str, Any]]:
     ]
 
 
-def convert_to_arrow_table(part: PartTable) -> Table:
+def convert_to_arrow_table(part: PartResults) -> Table:
     """Return the rows of a part as a pyarrow.Table.
 
     The entry `units` in the metadata of each field states the unit of the column. The metadata
@@ -121,7 +121,7 @@ def _parse_part_description(metadata: Mapping[bytes, bytes] | None) -> dict[str,
 
 def decode_part_from_parquet(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
-) -> PartTable:
+) -> PartResults:
     """Read a part from a file, optionally only the columns in `names`.
 
     If `names` is an empty list, the returned table has all columns but no rows. `states` is the
@@ -144,9 +144,9 @@ def decode_part_from_parquet(
         raise ValueError(f"{file} is damaged, or not a part of this sweep: {error}") from None
 
 
-def _convert_arrow_to_part_table(table: Table, states: int) -> PartTable:
-    """Convert an Arrow table to a PartTable."""
-    part = PartTable()
+def _convert_arrow_to_part_table(table: Table, states: int) -> PartResults:
+    """Convert an Arrow table to a PartResults."""
+    part = PartResults()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, metadata = column.combine_chunks(), field.metadata or {}
         part.units[field.name] = metadata.get(b"units", b"").decode()

@@ -35,7 +35,7 @@ EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.compon
 
 
 @dataclass
-class PartTable:
+class PartResults:
     """A table of the results for the tops in a part of a sweep, and of their events.
 
     columns  {name: values (n,) or (n, k)} of the tops
@@ -48,11 +48,11 @@ class PartTable:
     units: dict[str, str] = field(default_factory=dict)
 
 
-def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTable:
+def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartResults:
     """Return a table of the tops with the given indices, including their results."""
     results = _list_result_columns(plan, outcome)
     names = [name for name, _, _ in results]
-    part = PartTable({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
+    part = PartResults({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
     ensemble = plan.build_ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
     degrees = plan.source._flags.get("degrees", False)
     for name, one in plan.source._list_varying_values(tops.start, tops.stop, ensemble).items():
@@ -125,7 +125,7 @@ def _list_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
     ]
 
 
-def _add_event_columns(part: PartTable, found: EnsembleEvents | Section) -> None:
+def _add_event_columns(part: PartResults, found: EnsembleEvents | Section) -> None:
     """Add columns for the events and for the number of events of each top."""
     part.columns[COUNT], part.units[COUNT] = found.count, ""
     for name, quantity in _STATES.items():

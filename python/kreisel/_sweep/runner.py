@@ -13,7 +13,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 
 from .._options.solve_options import Progress
 from .._results.executor import has_thread_workers, run_jobs
-from .part_table import PartTable, tabulate_part
+from .part_table import PartResults, tabulate_part
 from .store import SweepStore
 
 # Maximal number of unfinished parts submitted to an executor. It exceeds the number of workers of
@@ -24,7 +24,7 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 
 def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
-) -> PartTable:
+) -> PartResults:
     """Compute the results of the tops with the given indices."""
     return tabulate_part(
         store.plan, tops, store.plan.compute_results_of_tops(tops, threads, progress)

@@ -24,7 +24,7 @@ from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
 from .._model.variation import scatter, vary
 from .._options.ensemble_options import format_index, unravel_index
-from .._utils.errors import refuse_attribute_assignment
+from .._utils.errors import make_frozen_class_decorator
 from .._utils.validation import as_bool, as_int, check_type, short_repr
 from .start_parameters import FLAGS, validate_sweep_parameter
 from .start_table import read_parameters_of_tops
@@ -47,7 +47,7 @@ class RandomSpec(NamedTuple):
     widths: Mapping[str, Any]
 
 
-@refuse_attribute_assignment("construct a new kreisel.Source")
+@make_frozen_class_decorator("construct a new kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """A lazy description of many tops, from which kreisel.sweep constructs the tops of each part.
@@ -135,7 +135,7 @@ class Source:
                 "random tops need the range of at least one parameter, as in spin=(0, 20)"
             )
         for name, one in ranges.items():
-            _check_parameter_bounds(name, one)
+            _check_random_range(name, one)
         fixed = {
             n: _reshape_parameter_along_axis(one, ("top",))
             for n, one in parameters.items()
@@ -342,7 +342,7 @@ def _split_parameters_and_flags(
     return parameters, {name: True for name in FLAGS if name in flags}
 
 
-def _check_parameter_bounds(name: str, one: BatchParameter) -> None:
+def _check_random_range(name: str, one: BatchParameter) -> None:
     """Raise ValueError unless the values of a parameter are the bounds of a finite interval."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")

@@ -27,8 +27,8 @@ from .._core import version
 from .._utils.atomic_io import atomic_write, check_file_is_writable, sync_folder
 from .._utils.validation import Array
 from .checksum import fill_in_checksum, has_correct_checksum
-from .part_table import PartTable
-from .sweep_plan import SweepPlan, build_plan_from_dict, hash_plan, make_array_file_name
+from .part_table import PartResults
+from .sweep_plan import SweepPlan, build_plan_from_dict, hash_plan, make_file_name_from_array_hash
 
 PLAN = "plan.json"
 REPAIR = (
@@ -56,7 +56,7 @@ class SweepStore:
         """Return the file path of part i."""
         return self.folder / f"part-{i:06}.parquet"
 
-    def write_part(self, i: int, part: PartTable) -> None:
+    def write_part(self, i: int, part: PartResults) -> None:
         """Write part i to a file that includes a checksum."""
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
         atomic_write(
@@ -74,7 +74,7 @@ class SweepStore:
                 found.append(i)
         return sorted(found)
 
-    def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
+    def read_part(self, i: int, names: Iterable[str] | None = None) -> PartResults:
         """Read part i from its file, optionally only the columns in `names`.
 
         If `names` is an empty list, the returned table has all columns but no rows. Raises
@@ -180,7 +180,7 @@ def _read_parameter_array(file: Path) -> Array:
     Raises ValueError if the hash of the array does not match the hash in the file name.
     """
     values: Array = np.load(file, allow_pickle=False)
-    if make_array_file_name(values) != file.name:
+    if make_file_name_from_array_hash(values) != file.name:
         raise ValueError(f"{file} is damaged: its numbers do not match its name")
     return values
 
@@ -238,7 +238,7 @@ def _write_plan_to_new_folder(where: Path, plan: SweepPlan) -> bool:
 def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
     """Write each array that is too long for the plan file to a separate file."""
     for values in plan.long_parameter_arrays:
-        file = where / make_array_file_name(values)
+        file = where / make_file_name_from_array_hash(values)
         if not file.exists():
             out = io.BytesIO()
             np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)

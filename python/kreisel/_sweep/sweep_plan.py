@@ -151,7 +151,7 @@ def dump_canonical_json(plan: Mapping[str, Any]) -> str:
     return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def make_array_file_name(values: Array) -> str:
+def make_file_name_from_array_hash(values: Array) -> str:
     """Return the file name of an array, which is derived from a hash of its shape and values."""
     digest = hashlib.sha256(str(values.shape).encode())
     digest.update(np.ascontiguousarray(values, dtype="<f8").data)
@@ -167,7 +167,7 @@ def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[
         [
             one.name,
             list(one.value),
-            make_array_file_name(one.values)
+            make_file_name_from_array_hash(one.values)
             if one.values.size > _MAX_INLINE
             else one.values.tolist(),
         ]

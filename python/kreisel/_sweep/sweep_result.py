@@ -14,10 +14,10 @@ import numpy.typing as npt
 from .._results.ensemble_buffers import EventColumns
 from .._results.ensemble_events import EnsembleEvents, build_ensemble_events
 from .._results.tables import TABLES
-from .._utils.errors import refuse_attribute_assignment, unknown_name_message
+from .._utils.errors import make_frozen_class_decorator, unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import as_bool, as_int
-from .part_table import COUNT, EVENT_STATE, PartTable
+from .part_table import COUNT, EVENT_STATE, PartResults
 from .start_table import PARQUET
 from .store import DAMAGED, DONE, FOREIGN, MISSING, OLD, REPAIR, SweepStore, open_sweep_store
 
@@ -30,7 +30,7 @@ Column = npt.NDArray[Any]
 _STATUS = "status", "reached"
 
 
-@refuse_attribute_assignment("results of kreisel.sweep are read-only")
+@make_frozen_class_decorator("results of kreisel.sweep are read-only")
 class SweepResult:
     """The results of a sweep, read from its folder.
 
@@ -110,7 +110,7 @@ class SweepResult:
         return self._store.plan.hash
 
     @cached_property
-    def _empty_part_table(self) -> PartTable:
+    def _empty_part_table(self) -> PartResults:
         """An empty table with the columns of a part."""
         if not self.present:
             raise ValueError(f"{self.folder} has no parts yet")
@@ -139,7 +139,7 @@ class SweepResult:
         values.flags.writeable = False
         return values
 
-    def _read_existing_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
+    def _read_existing_parts(self, names: list[str] | None = None) -> Iterator[PartResults]:
         """Return an iterator over the existing parts, optionally with only the columns in `names`.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
@@ -309,7 +309,7 @@ def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:
             yield range(before + 1, after)
 
 
-def _extract_part_events(part: PartTable) -> EventColumns:
+def _extract_part_events(part: PartResults) -> EventColumns:
     """Return the events of a part, together with the indices of their tops in the sweep."""
     top = np.repeat(part.columns["top"], part.columns[COUNT])
     states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 
-class AtomicWriter:
+class BlockAppender:
     """A file that is written in blocks."""
 
     def __init__(self, descriptor: int, name: str) -> None:
@@ -41,7 +41,7 @@ class AtomicWriter:
 
 
 @contextlib.contextmanager
-def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
+def atomic_open(path: str | os.PathLike[str]) -> Iterator[BlockAppender]:
     """Open a temporary file that replaces the file `path` at the end of a `with` block.
 
     If an exception occurs or nothing is written, the file `path` is left unchanged. If `path` is a
@@ -50,12 +50,12 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
     file, name = Path(os.path.realpath(path)), os.fspath(path)
     if file.exists() and not file.is_file():  # a device or a pipe cannot be replaced by a rename
         with open(file, "wb", buffering=0) as out:
-            yield AtomicWriter(out.fileno(), name)
+            yield BlockAppender(out.fileno(), name)
         return
     new = _make_temp_path(file)
     try:
         with open(_create_temp_file(new, file, name), "wb") as out:
-            grown = AtomicWriter(out.fileno(), name)
+            grown = BlockAppender(out.fileno(), name)
             yield grown
             os.fsync(out.fileno())
         if grown.is_empty:

@@ -50,7 +50,7 @@ def suggest_name(name: str, known: Iterable[str]) -> str:
     return f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
 
 
-def refuse_attribute_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
+def make_frozen_class_decorator(instead: str) -> Callable[[type[_T]], type[_T]]:
     """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
 
     The error message ends with the text `instead`, in which {} is replaced by the attribute name.
