@@ -92,7 +92,8 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of weight * com, divided by the acceleration in the user's units.
+/* `pull` is the derivative of weight * com by the parameter, divided by gravity in the user's
+ * units.
  * `timing` determines the time dependence of the change in torque. `turning` is the derivative of
  * the support's angular velocity, `apex` that of the apex, and `friction` that of the dry
  * friction. */

@@ -124,8 +124,8 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Marks the end of code that uses wide vectors. Without this mark, subsequent code with narrower
- * vectors would run slowly. */
+/* Marks the end of code that uses wide vectors. Without this instruction, later code that uses
+ * narrower vector registers would run slowly. */
 INLINE void wide_leave(void)
 {
 #if defined KR_AVX2 && !defined KR_ONE_LANE && !defined KR_PLAIN

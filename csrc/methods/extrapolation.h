@@ -135,7 +135,8 @@ static inline int gbs_converge(gbs_attempt *a, int from, int target)
     return GBS_REJECTED;
 }
 
-/* Returns the target row of the next step: the row with the least work per unit time. */
+/* Returns the row of the extrapolation tableau that needs the least work per unit of integrated
+ * time. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;

@@ -1,7 +1,8 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
  * series. This source file is compiled for single tangents (deviation_single.h) and for batches
  * (deviation_batch.h), each in double and in double-double precision. The headers for single
- * tangents and for batches define four types. The type `triple` holds one vector for each tangent.
+ * tangents and for batches define four types. A `triple` holds the three components of one
+ * vector for each tangent.
  * The type `turned` is a triple whose components are permuted for multiplication by a path
  * coefficient. A path coefficient has the type `path_term`. The type `halves` holds two sums of
  * products; their difference is a cross product. In each sum, the latest coefficient is added last,

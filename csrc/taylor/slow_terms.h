@@ -145,8 +145,8 @@ static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
     }
     g[0] = add(g[0], of(from[0].sway[3], from[1].sway[3]));
 }
-/* Starts a new Taylor expansion about the end of the last step. Copies the constants of the series,
- * and sets the higher coefficients of the motion to zero. */
+/* Starts a new Taylor expansion about the end of the last step. Copies the constant terms of the
+ * series, and sets its higher-order coefficients to zero. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);

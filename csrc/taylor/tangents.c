@@ -311,7 +311,7 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     if (count_single(memory, n) > 0)
         kernel->expand(path, rest_of_them, count_single(memory, n), order_of(motion));
 }
-/* Re-expands the path about its time `at`, and restarts the series of the tangents there. */
+/* Expands the path about the time `at`, and restarts the series of the tangents from there. */
 static void restart_series(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_kernel *kernel = motion->aux;

@@ -26,7 +26,7 @@ class Quantity(np.ndarray):
 
 
 class QuantityWithUnit:
-    """A number whose unit NumPy drops, like a pint Quantity."""
+    """A value with a unit that NumPy would silently drop, like a pint Quantity."""
 
     units = "minute"
 

@@ -209,7 +209,7 @@ def test_faults_of_closed_forms_are_silent_at_late_times(fault):
 def test_all_methods_refuse_unresolvable_times():
     """Check that every method rejects times so large that the attitude cannot be resolved.
 
-    A method that returns attitudes of earlier times must receive the verdict "lost".
+    A method that returns attitudes from earlier times must be reported as "lost".
     """
     goes_on = atlas_cells.Candidate(
         "goes on",

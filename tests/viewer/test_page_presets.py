@@ -33,7 +33,7 @@ def largest_change(page, top, name, until=None):
 
 
 def largest_errors(page, *times):
-    """Return the largest attitude errors of all tops up to each of the given times."""
+    """Return, for each time, the largest attitude error of any top up to this time."""
     found = []
     for t in times:
         advance(page, t)

@@ -209,7 +209,7 @@ def control_of(method):
 
 
 def choose_setting(method, step, tol):
-    """Return the setting that a method uses: a step size, a tolerance, or neither."""
+    """Return the option that a method needs: a step size, a tolerance, or None."""
     return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 

@@ -21,7 +21,7 @@ class Erratum:
 
 
 def register_erratum(number, where, says, is_right, measure):
-    """Register a function that computes the errors of the printed text and of the correction."""
+    """Register a function that computes the error of a formula as printed and as corrected."""
 
     def make_erratum(compute):
         def compute_erratum():

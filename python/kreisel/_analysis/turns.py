@@ -198,7 +198,8 @@ def _compute_spin_angle_increments(
     """Return the angles by which the body turns about the given axis between successive states.
 
     Near a pole, the spin and precession rates each have a peak, but their sum (or difference) is
-    smooth. The number of complete turns is computed from the smooth sum or difference of the rates.
+    smooth. The number of complete turns is computed from the sum or the difference of the rates,
+    whichever is smooth.
     """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)

@@ -1,7 +1,8 @@
 """Descriptions of parameter changes that the measurements cannot detect.
 
 A list of known symmetries is compared with the directions in parameter space that leave all
-residuals unchanged. A direction that matches no symmetry is described by its largest components.
+residuals unchanged. A direction that belongs to no symmetry is described by its largest
+components.
 """
 
 from __future__ import annotations

@@ -175,7 +175,7 @@ def _select_samples_before_stop(motion: MotionSamples, axis: Array) -> MotionSam
 def _set_free_body_parameters(
     parameters: FreeParameters, moments: Array, lever: Array, losses: _LinearBodyEstimates | None
 ) -> FitPoint:
-    """Return the parameters of the scene after replacing its free body parameters by estimates."""
+    """Return the parameters with estimates for those of the body that are free."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())

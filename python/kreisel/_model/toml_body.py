@@ -20,7 +20,7 @@ def build_body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
 
     The table contains either the parameters of Body, or a table with the parameters of one
     constructor. The key `rotor` is allowed beside a table of constructor parameters. `elsewhere`
-    maps keys that belong to another table to the phrases that say so in error messages.
+    maps keys that belong to another table to texts for error messages.
     """
     words = dict(require_toml_table("body", table))
     if not MAKERS.keys() & words.keys():

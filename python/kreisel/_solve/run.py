@@ -369,7 +369,7 @@ class Run:
         return _PresentState(motion, scene, t, low)
 
     def _restart_run(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
-        """Start a new motion from `scene` at the time of the state `now`.
+        """Start a new motion of `scene` at the time of the state `now`.
 
         The low-order words of the momentum are `momentum_low` or, if it is None, those of `now`.
         """
