@@ -45,7 +45,9 @@ class House:
         are compiled as one, so that the headers of pybind11 are read once.
         """
         self.merge_extension()
-        cmake = run(sys.executable, "-m", "pybind11", "--cmakedir").strip()
+        # ccache finds the object files of other clones by paths within the copy only.
+        (self.folder / ".venv").symlink_to(sys.prefix)
+        cmake = run(self.folder / ".venv/bin/python", "-m", "pybind11", "--cmakedir").strip()
         options = ["-DKREISEL_PYTHON=ON", "-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Debug"]
         options += [
             "-DCMAKE_C_FLAGS_DEBUG=-O0 -DKR_SMALL",

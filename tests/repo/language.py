@@ -127,6 +127,15 @@ def docstring_sentences(*trees):
     return [(place, s) for place, text in docstrings(*trees) for s in split_sentences(text)]
 
 
+def public_names():
+    """Return the public names of the package, of its modules and of its classes."""
+    import kreisel
+
+    owners = [getattr(kreisel, name) for name in dir(kreisel) if not name.startswith("_")]
+    owners += [getattr(kreisel.events, name) for name in kreisel.events.__all__]
+    return {*dir(kreisel), *(name for owner in owners for name in dir(owner))}
+
+
 def sample(seed):
     """Print sentences and names drawn at random."""
     draw = random.Random(seed)
@@ -138,7 +147,12 @@ def sample(seed):
     for number, sentences in sources:
         for place, sentence in draw.sample(sentences, number):
             print(f"{place}: {sentence}")
-    private = [(place, name) for place, name in names("python/kreisel") if "/_" in place]
+    public = public_names()
+    private = [
+        (place, name)
+        for place, name in names("python/kreisel")
+        if "/_" in place and name not in public
+    ]
     for place, name in draw.sample(private, 40):
         print(f"{place.split('::')[0]}: {name}")
 

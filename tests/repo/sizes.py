@@ -129,8 +129,9 @@ def compile_library(folder, compiler, level, options):
     if not to.exists():
         run(sys.executable, ROOT / "cmake/amalgamate.py", folder)
         flags = ["-std=c99", *LEVELS[level], "-ffunction-sections", "-fdata-sections"]
-        source = Path(folder) / "kreisel.c"
-        run(*compiler, *flags, "-DKR_ONE_ISA", *options, "-c", source, "-o", to)
+        # ccache finds the object file of an earlier run only by a relative path.
+        command = (*compiler, *flags, "-DKR_ONE_ISA", *options, "-c", "kreisel.c", "-o", to)
+        run(*command, cwd=folder)
     return to
 
 

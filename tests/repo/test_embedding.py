@@ -1,10 +1,11 @@
 """Tests that the instructions for embedding work without any other source files."""
 
+import os
 import re
 import shutil
 
 import pytest
-from toolbox import ROOT, VERSION, first_process, need, need_cargo, run
+from toolbox import ROOT, VERSION, first_process, need, need_cargo, run, write_fast_compiler
 
 PAGE = (ROOT / "docs/embedding.md").read_text()
 INCLUDED = re.compile(
@@ -66,6 +67,10 @@ def test_the_commands_of_a_section_work_with_the_files_of_the_page(section, pref
     commands = "\n".join(COMMANDS.findall(SECTIONS[section]))
     environment = {"KREISEL": str(ROOT), "PREFIX": str(prefix), "CARGO_NET_OFFLINE": "true"}
     environment |= {"MAKELEVEL": "0", "MAKEFLAGS": ""}  # those of `make test` change the output
+    if section == "Microcontrollers":  # compiles the library with the program
+        (tmp_path / "bin").mkdir()
+        compiler = write_fast_compiler(tmp_path / "bin")
+        environment["PATH"] = f"{compiler.parent}:{os.environ['PATH']}"
     output = run("sh", "-ec", commands, cwd=tmp_path, **environment)
     assert re.fullmatch(last_line, output.splitlines()[-1]), output
 

@@ -8,7 +8,16 @@ import sys
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
-from toolbox import ROOT, VERSION, compile_and_run, install_library, need, need_cargo, run
+from toolbox import (
+    ROOT,
+    VERSION,
+    compile_and_run,
+    install_library,
+    need,
+    need_cargo,
+    run,
+    write_fast_compiler,
+)
 
 EXAMPLES = ROOT / "examples"
 REFUSAL = r"there is no step: .+"
@@ -259,13 +268,6 @@ def one_file(tmp_path_factory):
     return folder
 
 
-def write_fast_compiler(file):
-    """Write a script that runs the C compiler for one instruction set without optimization."""
-    file.write_text('#!/bin/sh\nexec cc "$@" -O0 -DKR_ONE_ISA\n')
-    file.chmod(0o755)
-    return str(file)
-
-
 @pytest.mark.parametrize("source", ["installed", "pkg_config", "one_file"])
 def test_the_rust_crate_is_built_offline(source, prefix, request, tmp_path):
     need("cc", "ar")
@@ -276,7 +278,7 @@ def test_the_rust_crate_is_built_offline(source, prefix, request, tmp_path):
         environment = {"KREISEL_DIR": str(prefix)}
     elif source == "one_file":
         environment = {"KREISEL_DIR": str(request.getfixturevalue("one_file"))}
-        environment["CC"] = write_fast_compiler(tmp_path / "cc")
+        environment["CC"] = str(write_fast_compiler(tmp_path))
     output = run("cargo", "run", "-q", "--offline", cwd=crate, **environment)
     check_one_second(output, REFUSAL)
 
