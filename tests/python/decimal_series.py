@@ -11,6 +11,7 @@ solution shares no code with the library and serves as an independent reference.
 
 import math
 from decimal import Decimal, localcontext
+from operator import mul
 
 import kreisel as kr
 
@@ -49,7 +50,7 @@ def decimals(numbers):
 
 def product(a, b, n):
     """Return the n-th coefficient of the product of two series."""
-    return sum((a[k] * b[n - k] for k in range(n + 1)), Decimal(0))
+    return sum(map(mul, a, b[n::-1]), Decimal(0))
 
 
 def cross(a, b, n):
@@ -106,14 +107,11 @@ class Series:
         `w` is the angular velocity, and `v` is the angular velocity relative to the support. `p` is
         the vertical unit vector multiplied by the effective gravity.
         """
-        torque = []
+        torque = cross(m, w, n)
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
-            turning = sum(
-                (m[j][a] * w[k][n - a] - m[k][a] * w[j][n - a] for a in range(n + 1)), Decimal(0)
-            )
-            weight = p[j][n] * self.lever[k] - p[k][n] * self.lever[j]
-            torque.append(turning + weight - self.damping[i] * v[i][n])
+            torque[i] += p[j][n] * self.lever[k] - p[k][n] * self.lever[j]
+            torque[i] -= self.damping[i] * v[i][n]
         return torque
 
     def _expand(self):
@@ -129,7 +127,8 @@ class Series:
             for i in range(3):
                 heavy[i].append(product(p[i], pull, n))
             torque = self._momentum_rates(m, w, heavy, v, n)
-            new_p, new_u = cross(p, v, n), cross(u, v, n)
+            new_p = cross(p, v, n)
+            new_u = cross(u, v, n) if any(self.turning) else self.turning
             a, x, y, z = q
             new_q = [
                 -product(x, v[0], n) - product(y, v[1], n) - product(z, v[2], n),
