@@ -11,6 +11,7 @@ solution shares no code with the library and serves as an independent reference.
 
 import math
 from decimal import Decimal, localcontext
+from functools import cache
 from operator import mul
 
 import kreisel as kr
@@ -192,8 +193,15 @@ def attitude_error(q, high, low=(0, 0, 0, 0)):
         return 2.0 * float(sum((c * c for c in off[1:]), Decimal(0)).sqrt())
 
 
+@cache
+def compute_states(scene, *times):
+    """Return the attitude and momentum of `scene` at each time."""
+    series = Series(scene)
+    return [series.to(t) for t in times]
+
+
 def decimal_error(scene, t, digits):
     """Return the attitude error at time `t` of a Taylor solution with the given precision."""
     path = kr.solve(scene, [0.0, t], "taylor", digits=digits)
     low = path.q_low[-1] if digits else (0, 0, 0, 0)
-    return attitude_error(Series(scene).to(t)[0], path.q[-1], low)
+    return attitude_error(compute_states(scene, t)[0][0], path.q[-1], low)
