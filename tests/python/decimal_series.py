@@ -74,12 +74,15 @@ def cosine_and_sine(x):
 
 
 class Series:
-    """The motion of a scene, forward or backward in time from its initial state."""
+    """The motion of a scene, forward or backward in time from its initial state.
 
-    def __init__(self, scene):
-        body = scene.body
+    The steps are shorter for more `digits`.
+    """
+
+    def __init__(self, scene, digits=DIGITS):
+        body, self.digits = scene.body, digits
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = digits
             self.axes = unit(decimals(body.axes))
             self.moments = decimals(body.moments)
             self.damping, self.rotor = decimals(scene.damping), decimals(body.principal_rotor)
@@ -155,13 +158,13 @@ class Series:
             for n in (ORDER - 1, ORDER):
                 last = max(abs(row[n]) for row in rows) / size
                 if last > 0:
-                    span = min(span, 10 ** ((-DIGITS - float(last.log10())) / n))
+                    span = min(span, 10 ** ((-self.digits - float(last.log10())) / n))
         return Decimal(0.8 * span)
 
     def to(self, t):
         """Integrate to the time `t`, and return the attitude and momentum in the space frame."""
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = self.digits
             goal = Decimal(float(t))
             while self.t != goal:
                 q, m = self._expand()
