@@ -3,6 +3,8 @@
 # Make builds independent of the caller's make flags, of Ninja, and of the compilers that Python was built with.
 unexport MAKEFLAGS
 export CC CXX
+# Let Python keep the compiled modules. pip does not compile them, and the tests start hundreds of Python processes.
+unexport PYTHONDONTWRITEBYTECODE
 export CMAKE_GENERATOR := Unix Makefiles
 export CMAKE_BUILD_PARALLEL_LEVEL := $(shell nproc)
 # Use ccache if it is installed, so that builds in several folders share their object files.

@@ -20,7 +20,7 @@ from ._model.scene import Scene
 from ._options.methods import resolve_method
 from ._results.path import Path
 from ._utils.atomic_io import atomic_write, check_file_is_writable
-from ._utils.validation import Quaternion, Vector, as_positive
+from ._utils.validation import Quaternion, Vector, as_positive, short_repr
 from .scenes import about, name_of
 
 _PAGE = File(__file__).with_name("viewer.html")
@@ -155,7 +155,7 @@ def view(
     TypeError or ValueError for invalid arguments.
     """
     if not isinstance(what, (Scene, Path)):
-        raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {what!r}")
+        raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {short_repr(what)}")
     scene = what if isinstance(what, Scene) else what.scene
     if len(set(scene.damping)) > 1:
         raise ValueError("the viewer has one damping for all axes: use path.plot()")
@@ -220,7 +220,9 @@ def _validate_viewer_methods(names: str | list[str] | None, scene: Scene) -> lis
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
     chosen = [names] if isinstance(names, str) else list(names)
     if not 1 <= len(chosen) <= 3:
-        raise ValueError(f"the viewer shows one to three methods side by side, not {chosen!r}")
+        raise ValueError(
+            f"the viewer shows one to three methods side by side, not {short_repr(chosen)}"
+        )
     for name in chosen:
         if resolve_method(name, scene).name.startswith("gsl_") or name == "auto":
             raise ValueError(f"the viewer has no {name!r}: view a path that this method computed")

@@ -216,6 +216,7 @@ PARTICULAR = {  # values of parameters whose meaning differs from call to call
     "Indicator.final_megno": [np.ones(()), np.ones(2)],
     "Indicator.turns": [np.ones(()), np.ones(2)],
     "Exact.tangents.t": [1.0, [0.5, 2.0]],
+    "ExactGoryachevChaplygin.__call__.tangents": [None, "gravity"],  # those of "start" take 1 s
     "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
     "compare.t": [0.5, [0.25, 0.5]],
     **{f"{name}.__getitem__.key": PLACES for name in ("Bodies", "Ensemble", "Paths", "Section")},

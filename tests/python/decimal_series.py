@@ -11,6 +11,8 @@ solution shares no code with the library and serves as an independent reference.
 
 import math
 from decimal import Decimal, localcontext
+from functools import cache
+from operator import mul
 
 import kreisel as kr
 
@@ -49,7 +51,7 @@ def decimals(numbers):
 
 def product(a, b, n):
     """Return the n-th coefficient of the product of two series."""
-    return sum((a[k] * b[n - k] for k in range(n + 1)), Decimal(0))
+    return sum(map(mul, a, b[n::-1]), Decimal(0))
 
 
 def cross(a, b, n):
@@ -72,12 +74,15 @@ def cosine_and_sine(x):
 
 
 class Series:
-    """The motion of a scene, forward or backward in time from its initial state."""
+    """The motion of a scene, forward or backward in time from its initial state.
 
-    def __init__(self, scene):
-        body = scene.body
+    The steps are shorter for more `digits`.
+    """
+
+    def __init__(self, scene, digits=DIGITS):
+        body, self.digits = scene.body, digits
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = digits
             self.axes = unit(decimals(body.axes))
             self.moments = decimals(body.moments)
             self.damping, self.rotor = decimals(scene.damping), decimals(body.principal_rotor)
@@ -106,14 +111,11 @@ class Series:
         `w` is the angular velocity, and `v` is the angular velocity relative to the support. `p` is
         the vertical unit vector multiplied by the effective gravity.
         """
-        torque = []
+        torque = cross(m, w, n)
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
-            turning = sum(
-                (m[j][a] * w[k][n - a] - m[k][a] * w[j][n - a] for a in range(n + 1)), Decimal(0)
-            )
-            weight = p[j][n] * self.lever[k] - p[k][n] * self.lever[j]
-            torque.append(turning + weight - self.damping[i] * v[i][n])
+            torque[i] += p[j][n] * self.lever[k] - p[k][n] * self.lever[j]
+            torque[i] -= self.damping[i] * v[i][n]
         return torque
 
     def _expand(self):
@@ -129,7 +131,8 @@ class Series:
             for i in range(3):
                 heavy[i].append(product(p[i], pull, n))
             torque = self._momentum_rates(m, w, heavy, v, n)
-            new_p, new_u = cross(p, v, n), cross(u, v, n)
+            new_p = cross(p, v, n)
+            new_u = cross(u, v, n) if any(self.turning) else self.turning
             a, x, y, z = q
             new_q = [
                 -product(x, v[0], n) - product(y, v[1], n) - product(z, v[2], n),
@@ -155,13 +158,13 @@ class Series:
             for n in (ORDER - 1, ORDER):
                 last = max(abs(row[n]) for row in rows) / size
                 if last > 0:
-                    span = min(span, 10 ** ((-DIGITS - float(last.log10())) / n))
+                    span = min(span, 10 ** ((-self.digits - float(last.log10())) / n))
         return Decimal(0.8 * span)
 
     def to(self, t):
         """Integrate to the time `t`, and return the attitude and momentum in the space frame."""
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = self.digits
             goal = Decimal(float(t))
             while self.t != goal:
                 q, m = self._expand()
@@ -193,8 +196,15 @@ def attitude_error(q, high, low=(0, 0, 0, 0)):
         return 2.0 * float(sum((c * c for c in off[1:]), Decimal(0)).sqrt())
 
 
+@cache
+def compute_states(scene, *times):
+    """Return the attitude and momentum of `scene` at each time."""
+    series = Series(scene)
+    return [series.to(t) for t in times]
+
+
 def decimal_error(scene, t, digits):
     """Return the attitude error at time `t` of a Taylor solution with the given precision."""
     path = kr.solve(scene, [0.0, t], "taylor", digits=digits)
     low = path.q_low[-1] if digits else (0, 0, 0, 0)
-    return attitude_error(Series(scene).to(t)[0], path.q[-1], low)
+    return attitude_error(compute_states(scene, t)[0][0], path.q[-1], low)

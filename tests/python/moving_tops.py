@@ -8,6 +8,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 
+from validation.references.radau import cross
+
 turn, turn_back, multiply = kr.quaternion.turn, kr.quaternion.turn_back, kr.quaternion.multiply
 
 START = {"momentum": (0.4, -0.5, 0.9), "attitude": (0.5, 0.5, -0.5, 0.5), "gravity": 1.3}
@@ -75,20 +77,20 @@ class Motion:
         amplitude, rate, phase = self.scene.shaking
         pull = self.scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
         up = np.array(turn_back(tuple(y[:4]), (0.0, 0.0, 1.0)))
-        return self.scene.body.mass * pull * np.cross(up, self.com) - self.drag @ self.relative(y)
+        return self.scene.body.mass * pull * cross(up, self.com) - self.drag @ self.relative(y)
 
     def find_holding(self, t, y):
         """Return the friction torque that keeps the spin constant."""
         (own, turning), relative = self.see_from_body(y), self.relative(y)
-        change = self.torque(t, y) - np.cross(relative + turning, own)
-        change = self.inverse @ change - np.cross(turning, relative)
+        change = self.torque(t, y) - cross(relative + turning, own)
+        change = self.inverse @ change - cross(turning, relative)
         return -(self.apex @ change) / (self.apex @ self.inverse @ self.apex)
 
     def rates(self, t, y, friction):
         """Return the time derivative of the state for a friction torque about the top's axis."""
         q = tuple(y[:4])
         torque = np.array(turn(q, tuple(self.torque(t, y) + friction * self.apex)))
-        torque -= np.cross(self.scene.turning, y[4:])
+        torque -= cross(np.array(self.scene.turning), y[4:])
         return [*(0.5 * np.array(multiply(q, (0, *self.relative(y))))), *torque]
 
 

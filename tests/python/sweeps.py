@@ -9,7 +9,6 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 import pyarrow.parquet as parquet
-from toolbox import HEEDING
 
 HERE = Path(__file__).parent
 TOP = kr.scenes.asymmetric
@@ -51,6 +50,8 @@ def hex_doubles(value):
 
 def start_python(code, *words, **more):
     """Start a Python process that runs `code` and can import the modules of the tests."""
+    from toolbox import HEEDING  # here, because the started processes need no pytest
+
     repo = str(HERE.parent / "repo")
     path = os.pathsep.join([str(HERE), repo, os.environ.get("PYTHONPATH", "")])
     return subprocess.Popen(

@@ -6,6 +6,7 @@ By default, a few examples are drawn with a fixed seed. If the environment varia
 
 import contextlib
 import dataclasses
+import functools
 import inspect
 import itertools
 import os
@@ -110,10 +111,10 @@ def draw_arguments(draw, name, parameters):
     """Draw the arguments of a call, at most two of which may be invalid."""
     listed, named = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
-    odd = draw(st.sets(st.sampled_from(names), max_size=2))
+    odd = draw(up_to_two(*names))
     for p in parameters:
         if p.kind is p.VAR_KEYWORD:
-            some = draw(st.sets(st.sampled_from(WORDS[p.name]), max_size=2))
+            some = draw(up_to_two(*WORDS[p.name]))
             named |= {word: draw(value(name, word, p.name in odd)) for word in some}
         elif p.kind is p.VAR_POSITIONAL:
             listed = draw(st.lists(value(name, p.name, p.name in odd), max_size=3))
@@ -125,9 +126,20 @@ def draw_arguments(draw, name, parameters):
     return listed, named
 
 
+# Hypothesis takes long to prepare a strategy, so that strategies are kept.
+
+
+@functools.cache
+def up_to_two(*words):
+    return st.sets(st.sampled_from(words), max_size=2)
+
+
+@functools.cache
 def value(name, word, any_value):
     values = HOSTILE if any_value else st.sampled_from(get_valid_values(name, word))
-    return values.filter(lambda value: is_inexpensive(name, word, value))
+    if word in LIMITED or word in SLOW.get(name, ()):
+        return values.filter(lambda value: is_inexpensive(name, word, value))
+    return values
 
 
 def possible_exceptions(name, parameters):
@@ -149,14 +161,13 @@ def use_result(result):
 @pytest.mark.parametrize("name", CALLS)
 def test_every_call_returns_or_raises_a_documented_exception(name):
     makes, parameters = CALLS[name]
+    made = st.sampled_from(makes)
+    arguments = draw_arguments(name, parameters) if parameters else st.just(([], {}))
 
     @EXAMPLES
     @given(st.data())
     def check_call(data):
-        call = data.draw(st.sampled_from(makes))()
-        listed, named = [], {}
-        if parameters:
-            listed, named = data.draw(draw_arguments(name, parameters))
+        call, (listed, named) = data.draw(made)(), data.draw(arguments)
         signal.alarm(SECONDS)
         try:
             use_result(call(*listed, **named))

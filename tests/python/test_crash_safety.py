@@ -21,7 +21,7 @@ import pytest
 from kreisel._sweep.store import open_sweep_store
 from toolbox import python
 
-END, CHUNK = 40.0, 100
+END, CHUNK = 24.0, 100
 KILLS = int(os.environ.get("KREISEL_KILLS", 8))
 
 TOP = kr.scenes.asymmetric

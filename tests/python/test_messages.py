@@ -76,6 +76,10 @@ CALLS = {
     "normal": lambda x: events.plane(x),
     "of": lambda x: events.plane((0, 1, 0), of=x),
     "within": lambda x: events.cusp(within=x),
+    "what": lambda x: kr.view(x, open=False),
+    "path": lambda x: kr.plot(x),
+    "tops": lambda x: kr.lyapunov(x, 1.0),
+    "change": lambda x: kr.lyapunov(GENERAL, 1.0, direction=x),
 }
 
 

@@ -45,7 +45,7 @@ def test_lanes_agree_with_decimal_arithmetic(name, t):
     paths = kr.solve(tops, [t / 3, t], "taylor")
     assert kr.plan(tops, method="taylor").lanes == len(ROTORS)
     for i in range(len(ROTORS)) if t > 0.0 else (3, 7):
-        q, m = Series(tops[i]).to(t)
+        q, m = Series(tops[i], digits=28).to(t)
         size = 1.0 + np.abs(ROTORS[i]).max()
         assert attitude_error(q, paths.q[i, 1]) < 3e-14 * size
         assert np.abs(paths.m[i, 1] - np.array(m, float)).max() < 3e-14 * size

@@ -28,7 +28,7 @@ EPS = float(np.finfo(Real).eps)
 GROWTH = 3.0  # largest ratio of successive steps
 NEGLIGIBLE = 1e-12
 TOL, FINER_TOL = 1e-15, 1e-16
-NONE, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+NONE, Z = (0.0, 0.0, 0.0), np.array((0.0, 0.0, 1.0))
 
 
 @cache
@@ -88,11 +88,11 @@ class TopEquations:
         """Return the time derivatives of `states` at `times`, with shape (n, 7)."""
         q, w = states[:, :4], states[:, 4:]
         own = self.inertia * w + self.rotor
-        torque = np.cross(own, w) + np.cross(fixed_in_space(q, Z), self.levers(times))
+        torque = cross(own, w) + cross(fixed_in_space(q, Z), self.levers(times))
         torque -= self.damping * (w - fixed_in_space(q, self.turning))
         turn = np.empty_like(q)
         turn[:, 0] = -(q[:, 1:] * (w - self.turning)).sum(1)
-        turn[:, 1:] = q[:, :1] * (w - self.turning) + np.cross(q[:, 1:], w + self.turning)
+        turn[:, 1:] = q[:, :1] * (w - self.turning) + cross(q[:, 1:], w + self.turning)
         return np.concatenate([turn / 2, torque / self.inertia], axis=1)
 
     def jacobians(self, states, times):
@@ -101,16 +101,13 @@ class TopEquations:
         inertia, damping = self.inertia.astype(float), self.damping.astype(float)
         levers = self.levers(times).astype(float)
         found = np.zeros((len(states), SIZE, SIZE))
-        for k in range(4):  # central differences are exact for products of two variables
-            step = np.zeros(4)
-            step[k] = 1.0
-            up, own = (
-                (fixed_in_space(states[:, :4] + step, v) - fixed_in_space(states[:, :4] - step, v))
-                / 2
-                for v in (Z, turning)
-            )
-            found[:, 4:, k] = (np.cross(up, levers) + damping * own) / inertia
         q, w = states[:, :4], states[:, 4:]
+        # central differences are exact for products of two variables
+        moved = (q[:, None] + np.concatenate([np.eye(4), -np.eye(4)])).reshape(-1, 4)
+        differences = (fixed_in_space(moved, v).reshape(-1, 2, 4, 3) for v in (Z, turning))
+        up, own = ((d[:, 0] - d[:, 1]) / 2 for d in differences)
+        torque = cross(up, levers[:, None]) + damping * own
+        found[:, 4:, :4] = (torque / inertia).transpose(0, 2, 1)
         found[:, 0, 1:4], found[:, 1:4, 0] = (turning - w) / 2, (w - turning) / 2
         found[:, 1:4, 1:4] = -cross_matrix(w + turning) / 2
         found[:, 0, 4:] = -q[:, 1:] / 2
@@ -120,11 +117,16 @@ class TopEquations:
         return found
 
 
+def cross(a, b):
+    """Return the cross products of vectors, faster than numpy.cross for few vectors."""
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
+
+
 def fixed_in_space(q, v):
     """Return q* v q for quaternions of any length."""
     size = (q[:, :1] ** 2 - (q[:, 1:] ** 2).sum(1)[:, None]) * v
     along = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
-    return size + along - 2 * q[:, :1] * np.cross(q[:, 1:], v)
+    return size + along - 2 * q[:, :1] * cross(q[:, 1:], v)
 
 
 def cross_matrix(v):

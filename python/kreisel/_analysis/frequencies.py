@@ -321,7 +321,7 @@ def _find_peak_frequency(t: Array, signal: Waves) -> float:
 
     The maximum of the FFT is refined by Newton's method.
     """
-    size = 4 * len(t)
+    size = 1 << (4 * len(t) - 1).bit_length()  # numpy is slow for lengths with large factors
     step = float(t[-1] - t[0]) / (len(t) - 1)
     best = int(np.abs(np.fft.fft(signal, size)).argmax())
     found = math.tau * (best - size if 2 * best > size else best) / (size * step)
@@ -331,7 +331,7 @@ def _find_peak_frequency(t: Array, signal: Waves) -> float:
         sum0, sum1, sum2 = wave.sum(), (wave * since).sum(), (wave * since * since).sum()
         slope = float((sum0.conjugate() * -1j * sum1).real)
         bend = float(abs(sum1) ** 2 - (sum0.conjugate() * sum2).real)
-        if not bend < 0.0:
+        if not bend < 0.0 or found - slope / bend == found:
             break
         found -= slope / bend
     return found

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from .._results.path import Path
-from .._utils.validation import check_type
+from .._utils.validation import check_type, short_repr
 from .difference import compute_angle_between_paths
 
 if TYPE_CHECKING:
@@ -80,5 +80,5 @@ def _validate_plot_paths_and_axes(
         raise TypeError("pass the paths as arguments or as one list, and axes as a keyword")
     paths = [path] if isinstance(path, Path) else path
     if not isinstance(paths, (list, tuple)):
-        raise TypeError(f"path must be a kreisel.Path or a list of them, not {path!r}")
+        raise TypeError(f"path must be a kreisel.Path or a list of them, not {short_repr(path)}")
     return paths, more[0] if more else axes

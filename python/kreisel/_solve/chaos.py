@@ -24,7 +24,7 @@ from .._results.indicators import (
     raise_if_first_top_failed,
 )
 from .._utils.errors import make_exception_from_status
-from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int
+from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int, short_repr
 
 POINTS = 32  # default number of times of a curve; the times are evenly spaced on a log scale
 _DECADES = 3.0  # log10 of the ratio of the last of these times to the first
@@ -175,10 +175,12 @@ def validate_indicator_arguments(
     Raises TypeError or ValueError for an invalid argument.
     """
     if not isinstance(scene, Scene | Ensemble):
-        raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
-    times = _validate_indicator_times(t)
-    accuracy = validate_tol(methods[FALLBACK], tol) or 0.0
-    controls = accuracy, as_int("max_steps", max_steps, 0), _validate_tangent_direction(direction)
+        raise TypeError(
+            f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {short_repr(scene)}"
+        )
+    times = _parse_indicator_times(t)
+    accuracy = parse_tol(methods[FALLBACK], tol) or 0.0
+    controls = accuracy, as_int("max_steps", max_steps, 0), _parse_tangent_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
             "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
@@ -206,6 +208,6 @@ def _validate_tangent_direction(direction: object) -> tuple[float, ...]:
     if given.shape != (6,) or not given.any():
         raise ValueError(
             "direction must be six numbers, not all 0: a rotation vector seen from the body, and a "
-            f"change of the momentum in space; not {direction!r}"
+            f"change of the momentum in space; not {short_repr(direction)}"
         )
     return tuple(given.tolist())

@@ -10,6 +10,7 @@ from typing import BinaryIO
 from .._model.scene import Scene
 from .._results.path import Events, Path
 from .._results.serialization import load_path
+from .._utils.validation import short_repr
 from .run import MAGIC, Run, resume
 
 _ZIP = b"PK"  # the first bytes of an archive, which is a ZIP file
@@ -37,7 +38,7 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
     """
     name = os.fspath(file)
     if not isinstance(name, str):
-        raise TypeError(f"file must be the name of a file, not {file!r}")
+        raise TypeError(f"file must be the name of a file, not {short_repr(file)}")
     about = os.stat(name)
     if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):
         raise ValueError(f"{name} is not a regular file")

@@ -525,7 +525,7 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     if len(costs) != len(Stats._fields) or not isinstance(fresh, bool) or t != run._top.t:
         raise ValueError("its time, stats and motion are inconsistent")
     if not isinstance(kernel, str):
-        raise TypeError(f"the kernel must be a name, not {kernel!r}")
+        raise TypeError(f"the kernel must be a name, not {short_repr(kernel)}")
     run.__dict__.update(t=run._top.t, stats=Stats(*costs), _fresh=fresh)
     return run, kernel
 
