@@ -1,10 +1,9 @@
 """Accessibility checks of web pages with axe-core."""
 
-import shutil
 from contextlib import contextmanager
 
 from axe_playwright_python.sync_playwright import Axe
-from toolbox import need, start_playwright
+from toolbox import launch_chromium
 
 SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phone [pixels]
 
@@ -12,9 +11,7 @@ SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phon
 @contextmanager
 def open_browser():
     """Open Debian's Chromium headless. Skip the test if Chromium is missing."""
-    need("chromium")
-    path = shutil.which("chromium")
-    browser = start_playwright().chromium.launch(executable_path=path, args=["--no-sandbox"])
+    browser = launch_chromium()
     yield browser
     browser.close()
 

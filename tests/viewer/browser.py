@@ -11,6 +11,16 @@ from toolbox import ROOT
 PAGE = view._PAGE
 WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # sizes of windows [pixels]
 COARSE = 0.25  # screen pixels per page pixel, for tests that do not look at the picture
+# While `sketches` is true, the first triangle of each part is drawn instead of the whole part, for
+# tests that do not look at the picture: rendering without a GPU spends its time on the triangles.
+SKETCHES = """window.sketches = true;
+for (const [name, place] of [['drawArrays', 2], ['drawElements', 1]]) {
+    const draw = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...given) {
+        if (sketches) given[place] = Math.min(given[place], 3);
+        draw.apply(this, given);
+    };
+}"""
 UPRIGHT = "Lagrange's top"  # the preset shown when a test of the shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
 UNDAMPED = [  # presets whose energy is constant
@@ -63,6 +73,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
     how = {"viewport": make_viewport(size), "device_scale_factor": scale, **how}
     context = browser.new_context(offline=True, **how)
     context.set_default_timeout(30000)
+    context.add_init_script(SKETCHES)
     page = context.new_page()
     page.troubles = troubles = []
     page.on("pageerror", lambda error: troubles.append(str(error)))

@@ -1,13 +1,10 @@
 """Fixtures for the tests of the viewer."""
 
-import shutil
-
 import pytest
 from browser import PAGE, load, visit
-from toolbox import need, start_playwright
+from toolbox import launch_chromium, need
 
 SOFTWARE = [  # options for rendering without a GPU
-    "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--disable-gpu-compositing",  # rendering is faster without an emulated compositor
@@ -16,11 +13,9 @@ SOFTWARE = [  # options for rendering without a GPU
 
 @pytest.fixture(scope="session")
 def browser():
-    need("chromium")
     if not PAGE.exists():
         need("npm")
-    path = shutil.which("chromium")
-    browser = start_playwright().chromium.launch(executable_path=path, args=SOFTWARE)
+    browser = launch_chromium(*SOFTWARE)
     yield browser
     browser.close()
 
@@ -49,3 +44,11 @@ def page(shared_page):
     yield shared_page
     troubles, shared_page.troubles[:] = [*shared_page.troubles], []
     assert troubles == []
+
+
+@pytest.fixture
+def full_picture(page):
+    """Draw the picture of the page in full, for tests that look at it."""
+    page.evaluate("sketches = false; kreisel.view.isDirty = true; kreisel.view.render()")
+    yield
+    page.evaluate("sketches = true")

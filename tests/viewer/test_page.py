@@ -213,6 +213,7 @@ def download_file(page, name):
     return download.value.path()
 
 
+@pytest.mark.usefixtures("full_picture")
 def test_downloaded_files_have_the_scene_and_the_states(page, browser, tmp_path):
     load(page, "Compare four")
     advance(page, 2)
@@ -278,6 +279,7 @@ def test_python_snippet_runs(page):
     assert ends == read_states(page)
 
 
+@pytest.mark.usefixtures("full_picture")
 def test_picture_is_not_blank(page):
     page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
     assert count_colours(page) > 200

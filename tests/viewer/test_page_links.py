@@ -185,6 +185,7 @@ def test_html_in_a_saved_page_stays_text(page, browser, tmp_path):
 # Films and pictures
 
 
+@pytest.mark.usefixtures("full_picture")
 def test_a_video_of_a_paused_motion_is_not_empty(page):
     if page.evaluate("typeof MediaRecorder === 'undefined'"):
         pytest.skip("needs MediaRecorder")
@@ -199,6 +200,7 @@ def test_a_video_of_a_paused_motion_is_not_empty(page):
 
 def test_the_picture_is_restored_with_the_graphics(browser):
     page = visit(browser, size=SMALL, reduced_motion="reduce")
+    page.evaluate("sketches = false; kreisel.view.isDirty = true")
     wait_for(page, "!kreisel.view.isDirty")
     before = count_colours(page)
     page.evaluate("""new Promise((done) => {

@@ -22,6 +22,7 @@ def brightness(page):
     return np.reshape(page.evaluate(BRIGHTNESS), (100, 120)) / 3
 
 
+@pytest.mark.usefixtures("full_picture")
 @pytest.mark.parametrize("preset", PRESETS)
 def test_each_scene_has_shadows(page, preset):
     load(page, preset)
