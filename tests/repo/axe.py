@@ -22,18 +22,22 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
     If `open_folds` is true, all folded sections are opened first.
     """
     found = []
-    for width, height in sizes:
-        page = browser.new_page(viewport={"width": width, "height": height})
-        page.goto(address)
+    page = browser.new_page()
+    for i, (width, height) in enumerate(sizes):
+        page.set_viewport_size({"width": width, "height": height})
+        if i == 0:
+            page.goto(address)
         if open_folds:
             page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
         found += check_page(page, width)
-        page.close()
+    page.close()
     return found
 
 
 def check_page(page, case):
     """Return the accessibility violations of a page, labelled with `case`."""
-    violations = Axe().run(page).response["violations"]
+    if not page.evaluate("!!window.axe"):
+        page.evaluate(Axe().axe_script)
+    violations = page.evaluate("axe.run({resultTypes: ['violations']})")["violations"]
     places = [[node["html"][:120] for node in each["nodes"][:3]] for each in violations]
     return [(case, each["id"], where) for each, where in zip(violations, places, strict=True)]

@@ -13,6 +13,7 @@ WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # sizes of windows [pi
 COARSE = 0.25  # screen pixels per page pixel, for tests that do not look at the picture
 # While `sketches` is true, the first triangle of each part is drawn instead of the whole part, for
 # tests that do not look at the picture: rendering without a GPU spends its time on the triangles.
+# `drawPicture` draws all once.
 SKETCHES = """window.sketches = true;
 for (const [name, place] of [['drawArrays', 2], ['drawElements', 1]]) {
     const draw = WebGL2RenderingContext.prototype[name];
@@ -20,7 +21,13 @@ for (const [name, place] of [['drawArrays', 2], ['drawElements', 1]]) {
         if (sketches) given[place] = Math.min(given[place], 3);
         draw.apply(this, given);
     };
-}"""
+}
+window.drawPicture = () => {
+    sketches = false;
+    kreisel.view.isDirty = true;
+    kreisel.view.render();
+    sketches = true;
+};"""
 UPRIGHT = "Lagrange's top"  # the preset shown when a test of the shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
 UNDAMPED = [  # presets whose energy is constant

@@ -33,7 +33,7 @@ def page(shared_page):
     """Return the shared page in its initial state, with all sections open."""
     shared_page.evaluate("""{
         const {page, view} = kreisel;
-        page.setRunning(false);
+        Object.assign(page, {isRunning: false, isResuming: false, goal: null});
         Object.assign(page, {undoStack: [], redoStack: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
         document.getElementById('panel').hidden = false;

@@ -279,9 +279,8 @@ def test_python_snippet_runs(page):
     assert ends == read_states(page)
 
 
-@pytest.mark.usefixtures("full_picture")
 def test_picture_is_not_blank(page):
-    page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
+    page.evaluate("drawPicture()")
     assert count_colours(page) > 200
 
 

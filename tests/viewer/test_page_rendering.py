@@ -74,7 +74,7 @@ def is_green(page, x, y):
     """Return True if the pixel at (x, y) is green."""
     red, green, blue, _ = page.evaluate(
         """([x, y]) => { const c = document.createElement('canvas'), v = kreisel.view;
-        v.isDirty = true; v.render(); [c.width, c.height] = [1, 1];
+        v.render(); [c.width, c.height] = [1, 1];
         const at = c.getContext('2d'), zoom = v.canvas.width / v.canvas.clientWidth;
         at.drawImage(v.canvas, -Math.round(x * zoom), -Math.round(y * zoom));
         return Array.from(at.getImageData(0, 0, 1, 1).data); }""",

@@ -8,8 +8,7 @@ SHADOWS = "kreisel.view.floor.shadows"
 # Returns the brightness of a small copy of the picture, from 0 to 255.
 BRIGHTNESS = """(() => {
     const {view} = kreisel, pen = document.createElement('canvas').getContext('2d');
-    view.isDirty = true;
-    view.render();
+    drawPicture();
     pen.drawImage(view.canvas, 0, 0, 120, 100);
     const {data} = pen.getImageData(0, 0, 120, 100);
     const sum = (at) => data[at] + data[at + 1] + data[at + 2];
@@ -22,7 +21,6 @@ def brightness(page):
     return np.reshape(page.evaluate(BRIGHTNESS), (100, 120)) / 3
 
 
-@pytest.mark.usefixtures("full_picture")
 @pytest.mark.parametrize("preset", PRESETS)
 def test_each_scene_has_shadows(page, preset):
     load(page, preset)
