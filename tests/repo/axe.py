@@ -22,14 +22,14 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
     If `open_folds` is true, all folded sections are opened first.
     """
     found = []
-    page = browser.new_page()
-    for i, (width, height) in enumerate(sizes):
-        page.set_viewport_size({"width": width, "height": height})
-        if i == 0:
-            page.goto(address)
-        if open_folds:
-            page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
-        found += check_page(page, width)
+    viewports = [{"width": width, "height": height} for width, height in sizes]
+    page = browser.new_page(viewport=viewports[0])
+    page.goto(address)
+    if open_folds:
+        page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
+    for viewport in viewports:
+        page.set_viewport_size(viewport)
+        found += check_page(page, viewport["width"])
     page.close()
     return found
 

@@ -73,7 +73,12 @@ def is_trouble(message):
 
 
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
-    """Open the viewer in a new window with `scale` screen pixels per CSS pixel.
+    """Open the viewer in a new window with `scale` screen pixels per CSS pixel."""
+    return open_viewer(open_window(browser, size, scale, **how), file, fragment)
+
+
+def open_window(browser, size=WIDE, scale=COARSE, **how):
+    """Open an empty window.
 
     Errors, warnings and network requests are appended to the page's attribute `troubles`.
     """
@@ -89,6 +94,11 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
         "request",
         lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),
     )
+    return page
+
+
+def open_viewer(page, file=PAGE, fragment=""):
+    """Open the viewer in an empty window."""
     page.goto(file.as_uri() + fragment)
     wait_until_ready(page)
     return page

@@ -1,7 +1,7 @@
 """Fixtures for the tests of the viewer."""
 
 import pytest
-from browser import PAGE, load, visit
+from browser import PAGE, load, open_window, visit
 from toolbox import launch_chromium, need
 
 SOFTWARE = [  # options for rendering without a GPU
@@ -44,6 +44,23 @@ def page(shared_page):
     yield shared_page
     troubles, shared_page.troubles[:] = [*shared_page.troubles], []
     assert troubles == []
+
+
+@pytest.fixture(scope="session")
+def shared_window(browser):
+    """Open an empty window that several tests share."""
+    page = open_window(browser, reduced_motion="reduce")
+    yield page
+    page.context.close()
+
+
+@pytest.fixture
+def window(shared_window):
+    """Return an empty window in which a test opens the viewer, faster than in a new window."""
+    yield shared_window
+    shared_window.evaluate("localStorage.clear()")
+    shared_window.goto("about:blank")
+    shared_window.troubles.clear()
 
 
 @pytest.fixture
