@@ -2,7 +2,8 @@
 // all pieces, because software rendering is slow with instances.
 import * as THREE from "three";
 
-const CORNERS = [-1, 1, 1, -1].map((side, k) => [k > 1 ? 1 : 0, side]); // [end, side]
+const CORNERS = [-1, 1, 1, -1].flatMap((side, k) => [k > 1 ? 1 : 0, side]); // end, side, …
+const TRIANGLES = [0, 1, 2, 0, 2, 3]; // corners of the two triangles of a piece
 const SHADERS = {
   vertexShader: `
     attribute vec3 start, end, shade;
@@ -43,10 +44,13 @@ export function makeStrip(points) {
   put("start", places, 0);
   put("end", places, 12);
   put("shade", shades, 0);
-  const corners = Array.from({ length: points }, () => CORNERS).flat(2);
-  shape.setAttribute("corner", new THREE.Float32BufferAttribute(corners, 2));
-  const pieces = Array.from({ length: points - 1 }, (_, k) => 4 * k);
-  shape.setIndex(pieces.flatMap((k) => [k, k + 1, k + 2, k, k + 2, k + 3]));
+  const corners = new Float32Array(8 * points);
+  const triangles = new Uint32Array(6 * (points - 1));
+  for (let k = 0; k < points; k++) corners.set(CORNERS, 8 * k);
+  for (let i = 0; i < triangles.length; i++)
+    triangles[i] = 4 * Math.floor(i / 6) + TRIANGLES[i % 6];
+  shape.setAttribute("corner", new THREE.BufferAttribute(corners, 2));
+  shape.setIndex(new THREE.BufferAttribute(triangles, 1));
   return Object.assign(shape, { places, shades });
 }
 export class Line extends THREE.Mesh {

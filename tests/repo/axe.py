@@ -1,10 +1,9 @@
 """Accessibility checks of web pages with axe-core."""
 
-import shutil
 from contextlib import contextmanager
 
 from axe_playwright_python.sync_playwright import Axe
-from toolbox import need, start_playwright
+from toolbox import launch_chromium
 
 SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phone [pixels]
 
@@ -12,9 +11,7 @@ SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phon
 @contextmanager
 def open_browser():
     """Open Debian's Chromium headless. Skip the test if Chromium is missing."""
-    need("chromium")
-    path = shutil.which("chromium")
-    browser = start_playwright().chromium.launch(executable_path=path, args=["--no-sandbox"])
+    browser = launch_chromium()
     yield browser
     browser.close()
 
@@ -25,18 +22,22 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
     If `open_folds` is true, all folded sections are opened first.
     """
     found = []
-    for width, height in sizes:
-        page = browser.new_page(viewport={"width": width, "height": height})
-        page.goto(address)
-        if open_folds:
-            page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
-        found += check_page(page, width)
-        page.close()
+    viewports = [{"width": width, "height": height} for width, height in sizes]
+    page = browser.new_page(viewport=viewports[0])
+    page.goto(address)
+    if open_folds:
+        page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
+    for viewport in viewports:
+        page.set_viewport_size(viewport)
+        found += check_page(page, viewport["width"])
+    page.close()
     return found
 
 
 def check_page(page, case):
     """Return the accessibility violations of a page, labelled with `case`."""
-    violations = Axe().run(page).response["violations"]
+    if not page.evaluate("!!window.axe"):
+        page.evaluate(Axe().axe_script)
+    violations = page.evaluate("axe.run({resultTypes: ['violations']})")["violations"]
     places = [[node["html"][:120] for node in each["nodes"][:3]] for each in violations]
     return [(case, each["id"], where) for each, where in zip(violations, places, strict=True)]

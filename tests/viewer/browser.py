@@ -11,6 +11,23 @@ from toolbox import ROOT
 PAGE = view._PAGE
 WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # sizes of windows [pixels]
 COARSE = 0.25  # screen pixels per page pixel, for tests that do not look at the picture
+# While `sketches` is true, the first triangle of each part is drawn instead of the whole part, for
+# tests that do not look at the picture: rendering without a GPU spends its time on the triangles.
+# `drawPicture` draws all once.
+SKETCHES = """window.sketches = true;
+for (const [name, place] of [['drawArrays', 2], ['drawElements', 1]]) {
+    const draw = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...given) {
+        if (sketches) given[place] = Math.min(given[place], 3);
+        draw.apply(this, given);
+    };
+}
+window.drawPicture = () => {
+    sketches = false;
+    kreisel.view.isDirty = true;
+    kreisel.view.render();
+    sketches = true;
+};"""
 UPRIGHT = "Lagrange's top"  # the preset shown when a test of the shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
 UNDAMPED = [  # presets whose energy is constant
@@ -56,13 +73,19 @@ def is_trouble(message):
 
 
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
-    """Open the viewer in a new window with `scale` screen pixels per CSS pixel.
+    """Open the viewer in a new window with `scale` screen pixels per CSS pixel."""
+    return open_viewer(open_window(browser, size, scale, **how), file, fragment)
+
+
+def open_window(browser, size=WIDE, scale=COARSE, **how):
+    """Open an empty window.
 
     Errors, warnings and network requests are appended to the page's attribute `troubles`.
     """
     how = {"viewport": make_viewport(size), "device_scale_factor": scale, **how}
     context = browser.new_context(offline=True, **how)
     context.set_default_timeout(30000)
+    context.add_init_script(SKETCHES)
     page = context.new_page()
     page.troubles = troubles = []
     page.on("pageerror", lambda error: troubles.append(str(error)))
@@ -71,6 +94,11 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
         "request",
         lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),
     )
+    return page
+
+
+def open_viewer(page, file=PAGE, fragment=""):
+    """Open the viewer in an empty window."""
     page.goto(file.as_uri() + fragment)
     wait_until_ready(page)
     return page

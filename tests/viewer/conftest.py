@@ -1,13 +1,10 @@
 """Fixtures for the tests of the viewer."""
 
-import shutil
-
 import pytest
-from browser import PAGE, load, visit
-from toolbox import need, start_playwright
+from browser import PAGE, load, open_window, visit
+from toolbox import launch_chromium, need
 
 SOFTWARE = [  # options for rendering without a GPU
-    "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--disable-gpu-compositing",  # rendering is faster without an emulated compositor
@@ -16,11 +13,9 @@ SOFTWARE = [  # options for rendering without a GPU
 
 @pytest.fixture(scope="session")
 def browser():
-    need("chromium")
     if not PAGE.exists():
         need("npm")
-    path = shutil.which("chromium")
-    browser = start_playwright().chromium.launch(executable_path=path, args=SOFTWARE)
+    browser = launch_chromium(*SOFTWARE)
     yield browser
     browser.close()
 
@@ -38,7 +33,7 @@ def page(shared_page):
     """Return the shared page in its initial state, with all sections open."""
     shared_page.evaluate("""{
         const {page, view} = kreisel;
-        page.setRunning(false);
+        Object.assign(page, {isRunning: false, isResuming: false, goal: null});
         Object.assign(page, {undoStack: [], redoStack: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
         document.getElementById('panel').hidden = false;
@@ -49,3 +44,28 @@ def page(shared_page):
     yield shared_page
     troubles, shared_page.troubles[:] = [*shared_page.troubles], []
     assert troubles == []
+
+
+@pytest.fixture(scope="session")
+def shared_window(browser):
+    """Open an empty window that several tests share."""
+    page = open_window(browser, reduced_motion="reduce")
+    yield page
+    page.context.close()
+
+
+@pytest.fixture
+def window(shared_window):
+    """Return an empty window in which a test opens the viewer, faster than in a new window."""
+    yield shared_window
+    shared_window.evaluate("localStorage.clear()")
+    shared_window.goto("about:blank")
+    shared_window.troubles.clear()
+
+
+@pytest.fixture
+def full_picture(page):
+    """Draw the picture of the page in full, for tests that look at it."""
+    page.evaluate("sketches = false; kreisel.view.isDirty = true; kreisel.view.render()")
+    yield
+    page.evaluate("sketches = true")

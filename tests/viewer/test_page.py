@@ -22,6 +22,7 @@ from browser import (
     load,
     make_viewport,
     measure_top,
+    open_viewer,
     read_clock,
     read_message,
     read_record,
@@ -213,7 +214,8 @@ def download_file(page, name):
     return download.value.path()
 
 
-def test_downloaded_files_have_the_scene_and_the_states(page, browser, tmp_path):
+@pytest.mark.usefixtures("full_picture")
+def test_downloaded_files_have_the_scene_and_the_states(page, window, tmp_path):
     load(page, "Compare four")
     advance(page, 2)
     given = read_scene(page)
@@ -225,7 +227,7 @@ def test_downloaded_files_have_the_scene_and_the_states(page, browser, tmp_path)
     assert kr.Scene.from_toml(download_file(page, "TOML")) == scene_in_python(given)
     assert download_file(page, "Picture").read_bytes().startswith(b"\x89PNG")
     (tmp_path / "top.html").write_bytes(download_file(page, "This page").read_bytes())
-    other = visit(browser, tmp_path / "top.html", reduced_motion="reduce")
+    other = open_viewer(window, tmp_path / "top.html")
     other.evaluate("kreisel.advance(2)")
     assert read_scene(other) == given and other.evaluate("kreisel.readStates()") == page.evaluate(
         "kreisel.readStates()"
@@ -237,7 +239,6 @@ def test_downloaded_files_have_the_scene_and_the_states(page, browser, tmp_path)
     other.goto(link)
     wait_for(other, "!!window.kreisel")
     assert read_scene(other) == given and other.troubles == []
-    other.context.close()
 
 
 BAD = [
@@ -253,11 +254,10 @@ BAD = [
 
 
 @pytest.mark.parametrize("link", BAD[:2])
-def test_a_viewer_opened_by_an_invalid_link_shows_a_message(browser, link):
-    page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
+def test_a_viewer_opened_by_an_invalid_link_shows_a_message(window, link):
+    page = open_viewer(window, fragment=f"#scene={link}")
     assert "cannot be shown" in read_message(page)
     assert read_scene(page)["name"] == PRESETS[0] and page.troubles == []
-    page.context.close()
 
 
 @pytest.mark.parametrize("link", BAD)
@@ -279,7 +279,7 @@ def test_python_snippet_runs(page):
 
 
 def test_picture_is_not_blank(page):
-    page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
+    page.evaluate("drawPicture()")
     assert count_colours(page) > 200
 
 

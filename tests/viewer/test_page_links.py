@@ -14,6 +14,7 @@ from browser import (
     advance,
     count_colours,
     load,
+    open_viewer,
     read_clock,
     read_message,
     read_scene,
@@ -168,23 +169,23 @@ def test_html_in_a_link_stays_text(page):
     assert page.locator("#evil, img").count() == 0 and page.evaluate("kreisel.evil === undefined")
 
 
-def test_html_in_a_saved_page_stays_text(page, browser, tmp_path):
+def test_html_in_a_saved_page_stays_text(page, window, tmp_path):
     follow_link(page, {"name": EVIL, "about": EVIL})
     with page.expect_download() as download:
         page.get_by_role("button", name="This page").click()
     (tmp_path / "a.html").write_bytes(download.value.path().read_bytes())
-    other = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    other = open_viewer(window, tmp_path / "a.html")
     assert (
         read_scene(other)["name"] == EVIL
         and other.locator("#evil, img").count() == 0
         and other.troubles == []
     )
-    other.context.close()
 
 
 # Films and pictures
 
 
+@pytest.mark.usefixtures("full_picture")
 def test_a_video_of_a_paused_motion_is_not_empty(page):
     if page.evaluate("typeof MediaRecorder === 'undefined'"):
         pytest.skip("needs MediaRecorder")
@@ -199,6 +200,7 @@ def test_a_video_of_a_paused_motion_is_not_empty(page):
 
 def test_the_picture_is_restored_with_the_graphics(browser):
     page = visit(browser, size=SMALL, reduced_motion="reduce")
+    page.evaluate("sketches = false; kreisel.view.isDirty = true")
     wait_for(page, "!kreisel.view.isDirty")
     before = count_colours(page)
     page.evaluate("""new Promise((done) => {
@@ -289,7 +291,7 @@ def share(page):
         ("A spinning top", {"name": "My own top", "momentum": [0.1, 0.2, 3]}),
     ],
 )
-def test_a_link_contains_only_differences_from_a_preset(browser, page, preset, changes):
+def test_a_link_contains_only_differences_from_a_preset(window, page, preset, changes):
     load(page, preset)
     scene = read_scene(page)
     page.evaluate(
@@ -298,20 +300,18 @@ def test_a_link_contains_only_differences_from_a_preset(browser, page, preset, c
     )
     scene, link = read_scene(page), share(page)
     assert len(link) < (300 if scene["name"] == preset else 1000)
-    other = visit(browser, fragment=link, reduced_motion="reduce")
+    other = open_viewer(window, fragment=link)
     assert read_scene(other) == scene and other.troubles == []
-    other.context.close()
 
 
-def test_a_link_to_an_exercise_is_short(browser, page):
+def test_a_link_to_an_exercise_is_short(window, page):
     load(page, "A spinning top")
     page.get_by_role("button", name="Why does it not fall?").click()
     page.evaluate("kreisel.page.setRunning(false)")
     scene, link = read_scene(page), share(page)
     assert len(link) < 150
-    other = visit(browser, fragment=link, reduced_motion="reduce")
+    other = open_viewer(window, fragment=link)
     assert read_scene(other) == scene
-    other.context.close()
 
 
 @pytest.mark.parametrize(

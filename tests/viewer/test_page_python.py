@@ -5,36 +5,34 @@ import base64
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import advance, drag, load, read_record, read_scene, read_states, visit, wait_for
+from browser import advance, drag, load, open_viewer, read_record, read_scene, read_states, wait_for
 from click.testing import CliRunner
 from internals import cli, view
 
 
-def test_a_scene_from_python(browser, tmp_path):
+def test_a_scene_from_python(window, tmp_path):
     kr.view(kr.scenes.asymmetric, open=False).save(tmp_path / "a.html")
-    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    page = open_viewer(window, tmp_path / "a.html")
     advance(page, 5)
     expected = kr.solve(kr.scenes.asymmetric, 5, "strang", step=0.01, every=500).states[-1]
     assert read_states(page)[0] == expected.tolist()
-    page.context.close()
 
 
-def test_bodies_without_given_density_are_drawn_with_density_1(browser, tmp_path):
+def test_bodies_without_given_density_are_drawn_with_density_1(window, tmp_path):
     kr.view(kr.scenes.thesis, open=False).save(tmp_path / "a.html")
-    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    page = open_viewer(window, tmp_path / "a.html")
     assert page.evaluate("kreisel.view.body.half") == pytest.approx((0.8, 0.8, 1), rel=1e-6)
     page.evaluate("kreisel.page.setValue('show.solid', 'box')")  # a box has corners
     drag(page, "corner", (10, -10), number=5)
     assert (
         read_scene(page)["body"]["density"] == pytest.approx(1, rel=1e-12) and page.troubles == []
     )
-    page.context.close()
 
 
-def test_a_path_plays_beside_a_live_top(browser, tmp_path):
+def test_a_path_plays_beside_a_live_top(window, tmp_path):
     path = kr.solve(kr.scenes.thesis, np.arange(201) * 0.05, "extrap", tol=1e-12)
     kr.view(path, methods="rk4", open=False).save(tmp_path / "a.html")
-    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    page = open_viewer(window, tmp_path / "a.html")
     advance(page, 10)
     assert read_states(page)[1] == path.states[-1].tolist()
     assert 0 < read_record(page, 1, "error").max() < 1e-4
@@ -42,23 +40,20 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
         "kreisel.page.beginChange(); kreisel.page.editScene((s) => (s.momentum[0] += 0.1))"
     )
     assert read_scene(page)["tracks"] == []  # the trace belonged to another motion
-    page.context.close()
 
 
-def test_three_methods_from_python_are_shown_side_by_side(browser, tmp_path):
+def test_three_methods_from_python_are_shown_side_by_side(window, tmp_path):
     names = ["strang", "rk4", "taylor"]
     kr.view(kr.scenes.thesis, methods=names, open=False).save(tmp_path / "a.html")
-    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    page = open_viewer(window, tmp_path / "a.html")
     assert page.evaluate("kreisel.page.tops.map(({method}) => method)") == names
     assert page.troubles == []
-    page.context.close()
 
 
-def test_python_and_the_viewer_use_the_same_ticks(browser, tmp_path):
+def test_python_and_the_viewer_use_the_same_ticks(window, tmp_path):
     kr.view(kr.scenes.thesis, step=3e-6, open=False).save(tmp_path / "a.html")
-    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    page = open_viewer(window, tmp_path / "a.html")
     assert page.evaluate("kreisel.page.tops[0].ticks") == 3
-    page.context.close()
 
 
 def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
@@ -90,13 +85,12 @@ FORBIDDEN = """async () => {
 }"""
 
 
-def test_the_viewer_runs_only_its_own_script(browser, tmp_path):
+def test_the_viewer_runs_only_its_own_script(window, tmp_path):
     kr.view(kr.scenes.asymmetric, open=False).save(tmp_path / "a.html")
-    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    page = open_viewer(window, tmp_path / "a.html")
     assert page.troubles == []
     assert page.evaluate(FORBIDDEN) == [False, "refused", "refused"]
     assert all("Content Security Policy" in trouble for trouble in page.troubles)
-    page.context.close()
 
 
 def test_the_page_runs_in_a_notebook(browser):

@@ -15,6 +15,7 @@ from browser import (
     list_changes,
     load,
     measure_top,
+    open_viewer,
     read_clock,
     read_message,
     read_scene,
@@ -236,9 +237,9 @@ def test_the_stop_time_is_a_common_multiple_of_the_steps(page):
 # Freezes
 
 
-def test_a_very_fast_top_does_not_block_the_viewer(browser):
+def test_a_very_fast_top_does_not_block_the_viewer(window):
     given = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
-    page = visit(browser, reduced_motion="reduce", fragment="#scene=" + quote(json.dumps(given)))
+    page = open_viewer(window, fragment="#scene=" + quote(json.dumps(given)))
     page.get_by_role("button", name="Start", exact=True).click()
     wait_for(page, "kreisel.page.isLate")
     page.get_by_role("button", name="Stop").click()
@@ -248,7 +249,6 @@ def test_a_very_fast_top_does_not_block_the_viewer(browser):
         read_clock(page) == 0 and page.get_by_role("button", name="Start", exact=True).is_visible()
     )
     assert page.troubles == []
-    page.context.close()
 
 
 # Missing or translucent parts
@@ -340,11 +340,10 @@ def test_a_message_disappears_with_its_cause(page):
     assert read_message(page) == ""
 
 
-def test_scenes_of_a_later_version_are_refused(browser):
-    page = visit(browser, reduced_motion="reduce", fragment='#scene={"version": 99}')
+def test_scenes_of_a_later_version_are_refused(window):
+    page = open_viewer(window, fragment='#scene={"version": 99}')
     assert "version cannot be 99: this page reads 1" in read_message(page)
     assert read_scene(page)["name"] == PRESETS[0]
-    page.context.close()
 
 
 @pytest.mark.parametrize(
@@ -371,9 +370,8 @@ def test_allowed_values_are_shown_beside_a_refused_field(page, name, value, why)
     assert page.locator(".wrong:visible").count() == 0
 
 
-def test_unreadable_paths_have_a_specific_message(browser):
+def test_unreadable_paths_have_a_specific_message(window):
     tracks = [{"name": "rk4", "step": 0.1, "states": "!"}]
     fragment = "#scene=" + quote(json.dumps({"tracks": tracks}))
-    page = visit(browser, reduced_motion="reduce", fragment=fragment)
+    page = open_viewer(window, fragment=fragment)
     assert "not base64" in read_message(page) and "atob" not in read_message(page)
-    page.context.close()

@@ -74,7 +74,7 @@ def is_green(page, x, y):
     """Return True if the pixel at (x, y) is green."""
     red, green, blue, _ = page.evaluate(
         """([x, y]) => { const c = document.createElement('canvas'), v = kreisel.view;
-        v.dirty = true; v.render(); [c.width, c.height] = [1, 1];
+        v.render(); [c.width, c.height] = [1, 1];
         const at = c.getContext('2d'), zoom = v.canvas.width / v.canvas.clientWidth;
         at.drawImage(v.canvas, -Math.round(x * zoom), -Math.round(y * zoom));
         return Array.from(at.getImageData(0, 0, 1, 1).data); }""",
@@ -141,6 +141,7 @@ def test_the_next_side_button_brings_all_tops_into_view(page, on, way):
     assert measure_sides(page) == pytest.approx(before, rel=0.02)
 
 
+@pytest.mark.usefixtures("full_picture")
 def test_the_panel_can_be_hidden(page):
     narrow = measure_picture(page)["width"]
     for hide, show in (
@@ -157,6 +158,7 @@ def test_the_panel_can_be_hidden(page):
         assert page.locator("#panel").is_visible()
 
 
+@pytest.mark.usefixtures("full_picture")
 @pytest.mark.parametrize("size", [(900, 600), (1200, 420), (500, 900)], ids=str)
 def test_window_can_be_resized(page, size):
     page.set_viewport_size({"width": size[0], "height": size[1]})

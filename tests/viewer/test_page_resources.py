@@ -25,10 +25,12 @@ SEEN = """window.seen = () => {
     const digits = (numbers) => Array.from(numbers, (x) => +x.toFixed(5) + 0);
     const sum = ({index, drawRange, attributes}) => {
         const {array} = attributes.position ?? attributes.start.data;
-        const points = array.subarray(0, array.length / 3).keys();
-        const drawn = index?.array.slice(0, drawRange.count) ?? points;
+        const drawn = index?.array.subarray(0, drawRange.count);
         let all = 0;
-        for (const k of drawn) for (let i = 0; i < 3; i++) all += ((k + i) % 97) * array[3 * k + i];
+        for (let at = 0; at < (drawn?.length ?? array.length / 3); at++) {
+            const k = drawn ? drawn[at] : at;
+            for (let i = 0; i < 3; i++) all += ((k + i) % 97) * array[3 * k + i];
+        }
         return (all || 0).toFixed(1);
     };
     view.world.traverseVisible(({geometry, material, matrixWorld, renderOrder}) => geometry &&

@@ -8,8 +8,7 @@ SHADOWS = "kreisel.view.floor.shadows"
 # Returns the brightness of a small copy of the picture, from 0 to 255.
 BRIGHTNESS = """(() => {
     const {view} = kreisel, pen = document.createElement('canvas').getContext('2d');
-    view.isDirty = true;
-    view.render();
+    drawPicture();
     pen.drawImage(view.canvas, 0, 0, 120, 100);
     const {data} = pen.getImageData(0, 0, 120, 100);
     const sum = (at) => data[at] + data[at + 1] + data[at + 2];

@@ -89,7 +89,7 @@ def test_arrow_keys_choose_a_visible_scene(page):
 
 
 @pytest.fixture
-def page_with_share_dialog(page):
+def page_with_share_dialog(page, full_picture):
     load(page, "A spinning top")
     page.keyboard.press("k")
     yield page

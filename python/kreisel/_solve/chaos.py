@@ -178,9 +178,9 @@ def validate_indicator_arguments(
         raise TypeError(
             f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {short_repr(scene)}"
         )
-    times = _parse_indicator_times(t)
-    accuracy = parse_tol(methods[FALLBACK], tol) or 0.0
-    controls = accuracy, as_int("max_steps", max_steps, 0), _parse_tangent_direction(direction)
+    times = _validate_indicator_times(t)
+    accuracy = validate_tol(methods[FALLBACK], tol) or 0.0
+    controls = accuracy, as_int("max_steps", max_steps, 0), _validate_tangent_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
             "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
