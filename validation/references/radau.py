@@ -29,6 +29,7 @@ GROWTH = 3.0  # largest ratio of successive steps
 NEGLIGIBLE = 1e-12
 TOL, FINER_TOL = 1e-15, 1e-16
 NONE, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+NEXT, AFTER = (1, 2, 0), (2, 0, 1)
 
 
 @cache
@@ -78,6 +79,9 @@ class TopEquations:
         self.damping = np.array(problem.damping, Real)
         self.start = np.array([real(x) for x in start_state(problem)])
         self.start[4:] -= self.rotor / self.inertia
+        self.up_forms, self.turning_forms = (
+            derive_fixed_in_space(np.array(v, float)) for v in (Z, turning)
+        )
 
     def levers(self, times):
         """Return the lever arm, scaled in proportion to the apparent gravity at each time."""
@@ -88,11 +92,11 @@ class TopEquations:
         """Return the time derivatives of `states` at `times`, with shape (n, 7)."""
         q, w = states[:, :4], states[:, 4:]
         own = self.inertia * w + self.rotor
-        torque = np.cross(own, w) + np.cross(fixed_in_space(q, Z), self.levers(times))
+        torque = cross(own, w) + cross(fixed_in_space(q, Z), self.levers(times))
         torque -= self.damping * (w - fixed_in_space(q, self.turning))
         turn = np.empty_like(q)
         turn[:, 0] = -(q[:, 1:] * (w - self.turning)).sum(1)
-        turn[:, 1:] = q[:, :1] * (w - self.turning) + np.cross(q[:, 1:], w + self.turning)
+        turn[:, 1:] = q[:, :1] * (w - self.turning) + cross(q[:, 1:], w + self.turning)
         return np.concatenate([turn / 2, torque / self.inertia], axis=1)
 
     def jacobians(self, states, times):
@@ -101,16 +105,10 @@ class TopEquations:
         inertia, damping = self.inertia.astype(float), self.damping.astype(float)
         levers = self.levers(times).astype(float)
         found = np.zeros((len(states), SIZE, SIZE))
-        for k in range(4):  # central differences are exact for products of two variables
-            step = np.zeros(4)
-            step[k] = 1.0
-            up, own = (
-                (fixed_in_space(states[:, :4] + step, v) - fixed_in_space(states[:, :4] - step, v))
-                / 2
-                for v in (Z, turning)
-            )
-            found[:, 4:, k] = (np.cross(up, levers) + damping * own) / inertia
         q, w = states[:, :4], states[:, 4:]
+        up, own = ((q @ forms).reshape(-1, 4, 3) for forms in (self.up_forms, self.turning_forms))
+        torque = cross(up, levers[:, None]) + damping * own
+        found[:, 4:, :4] = (torque / inertia).transpose(0, 2, 1)
         found[:, 0, 1:4], found[:, 1:4, 0] = (turning - w) / 2, (w - turning) / 2
         found[:, 1:4, 1:4] = -cross_matrix(w + turning) / 2
         found[:, 0, 4:] = -q[:, 1:] / 2
@@ -124,7 +122,21 @@ def fixed_in_space(q, v):
     """Return q* v q for quaternions of any length."""
     size = (q[:, :1] ** 2 - (q[:, 1:] ** 2).sum(1)[:, None]) * v
     along = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
-    return size + along - 2 * q[:, :1] * np.cross(q[:, 1:], v)
+    return size + along - 2 * q[:, :1] * cross(q[:, 1:], np.asarray(v))
+
+
+def derive_fixed_in_space(v):
+    """Return a matrix whose product with q is the derivative of q* v q, with shape (4, 12)."""
+    unit = np.eye(4)
+    central = [  # exact, because q* v q is of degree two in q
+        (fixed_in_space(unit + step, v) - fixed_in_space(unit - step, v)) / 2 for step in unit
+    ]
+    return np.hstack(central)
+
+
+def cross(u, v):
+    """Return cross products, like the slower numpy.cross."""
+    return u[..., NEXT] * v[..., AFTER] - u[..., AFTER] * v[..., NEXT]
 
 
 def cross_matrix(v):
