@@ -8,6 +8,7 @@ angular velocity, the principal moments, and the lever arm.
 import warnings
 
 import kreisel as kr
+import lmfit
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import curve_fit
@@ -66,8 +67,6 @@ def fit_by_scipy(scene, t, values, sigma):
 
 def fit_by_lmfit(scene, t, values, sigma):
     """Return the fitted parameters, their standard errors or None, and a message about the fit."""
-    import lmfit  # takes longer than all other imports of a report
-
     weight = scene.body.mass * scene.gravity
     start = lmfit.Parameters()
     for name, value in zip(NAMES, read_parameters(scene), strict=True):
