@@ -1,13 +1,17 @@
 """Fixtures for the tests of the report.
 
-The tests set no time limit, so that the report is complete even on slow machines.
+The tests set no time limit, so that the report is complete even on slow machines. They do not
+measure run times, so heyoka compiles without optimization, and calls are timed only once.
 """
 
 from dataclasses import replace
+from functools import partial
 
+import heyoka
 import pytest
 from axe import open_browser
 
+from validation.competitors import timing
 from validation.parts.budget import BUDGETS
 
 
@@ -15,6 +19,23 @@ from validation.parts.budget import BUDGETS
 def no_time_limit():
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(BUDGETS, "quick", replace(BUDGETS["quick"], seconds=1e9))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def fast_compilation():
+    """Let heyoka compile without optimization, which takes a tenth of the time."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("taylor_adaptive", "taylor_adaptive_batch"):
+            patch.setattr(heyoka, name, partial(getattr(heyoka, name), opt_level=0))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def short_samples():
+    """Time each call once instead of repeatedly for some milliseconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(timing, "SAMPLE", 1e-9)
         yield
 
 

@@ -144,8 +144,11 @@ def test_members_are_as_accurate_as_their_single_runs(kind):
 
 @pytest.fixture(scope="module")
 def quick_report(tmp_path_factory):
+    """Return the folder of a quick report with a coarse map."""
     out = tmp_path_factory.mktemp("many")
-    assert report.main(["--quick", "--only", "ensembles", "--out", str(out)]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(part, "SIDE", 50)
+        assert report.main(["--quick", "--only", "ensembles", "--out", str(out)]) == 0
     return out
 
 

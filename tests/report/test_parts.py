@@ -1,11 +1,12 @@
 """Tests that a new part of the report needs only a file, a template and a line in contents.py."""
 
 import csv
-import os
+import io
 import re
+import runpy
 import shutil
-import subprocess
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import kreisel as kr
@@ -43,6 +44,7 @@ PART = Part(
     terminal_lines=lambda names: [f"counted {len(names)} heads"],
 )
 '''
+COPY = "validation_with_headcount"  # all modules import each other by relative names
 TEMPLATE = """<ul>{% for name in names %}<li>{{ name }}</li>{% endfor %}</ul>
 """
 
@@ -63,48 +65,57 @@ def diff_trees(one, other):
 
 
 @pytest.fixture(scope="module")
-def tree(tmp_path_factory):
-    """Return a copy of the repository with an additional part of the report."""
-    copy = tmp_path_factory.mktemp("tree")
-    shutil.copytree(
-        ROOT / "validation", copy / "validation", ignore=shutil.ignore_patterns("__pycache__")
-    )
-    (copy / "validation/parts/headcount.py").write_text(FILE)
-    (copy / "validation/parts/headcount.html").write_text(TEMPLATE)
-    contents = copy / "validation/report/contents.py"
+def copy(tmp_path_factory):
+    """Return a copy of the package `validation` with an additional part of the report."""
+    copy = tmp_path_factory.mktemp("tree") / COPY
+    shutil.copytree(ROOT / "validation", copy, ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "parts/headcount.py").write_text(FILE)
+    (copy / "parts/headcount.html").write_text(TEMPLATE)
+    contents = copy / "report/contents.py"
     text = contents.read_text()
     text = text.replace("    ensembles,\n", "    ensembles,\n    headcount,\n")
     contents.write_text(
         text.replace("    omissions.PART,\n", "    headcount.PART,\n    omissions.PART,\n")
     )
-    return copy
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(copy.parent)
+        yield copy
+    for name in [name for name in sys.modules if name.partition(".")[0] == COPY]:
+        del sys.modules[name]
 
 
-def report(tree, *words):
-    """Run the report in the copy, and return its output."""
-    command = [sys.executable, "-m", "validation", *words]
-    wide = os.environ | {"COLUMNS": "200"}
-    done = subprocess.run(command, cwd=tree, env=wide, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+def report(copy, *words):
+    """Run the report of the copy, and return its output.
+
+    It runs in this process, which has already imported all other packages.
+    """
+    said = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(said):
+        patch.chdir(copy.parent)
+        patch.setenv("COLUMNS", "200")
+        patch.setattr(sys, "argv", ["validation", *words])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_module(COPY, run_name="__main__")
+    assert not ended.value.code, said.getvalue()
+    return said.getvalue()
 
 
 @pytest.fixture(scope="module")
-def output(tree):
-    said = report(tree, "--quick", "--only", "headcount", "--out", "made")
-    return said, tree / "made"
+def output(copy):
+    said = report(copy, "--quick", "--only", "headcount", "--out", "made")
+    return said, copy.with_name("made")
 
 
-def test_a_new_part_touches_three_files(tree):
-    assert diff_trees(ROOT / "validation", tree / "validation") == {
+def test_a_new_part_touches_three_files(copy):
+    assert diff_trees(ROOT / "validation", copy) == {
         "parts/headcount.py",
         "parts/headcount.html",
         "report/contents.py",
     }
 
 
-def test_the_command_line_lists_a_new_part(tree):
-    assert "published, fits, headcount, omissions" in report(tree, "--help")
+def test_the_command_line_lists_a_new_part(copy):
+    assert "published, fits, headcount, omissions" in report(copy, "--help")
 
 
 def test_a_new_part_is_printed_written_and_shown(output):
@@ -132,12 +143,13 @@ def test_parts_without_findings_are_not_shown(output):
     }
 
 
-def test_parts_that_are_not_requested_do_not_run(tree, output):
+def test_parts_that_are_not_requested_do_not_run(copy, output):
     _, out = output
-    shutil.copytree(out, tree / "again")
-    kept = (tree / "again/findings-quick.jsonl").read_text()
-    report(tree, "--quick", "--only", "headcount", "--out", "again")
-    assert (tree / "again/findings-quick.jsonl").read_text() == kept, "nothing is found again"
+    findings = copy.with_name("again") / "findings-quick.jsonl"
+    shutil.copytree(out, findings.parent)
+    kept = findings.read_text()
+    report(copy, "--quick", "--only", "headcount", "--out", "again")
+    assert findings.read_text() == kept, "nothing is found again"
 
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)

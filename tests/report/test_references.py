@@ -57,8 +57,12 @@ def test_references_conserve_the_integrals_of_a_top(name, t):
     assert 1e-15 < kept["conditioning"] < 1e-10
 
 
-def test_references_of_60_digits_agree_with_all_others():
-    exactly = multiprecision.MultiprecisionIntegrator()
+@pytest.fixture(scope="module")
+def exactly():
+    return multiprecision.MultiprecisionIntegrator()
+
+
+def test_references_of_60_digits_agree_with_all_others(exactly):
     for name in HORIZONS:
         (told,) = exactly(load_problem(name).to_scene(), [SHORT])
         kept = reference.load_truth(name, SHORT)
@@ -76,11 +80,16 @@ def test_references_of_60_digits_agree_with_all_others():
     )
 
 
-@pytest.mark.parametrize("way", error_estimates.WAYS)
-def test_error_estimates_of_paths_are_near_the_true_error(way):
+@pytest.fixture(scope="module")
+def exact_attitudes(exactly):
+    """Return a scene, times and the attitudes at these times with 60 digits."""
     scene, times = kr.scenes.asymmetric, [2.0, 5.0, 10.0]
-    truth = multiprecision.MultiprecisionIntegrator()(scene, times)
-    assert 1 / 3 < error_estimates.estimate_ratio(scene, times, truth, way) < 3
+    return scene, times, exactly(scene, times)
+
+
+@pytest.mark.parametrize("way", error_estimates.WAYS)
+def test_error_estimates_of_paths_are_near_the_true_error(way, exact_attitudes):
+    assert 1 / 3 < error_estimates.estimate_ratio(*exact_attitudes, way) < 3
 
 
 @pytest.mark.parametrize("name", HORIZONS)

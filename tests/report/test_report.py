@@ -82,10 +82,17 @@ def test_figures_with_other_integrators_name_their_versions(quick_report):
     assert all(cited in figure.partition("<figcaption>")[2] for figure in named)
 
 
-def test_axe_finds_nothing_on_the_report(quick_report, browser):
-    address = (quick_report / "index.html").as_uri()
-    assert list_violations(browser, address, sizes=SIZES[:1]) == []
-    assert list_violations(browser, address, open_folds=True, sizes=SIZES[2:]) == []
+def test_axe_finds_nothing_on_the_report(quick_report, browser, tmp_path):
+    """Check the whole page, and with open folds a page with two of the equally built scenes."""
+    whole, short = quick_report / "index.html", tmp_path / "short.html"
+    text = whole.read_text()
+    for name in list(HORIZONS)[2:]:
+        section = rf'<section>\s*<h3 id="{name}">.*?</section>'
+        text, found = re.subn(section, "", text, count=1, flags=re.DOTALL)
+        assert found
+    short.write_text(text)
+    assert list_violations(browser, whole.as_uri(), sizes=SIZES[:1]) == []
+    assert list_violations(browser, short.as_uri(), open_folds=True, sizes=SIZES[2:]) == []
 
 
 def count_folds(page):

@@ -37,7 +37,8 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
     """Measure the errors and the run times of all integrators.
 
     The integrators run alternately, so that changes in the load of the machine affect them equally.
-    Errors are measured only for tops with a reference solution.
+    Errors are measured only for tops with a reference solution. Integrators that are timed once are
+    timed while their errors are measured.
     """
     asked = [
         (place / len(who.settings), who, setting, who.tops(tops))
@@ -45,14 +46,17 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
         for place, setting in enumerate(who.settings)
     ]
     calls = [who.make(own, setting, threads) for _, who, setting, own in asked]
-    errors = [sample_errors(call(), truths) for call in calls]
-    seconds = [[] for _ in calls]
+    errors, seconds = [], []
+    for call, (_, who, _, own) in zip(calls, asked, strict=True):
+        q, took = time_per_top(call, who, own, threads)
+        errors.append(sample_errors(q, truths))
+        seconds.append([took] * rounds if who.is_timed_once else [])
     in_turn = sorted(range(len(calls)), key=lambda i: asked[i][0])
     for _ in range(rounds):
         for i in in_turn:
-            (_, who, _, own), took = asked[i], seconds[i]
-            is_known = took and who.is_timed_once
-            took.append(took[0] if is_known else time_per_top(calls[i], who, own, threads))
+            _, who, _, own = asked[i]
+            if not who.is_timed_once:
+                seconds[i].append(time_per_top(calls[i], who, own, threads)[1])
             tick()
     return [
         Run(who.name, str(setting), len(own), *spread, took)
@@ -68,12 +72,14 @@ def sample_errors(q, truths):
 
 
 def time_per_top(call, who, tops, threads):
-    """Return the run time [s] per top.
+    """Return the final attitudes and the run time [s] per top.
 
     The run time of a serial integrator is divided by the number of threads.
     """
+    found = []
     with timing.pause_gc():
-        return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
+        seconds = timing.time_once(lambda: found.append(call()))
+    return found[0], seconds / len(tops) / (threads if who.is_serial else 1)
 
 
 def group_by_mover(found):

@@ -9,7 +9,7 @@ import statistics
 from contextlib import contextmanager
 from time import perf_counter
 
-SAMPLE = 2e-3  # shorter calls are repeated for this long [s]
+SAMPLE = 2e-3  # shorter calls are repeated for this long in each round [s]
 
 
 @contextmanager

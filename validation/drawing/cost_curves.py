@@ -63,17 +63,23 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
     axes.grid(True)
 
 
+def make_log_panel(*size):
+    figure, axes = make_panel(*size)
+    axes.set(xscale="log", yscale="log")
+    return figure, axes
+
+
 def draw_family(lines, family, peers, label, floor, limits, cost):
     """Draw a group of methods in colour, and all other methods in grey."""
     with plt.rc_context(STYLE):
-        figure, axes = make_panel()
+        figure, axes = make_log_panel()
         styles = choose_line_styles(family, peers)
         for name, points in lines.items():
             if name not in styles:
-                axes.loglog(*points, color=FAINT, linewidth=0.8, alpha=0.45)
+                axes.plot(*points, color=FAINT, linewidth=0.8, alpha=0.45)
         shown = {name: style for name, style in styles.items() if name in lines}
         for name, style in shown.items():
-            axes.loglog(*lines[name], markersize=4, linewidth=1.4, **style)
+            axes.plot(*lines[name], markersize=4, linewidth=1.4, **style)
         set_frame(axes, label, floor, limits, cost)
         label_ends(
             axes, [(name, lowest_point(lines[name]), style) for name, style in shown.items()]
@@ -124,15 +130,13 @@ def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
         return ""
     styles = choose_line_styles(named, peers)
     with plt.rc_context(STYLE):
-        figure, axes = make_panel(2.7, 4.6)
+        figure, axes = make_log_panel(2.7, 4.6)
         for name, points in lines.items():
             if name in styles:
-                axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])
+                axes.plot(*points, markersize=4, linewidth=1.4, **styles[name])
             else:
                 dot = "o" if len(points[0]) == 1 else None  # a closed form has a single run
-                axes.loglog(
-                    *points, color=FAINT, linewidth=0.8, alpha=0.45, marker=dot, markersize=4
-                )
+                axes.plot(*points, color=FAINT, linewidth=0.8, alpha=0.45, marker=dot, markersize=4)
         set_frame(axes, label, floor, limits, cost, 4)
         ends = [(name, lowest_point(lines[name]), styles[name]) for name in styles if name in lines]
         label_ends(axes, ends)

@@ -29,6 +29,7 @@ PEER_STROKES = {
     **dict.fromkeys(("scipy_dop853", "SciPy DOP853"), 2),
     **dict.fromkeys(("gsl_bsimp", "heyoka, ensemble"), 3),
 }
+POINTS = 72  # the resolution of SVG [points per inch]
 SIZE = 9  # the size of all type in all figures [pt]; the page does not scale figures up
 STYLE = {
     "svg.fonttype": "none",
@@ -50,11 +51,21 @@ STYLE = {
 
 
 def figure_to_svg(figure, **options):
+    arrange_axes(figure)
     page = io.StringIO()
     figure.savefig(page, format="svg", metadata={"Date": None}, **options)
     plt.close(figure)
     svg = page.getvalue()
     return svg[svg.index("<svg") :].replace(INK, "currentColor")
+
+
+def arrange_axes(figure):
+    """Let the layout engine place the axes, so that saving the figure does not draw it twice."""
+    if engine := figure.get_layout_engine():
+        dpi, figure.dpi = figure.dpi, POINTS
+        engine.execute(figure)
+        figure.dpi = dpi
+        figure.set_layout_engine(None)
 
 
 def make_panel(height=3.1, width=4.9):

@@ -39,7 +39,6 @@ METHOD = "taylor"
 TOLERANCES = (*(10.0 ** (-k / 4) for k in range(8, 63)), 2.0**-53)
 ORDERS = range(4, 20)  # orders of heyoka's series, below that of its tightest tolerance
 DECADES = range(4, 14)  # tolerances of DOP853
-SAMPLE = 2e-3  # duration of the calls of one round [s]
 LATEST = 1e4  # a run begins anew at this time, so that its times have enough digits [T]
 SOLVE, RUN, HEYOKA, FUNCTION = "kr.solve", "kr.Run", "heyoka", "heyoka.cfunc"
 COLUMNS = (
@@ -106,7 +105,8 @@ def sample_in_turn(calls, rounds):
     samples = [[] for _ in calls]
     with timing.pause_gc():
         numbers = [
-            max(1, round(SAMPLE / min(processor_time(call, 3) for _ in range(3)))) for call in calls
+            max(1, round(timing.SAMPLE / min(processor_time(call, 3) for _ in range(3))))
+            for call in calls
         ]
         for _ in range(rounds):
             for call, number, got in zip(calls, numbers, samples, strict=True):

@@ -78,6 +78,9 @@ class TopEquations:
         self.damping = np.array(problem.damping, Real)
         self.start = np.array([real(x) for x in start_state(problem)])
         self.start[4:] -= self.rotor / self.inertia
+        self.up_forms, self.turning_forms = (
+            derive_fixed_in_space(np.array(v, float)) for v in (Z, turning)
+        )
 
     def levers(self, times):
         """Return the lever arm, scaled in proportion to the apparent gravity at each time."""
@@ -102,10 +105,7 @@ class TopEquations:
         levers = self.levers(times).astype(float)
         found = np.zeros((len(states), SIZE, SIZE))
         q, w = states[:, :4], states[:, 4:]
-        # central differences are exact for products of two variables
-        moved = (q[:, None] + np.concatenate([np.eye(4), -np.eye(4)])).reshape(-1, 4)
-        differences = (fixed_in_space(moved, v).reshape(-1, 2, 4, 3) for v in (Z, turning))
-        up, own = ((d[:, 0] - d[:, 1]) / 2 for d in differences)
+        up, own = ((q @ forms).reshape(-1, 4, 3) for forms in (self.up_forms, self.turning_forms))
         torque = cross(up, levers[:, None]) + damping * own
         found[:, 4:, :4] = (torque / inertia).transpose(0, 2, 1)
         found[:, 0, 1:4], found[:, 1:4, 0] = (turning - w) / 2, (w - turning) / 2
@@ -127,6 +127,15 @@ def fixed_in_space(q, v):
     size = (q[:, :1] ** 2 - (q[:, 1:] ** 2).sum(1)[:, None]) * v
     along = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
     return size + along - 2 * q[:, :1] * cross(q[:, 1:], v)
+
+
+def derive_fixed_in_space(v):
+    """Return a matrix whose product with q is the derivative of q* v q, with shape (4, 12)."""
+    unit = np.eye(4)
+    central = [  # exact, because q* v q is of degree two in q
+        (fixed_in_space(unit + step, v) - fixed_in_space(unit - step, v)) / 2 for step in unit
+    ]
+    return np.hstack(central)
 
 
 def cross_matrix(v):
