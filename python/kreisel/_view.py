@@ -28,25 +28,25 @@ _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script
 _TICK = 1e-6  # the viewer counts time in multiples of this [T]
 
 
-class _ViewerBody(TypedDict):
+class _ViewerBodyData(TypedDict):
     mass: float
     inertia: list[float]
     com: Vector
 
 
-class _ViewerTrack(TypedDict):
+class _ViewerTrackData(TypedDict):
     name: str
     step: float
     states: str
 
 
-class _ViewerScene(TypedDict):
+class _ViewerSceneData(TypedDict):
     """The data read by the viewer: a scene and its display options."""
 
     version: int
     name: str
     about: str
-    body: _ViewerBody
+    body: _ViewerBodyData
     attitude: Quaternion
     momentum: Vector
     gravity: float
@@ -58,7 +58,7 @@ class _ViewerScene(TypedDict):
     step: list[float]
     speed: float
     tol: float
-    tracks: list[_ViewerTrack]
+    tracks: list[_ViewerTrackData]
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class View:
     scene  the data of the scene, in the format of the viewer's JSON export
     """
 
-    scene: _ViewerScene
+    scene: _ViewerSceneData
 
     @property
     def html(self) -> str:
@@ -179,8 +179,12 @@ def view(
 
 
 def _build_viewer_scene(
-    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_ViewerTrack]
-) -> _ViewerScene:
+    scene: Scene,
+    methods: list[str],
+    step: float | None,
+    speed: float,
+    tracks: list[_ViewerTrackData],
+) -> _ViewerSceneData:
     name = name_of(scene)
     return {
         "version": 1,
@@ -202,7 +206,7 @@ def _build_viewer_scene(
     }
 
 
-def _build_viewer_body(scene: Scene) -> _ViewerBody:
+def _build_viewer_body(scene: Scene) -> _ViewerBodyData:
     if scene.body.inertia_rtol:
         raise ValueError(
             "the viewer does not support a tolerance of the inertia: view a body without "
@@ -243,7 +247,7 @@ def _validate_viewer_step(step: float) -> float:
     return round(length / _TICK) / 1e6
 
 
-def _make_viewer_track(path: Path) -> _ViewerTrack:
+def _make_viewer_track(path: Path) -> _ViewerTrackData:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
     even = (

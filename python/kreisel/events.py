@@ -44,7 +44,7 @@ from ._model.scene import Ensemble, Scene
 from ._options.methods import FALLBACK
 from ._results.path import Events, Path
 from ._utils.errors import unknown_name_message
-from ._utils.validation import Array, as_float, as_int, as_vector, check_type, short_repr
+from ._utils.validation import Array, as_float, as_int, as_three_floats, check_type, short_repr
 from .quaternion import turn
 
 __all__ = [
@@ -162,7 +162,7 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
     """
     if of not in _VECTORS:
         raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
-    along = zip("xyz", as_vector("normal", normal), strict=True)
+    along = zip("xyz", as_three_floats("normal", normal), strict=True)
     return crossing({f"{of}_{i}": n for i, n in along if n}, offset, **more)
 
 
@@ -210,7 +210,7 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
     arguments are the same as for kreisel.events.crossing.
     """
     twice = dict.fromkeys(_KINETIC, 0.5)
-    linear = zip("xyz", as_vector("rotor", rotor), strict=True)
+    linear = zip("xyz", as_three_floats("rotor", rotor), strict=True)
     return crossing(twice | {f"body_velocity_{i}": -0.5 * h for i, h in linear if h}, value, **more)
 
 

@@ -17,7 +17,7 @@ def kill_once(flag, moment):
             Path(flag).touch()
             os.kill(os.getpid(), signal.SIGKILL)
 
-    write, compute = SweepStore.write_part, runner.compute_part
+    write, compute = SweepStore.write_part, runner.compute_sweep_part
 
     def first_write(self, i, part):
         if i == 2:
@@ -30,6 +30,6 @@ def kill_once(flag, moment):
         )
 
     if moment == "moves":
-        runner.compute_part = first_compute
+        runner.compute_sweep_part = first_compute
     else:
         SweepStore.write_part = first_write

@@ -215,7 +215,7 @@ def test_grid_starts_are_distinct_and_on_the_energy_surface(grid, body):
 
 def test_verticals_are_rotated_by_the_smallest_angle():
     ways = np.array([(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (0.6, 0, -0.8), (0, 0.6, 0.8)])
-    turns = starts._compute_shortest_rotations(ways.astype(float))
+    turns = starts._compute_rotations_to_vertical(ways.astype(float))
     expected = np.array(
         [
             (1, 0, 0, 0),
@@ -227,7 +227,7 @@ def test_verticals_are_rotated_by_the_smallest_angle():
         ]
     )
     np.testing.assert_allclose(turns, expected, atol=1e-15)
-    near = starts._compute_shortest_rotations(np.array([[3e-9, 4e-9, -1.0]]))
+    near = starts._compute_rotations_to_vertical(np.array([[3e-9, 4e-9, -1.0]]))
     np.testing.assert_allclose(near, [(2.5e-9, 0.8, -0.6, 0)], rtol=1e-7)
 
 
@@ -235,7 +235,7 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
     cover = starts._SphereCells(*(np.array([x]) for x in (-1.0, 0.0, 1.0, 0.5 * math.pi)))
     whole = cover
     for _ in range(5):
-        whole = whole.halve_cells()
+        whole = whole.halve_sphere_cells()
     assert len(whole.height) == 32
     assert (whole.tall * whole.wide).sum() == pytest.approx(0.5 * math.pi, rel=1e-14)
     centres, reach = whole.compute_cell_centres_and_radii()
@@ -249,9 +249,11 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
     )
     away = np.arccos(np.clip((corners * centres).sum(axis=-1), -1.0, 1.0))
     assert (away <= reach + 1e-7).all() and reach.max() < 0.75
-    tall = starts._SphereCells(*(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))).halve_cells()
+    tall = starts._SphereCells(
+        *(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))
+    ).halve_sphere_cells()
     assert tall.tall.tolist() == [0.5, 0.5] and tall.height.tolist() == [-0.5, 0.0]
-    wide = starts._SphereCells(*(np.array([x]) for x in (-0.1, 1.0, 0.2, 2.0))).halve_cells()
+    wide = starts._SphereCells(*(np.array([x]) for x in (-0.1, 1.0, 0.2, 2.0))).halve_sphere_cells()
     assert wide.wide.tolist() == [1.0, 1.0] and wide.angle.tolist() == [1.0, 2.0]
 
 

@@ -10,7 +10,7 @@ from kreisel._results.executor import WorkerPool
 
 @pytest.mark.parametrize(("n", "threads", "first"), [(10_000, 2, 1256), (100, 2, 56), (5, 4, 5)])
 def test_slices_get_smaller_and_hold_whole_vectors(n, threads, first):
-    slices = list(WorkerPool(threads).yield_slices(n))
+    slices = list(WorkerPool(threads).yield_slice_bounds(n))
     sizes = [end - begin for begin, end in slices]
     assert sizes[0] == first and sum(sizes) == n
     assert [begin for begin, _ in slices[1:]] == [end for _, end in slices[:-1]]
@@ -18,7 +18,7 @@ def test_slices_get_smaller_and_hold_whole_vectors(n, threads, first):
 
 
 def test_slices_have_a_largest_size():
-    assert next(WorkerPool(1).yield_slices(10**6)) == (0, 1 << 15)
+    assert next(WorkerPool(1).yield_slice_bounds(10**6)) == (0, 1 << 15)
 
 
 TOPS = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 64))

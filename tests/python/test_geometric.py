@@ -321,12 +321,12 @@ class Search:
     def __init__(self, errors):
         self.errors, self.asked = iter(errors), []
 
-    def run_with_step_count(self, steps):
+    def integrate_and_measure_error(self, steps):
         self.asked.append(steps)
         error = next(self.errors)
         return None if error is None else (np.zeros((1, 8)), error)
 
-    def refine_step_count(self, steps, error):
+    def predict_needed_step_count(self, steps, error):
         return steps + 1
 
     def make_unmet_error_exception(self, why):
@@ -370,7 +370,7 @@ def test_a_search_ends_with_its_budget(monkeypatch):
 
 def test_large_errors_are_not_extrapolated():
     search = SimpleNamespace(target=0.01, order=4)
-    finer = step_search.StepSearch.refine_step_count
+    finer = step_search.StepSearch.predict_needed_step_count
     assert finer(search, 100, 0.1) == finer(search, 100, 0.2) == 400
     assert finer(search, 100, 0.0999) == 224
     assert finer(search, 100, 0.0) == 111

@@ -47,7 +47,7 @@ def test_equal_options_share_one_request():
 
 def test_the_heading_is_omitted_if_nothing_needs_it():
     def leaves_heading(method="taylor", **more):
-        return solve_options.validate_solve_options(TOP, method, **more).can_skip_heading
+        return solve_options.validate_solve_options(TOP, method, **more).can_skip_heading_angle
 
     assert leaves_heading(want=("energy",)) and leaves_heading(want=("nutation", "energy"))
     assert (
@@ -59,4 +59,4 @@ def test_the_heading_is_omitted_if_nothing_needs_it():
         "strang", want=("energy",), step=0.1
     )
     watched = kr.start(TOP, want=["energy"], events=kr.events.nutation())
-    assert not watched._options.can_skip_heading
+    assert not watched._options.can_skip_heading_angle

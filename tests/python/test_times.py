@@ -145,16 +145,16 @@ def test_the_first_nonzero_time_determines_the_direction():
         (np.float64(-2.0), True),
         (-math.inf, True),
     ):
-        assert times.validate_time_direction(t)[0] is back
+        assert times.find_time_direction(t)[0] is back
     for given, back in (([0.0, -1.0, -2.0], True), ([0.0, 0.0], False), ([0.0, 2.0, 3.0], False)):
-        told, t = times.validate_time_direction(iter(given))
+        told, t = times.find_time_direction(iter(given))
         assert told is back and list(t) == given
 
 
 def test_iterated_rows_of_times_may_begin_with_the_start():
-    told, _ = times.validate_time_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
+    told, _ = times.find_time_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
     assert told is False
-    assert times.validate_time_direction(iter([np.array([0.0, -1.0])]))[0] is True
+    assert times.find_time_direction(iter([np.array([0.0, -1.0])]))[0] is True
 
 
 def test_unknown_memory_size_counts_as_enough(monkeypatch):

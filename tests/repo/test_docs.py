@@ -184,7 +184,7 @@ def test_signatures_have_the_types_of_the_sources():
     assert text.startswith("(scene: Scene | Ensemble, t: Numbers,") and result == "Path | Paths"
     method = kr.Path.plot
     text, result = signature(None, "method", "Path.plot", method, None, "(axes)", None)
-    assert text.startswith("(axes: ") and result == "Picture"
+    assert text.startswith("(axes: ") and result == "FigureAxes"
     assert signature(None, "class", "Path", kr.Path, None, "(q)", None) == ("", None)
     assert "kwargs" not in text and "_" not in result
 

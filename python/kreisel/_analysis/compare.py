@@ -15,7 +15,7 @@ import numpy as np
 from .._model.scene import Scene
 from .._options.methods import methods as known
 from .._options.methods import resolve_method
-from .._options.solve_options import Progress, check_progress_callback
+from .._options.solve_options import Progress, validate_progress_callback
 from .._results.path import Error, Path, Stats
 from .._solve.solve import solve
 from .._utils.atomic_io import atomic_write
@@ -129,7 +129,7 @@ class _TimedMethodRun:
     path: Path | None = None
     failure: str = ""
 
-    def run_and_measure_time(self) -> None:
+    def solve_and_store_seconds(self) -> None:
         begin = time.perf_counter()
         try:
             self.path = solve(self.scene, self.t, self.method, step=self.step, tol=self.tol)
@@ -197,14 +197,14 @@ def compare(
     by_step, by_tol = _validate_steps_or_tols("steps", steps), _validate_steps_or_tols("tols", tols)
     runs = _list_runs_to_compare(scene, t, methods, by_step, by_tol)
     rounds = as_int("repeats", repeats, 1)
-    tell = check_progress_callback(progress)
+    tell = validate_progress_callback(progress)
     reference: Path | None = None
     try:
         reference = (
             truth if isinstance(truth, Path) else _compute_reference_path(scene, t, truth, by_step)
         )
         for done in range(rounds * len(runs)):
-            runs[done % len(runs)].run_and_measure_time()
+            runs[done % len(runs)].solve_and_store_seconds()
             if tell is not None:
                 tell((done + 1) / (rounds * len(runs)))
     except KeyboardInterrupt:

@@ -202,7 +202,7 @@ def _compute_closed_form_rates(form: Exact) -> tuple[float, float, float] | None
 
 def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
     """Compute the precession, nutation and spin rates from the states of a path."""
-    t, (up, along) = path.t, _choose_reference_axes(path)
+    t, (up, along) = path.t, _choose_space_and_body_axes(path)
     principal, east = path.frame, _perpendicular_unit_vector(up)
     axis, first = along @ principal, _perpendicular_unit_vector(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
@@ -220,11 +220,11 @@ def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
         return math.nan, nutation, math.nan
     is_through = span * float(window[turns.through > 0].sum()) > _SMOOTH
     part = 0.5 * nutation if is_through else nutation
-    precession = _estimate_mean_rate(t, motion.z, turns.precession, part)
-    return precession, nutation, _estimate_mean_rate(t, about, turns.spin, part)
+    precession = _estimate_mean_angle_rate(t, motion.z, turns.precession, part)
+    return precession, nutation, _estimate_mean_angle_rate(t, about, turns.spin, part)
 
 
-def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
+def _estimate_mean_angle_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from its increments `turned` between successive states.
 
     The mean rate differs from the frequency of the strongest spectral line by an integer multiple
@@ -262,7 +262,7 @@ def _refuse_free_body_with_tilted_rotor(path: Path) -> None:
         )
 
 
-def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
+def _choose_space_and_body_axes(path: Path) -> tuple[Array, Array]:
     """Return the reference direction in space, and the body axis that moves about this direction.
 
     The body axis is given by its components along the principal axes.

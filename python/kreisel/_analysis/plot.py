@@ -13,7 +13,7 @@ from .difference import compute_angle_between_paths
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .._plot.charts import Picture
+    from .._plot.charts import FigureAxes
 
 MOST = 8
 
@@ -24,7 +24,7 @@ def plot(
     axes: Iterable[Axes] | None = None,
     degrees: bool = True,
     time_unit: str = "T",
-) -> Picture:
+) -> FigureAxes:
     """Plot the apex trace on a sphere, and nutation and precession over time, using matplotlib.
 
     Returns three matplotlib axes for each path. A notebook displays the returned axes as an image.

@@ -43,7 +43,7 @@ class TorusRates(NamedTuple):
     spin: float
 
 
-class _BodyAxisDirections(NamedTuple):
+class _BodyAxisAtTorusAngles(NamedTuple):
     """The direction of a body axis, as a function of the two angles on the torus.
 
     z       projection of the axis onto the horizontal plane, without the heading
@@ -65,7 +65,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     for n in _GRIDS:
         turns = (np.arange(n) + _OFFSET) / n
         grid = np.stack(np.meshgrid(turns, turns, indexing="ij"), axis=-1)
-        signals = _compute_body_axis_directions(form, grid)
+        signals = _compute_body_axis_at_torus_angles(form, grid)
         cells, index = _find_grid_cells_with_zeros(signals.z)
         if len(cells) == known:
             break
@@ -81,7 +81,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     since = zeros - _OFFSET / n
     # Only the sum of precession and spin is smooth at the upper pole, only the difference at the
     # lower one.
-    side = -np.sign(_compute_body_axis_directions(form, zeros).height)
+    side = -np.sign(_compute_body_axis_at_torus_angles(form, zeros).height)
     precession = _compute_windings_along_torus_angles(signals.z, since, index) @ rates[:2]
     spin = _compute_windings_along_torus_angles(signals.about, since, side * index) @ rates[:2]
     return TorusRates(
@@ -89,7 +89,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     )
 
 
-def _compute_body_axis_directions(form: ExactTorus, turns: Array) -> _BodyAxisDirections:
+def _compute_body_axis_at_torus_angles(form: ExactTorus, turns: Array) -> _BodyAxisAtTorusAngles:
     """Compute the direction of the body axis at given pairs of torus angles [turns]."""
     states = form._compute_states_at_angles(turns.reshape(-1, 2))
     w, x, y, z = states[:, 1:5].T
@@ -105,7 +105,9 @@ def _compute_body_axis_directions(form: ExactTorus, turns: Array) -> _BodyAxisDi
         level = level * np.exp(-1j * np.arctan2(states[:, 6], states[:, 5]))
     shape = turns.shape[:-1]
     about = two[2] + 1j * one[2]
-    return _BodyAxisDirections(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
+    return _BodyAxisAtTorusAngles(
+        level.reshape(shape), about.reshape(shape), apex[2].reshape(shape)
+    )
 
 
 def _find_grid_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
@@ -128,7 +130,7 @@ def _refine_zero_by_newton(form: ExactTorus, near: Array, n: int) -> Array:
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
-        z = _compute_body_axis_directions(form, at + offsets).z
+        z = _compute_body_axis_at_torus_angles(form, at + offsets).z
         one, two = (z[1] - z[2]) / (2.0 * _STEP), (z[3] - z[4]) / (2.0 * _STEP)
         area = float((one.conjugate() * two).imag)
         if area == 0.0:
@@ -155,7 +157,7 @@ def _compute_windings_along_torus_angles(z: Waves, since: Array, index: Array) -
     return np.array([one, two])
 
 
-def _find_rate_of_strongest_harmonic(signals: _BodyAxisDirections, rates: Array) -> float:
+def _find_rate_of_strongest_harmonic(signals: _BodyAxisAtTorusAngles, rates: Array) -> float:
     strengths = np.abs(np.fft.fft2(signals.height))
     strengths[0, 0] = 0.0
     n = len(strengths)

@@ -130,7 +130,7 @@ def measure_angle_increments(
     angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
     nearest, gap = np.full(n, np.inf), np.zeros(n)
     for k in range(_ROUNDS):
-        found = _compare_arcs_with_chords(arcs)
+        found = _measure_arc_angles_by_chords(arcs)
         known = arcs.parent[found.is_known]
         np.add.at(angle, known, found.angle[found.is_known])
         np.add.at(through, known, found.through[found.is_known])
@@ -141,7 +141,7 @@ def measure_angle_increments(
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
         half, whole = _compute_projected_axis_at_times(path, arcs.parent, times, up, along, east)
         if k == 0:
-            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_integration_gaps(
+            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _compare_with_integration(
                 arcs, whole
             )
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
@@ -159,7 +159,7 @@ def measure_angle_increments(
     )
 
 
-def _measure_integration_gaps(
+def _compare_with_integration(
     arcs: _ArcsBetweenStates, whole: tuple[Waves, Waves]
 ) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
@@ -214,7 +214,7 @@ def _compute_spin_angle_increments(
     return np.where(is_seen, exact, thought)
 
 
-def _compare_arcs_with_chords(arcs: _ArcsBetweenStates) -> _ArcAnglesAndChordDistances:
+def _measure_arc_angles_by_chords(arcs: _ArcsBetweenStates) -> _ArcAnglesAndChordDistances:
     """Compare each arc with its chord in a fixed frame and in a rotating frame."""
     angle, distance, bend = _measure_chord_angles_and_distances(arcs)
     at_rest = distance > _SAFETY * bend

@@ -25,7 +25,7 @@ from .._options.quantities import LOW
 from .._results.path import Events, Path
 from .._results.serialization import encode_path_as_archive
 from .._results.state_quantities import NO_STATES
-from .._results.tables import columns, list_quantities_with_values
+from .._results.tables import build_quantity_value_pairs, columns
 from .._utils.atomic_io import atomic_open, atomic_write
 from .._utils.validation import Array
 from .table import AngleOptions, StateTablePrinter
@@ -35,7 +35,7 @@ _SHOWN = 20  # largest number of events in the summary
 Columns = Mapping[str, Sequence[object]]
 
 
-class PathOutput(Protocol):
+class PathPieceOutput(Protocol):
     """An output that receives a path in consecutive chunks."""
 
     def add_path_piece(self, piece: Path) -> None:
@@ -83,10 +83,10 @@ class CsvOutput:
         table = convert_columns_to_lists(self._angles.columns(piece, list_output_quantities(piece)))
         rows = encode_table_as_csv(table, head=self._grow is None)
         if self._grow is None:
-            self._grow = self._open_csv_file()
+            self._grow = self._make_csv_write_function()
         self._grow(rows)
 
-    def _open_csv_file(self) -> Callable[[bytes], None]:
+    def _make_csv_write_function(self) -> Callable[[bytes], None]:
         if self._file == "-":
             return lambda rows: write_bytes("-", rows)
         return self._files.enter_context(atomic_open(self._file)).append_bytes
@@ -163,7 +163,7 @@ class EventCollector:
             click.echo(f"... {len(rows) - _SHOWN} more events: --events-csv writes all")
 
 
-class RunSummaryOutput:
+class RunSummaryPrinter:
     """An output that prints a table of states and the largest energy error."""
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
@@ -224,7 +224,7 @@ def encode_path_as_json(
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in list_quantities_with_values(
+    for quantity, values in build_quantity_value_pairs(
         path, list_output_quantities(path), angles.degrees, angles.unwrap
     ):
         found[quantity.name] = _replace_nonfinite(values.tolist())

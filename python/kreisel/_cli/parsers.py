@@ -122,14 +122,14 @@ def convert_errors_to_usage_errors(options: Collection[str]) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError) as error:
-        raise UsageError(replace_arguments_in_message(str(error), options)) from None
+        raise UsageError(replace_arguments_by_options(str(error), options)) from None
     except MemoryError as error:
         raise UsageError(
-            replace_arguments_in_message(str(error), options) or "it needs more memory"
+            replace_arguments_by_options(str(error), options) or "it needs more memory"
         ) from None
 
 
-def replace_arguments_in_message(message: str, options: Collection[str]) -> str:
+def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
     """Replace arguments in an error message by options: step=0.01 becomes --step 0.01."""
     if not options:
         return message

@@ -13,7 +13,7 @@ from rich.progress import Progress
 
 from .._results.path import Error, Interrupted, Path
 from .._solve.run import Run
-from .outputs import PathOutput
+from .outputs import PathPieceOutput
 
 
 class StopSignalHandler:
@@ -37,7 +37,7 @@ class StopSignalHandler:
         }
         try:
             for number in before:
-                signal.signal(number, self._record_signal)
+                signal.signal(number, self._handle_stop_signal)
         except ValueError:  # only the main thread can set signal handlers
             before = {}
         try:
@@ -46,7 +46,7 @@ class StopSignalHandler:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
-    def _record_signal(self, number: int, frame: FrameType | None) -> None:
+    def _handle_stop_signal(self, number: int, frame: FrameType | None) -> None:
         self.asked = True
         signal.signal(number, signal.SIG_DFL)
 
@@ -83,7 +83,10 @@ class RunOutcome:
 
 
 def write_path_pieces_to_outputs(
-    outputs: list[PathOutput], pieces: Iterator[Path], run: Run | None, stops: StopSignalHandler
+    outputs: list[PathPieceOutput],
+    pieces: Iterator[Path],
+    run: Run | None,
+    stops: StopSignalHandler,
 ) -> RunOutcome:
     """Write all parts of a path to the outputs, and return the outcome of the run.
 

@@ -13,8 +13,8 @@ from .outputs import (
     CsvOutput,
     EventCollector,
     PathCollector,
-    PathOutput,
-    RunSummaryOutput,
+    PathPieceOutput,
+    RunSummaryPrinter,
     encode_path_as_json,
     encode_path_as_npz,
     encode_table_as_csv,
@@ -102,12 +102,12 @@ class RunOutputs:
         self._shows = not any(place.is_stdout for place in places)
         self._open, self._where = ExitStack(), where
         self._summary, self._collector = (
-            RunSummaryOutput(self._make_angle_options(), where["all_rows"]),
+            RunSummaryPrinter(self._build_angle_output_options(), where["all_rows"]),
             PathCollector(),
         )
         self._met = EventCollector(events, where["degrees"]) if events else None
 
-    def _make_angle_options(self) -> AngleOptions:
+    def _build_angle_output_options(self) -> AngleOptions:
         return AngleOptions(self._where["degrees"], self._where["unwrap"])
 
     @property
@@ -115,15 +115,17 @@ class RunOutputs:
         """True if the whole path must be kept in memory."""
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
-    def create_path_outputs(self) -> list[PathOutput]:
+    def create_path_outputs(self) -> list[PathPieceOutput]:
         """Create the outputs of the run."""
-        outputs: list[PathOutput] = [self._met] if self._met else []
+        outputs: list[PathPieceOutput] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
         if self.needs_whole_path:
             outputs.append(self._collector)
         if "--csv" in self.files:
-            outputs.append(CsvOutput(self.files["--csv"], self._make_angle_options(), self._open))
+            outputs.append(
+                CsvOutput(self.files["--csv"], self._build_angle_output_options(), self._open)
+            )
         return outputs
 
     def discard_output_files(self) -> None:
@@ -164,7 +166,7 @@ class RunOutputs:
         if "--json" in self.files:
             write_bytes(
                 self.files["--json"],
-                encode_path_as_json(path, self._met, self._make_angle_options(), why),
+                encode_path_as_json(path, self._met, self._build_angle_output_options(), why),
             )
 
     def _write_events(self) -> None:

@@ -112,7 +112,7 @@ _EVERY = click.option(
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
 @add_output_options
-def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveCommandOptions]) -> None:
+def solve(scene: str, t: time_option.TimeGrids, **words: Unpack[_SolveCommandOptions]) -> None:
     """Compute the motion of a scene.
 
     If the computation fails or is interrupted, the output files contain all states up to the last
@@ -131,7 +131,9 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveCommandOptions
                 raise UsageError(
                     "--events need taylor, and cannot be combined with geometric or --error"
                 )
-            _run_and_write_outputs(_yield_whole_path(top, t, words, stops), None, left, stops)
+            _run_and_write_outputs(
+                _yield_path_as_one_piece(top, t, words, stops), None, left, stops
+            )
             return
         begin: Callable[..., Run] = start  # start itself checks the types of the options
         run = begin(
@@ -156,7 +158,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveCommandOptions
 @_EVERY
 @click.option("--max-steps", type=int, help="A new limit on the number of steps.")
 @add_output_options
-def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeCommandOptions]) -> None:
+def resume(run: str, t: time_option.TimeGrids, **words: Unpack[_ResumeCommandOptions]) -> None:
     """Continue a saved RUN; the results are bitwise identical to those of an uninterrupted run.
 
     RUN is a file written by --save. Times up to the saved state are ignored, so --t can be the same
@@ -164,7 +166,7 @@ def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeCommandOptions
     """
     stops = StopSignalHandler(t.end)
     with convert_errors_to_usage_errors(_OPTIONS):
-        top = _read_saved_run(run, words["max_steps"])
+        top = _read_run_checkpoint(run, words["max_steps"])
         sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
         left = RunOutputs(words, (), sought)
         _run_and_write_outputs(
@@ -194,8 +196,8 @@ def _run_and_write_outputs(
         left.finish_outputs(end)
 
 
-def _yield_whole_path(
-    scene: Scene, t: time_option.Times, words: _SolveCommandOptions, stops: StopSignalHandler
+def _yield_path_as_one_piece(
+    scene: Scene, t: time_option.TimeGrids, words: _SolveCommandOptions, stops: StopSignalHandler
 ) -> Iterator[Path]:
     """Yield the whole path at once, because method='geometric' cannot compute it in parts."""
     solve_all: Callable[..., Path] = solved
@@ -215,7 +217,11 @@ def _yield_whole_path(
 
 
 def _iterate_path_pieces(
-    run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: StopSignalHandler
+    run: Run,
+    t: time_option.TimeGrids,
+    every: int | None,
+    left: RunOutputs,
+    stops: StopSignalHandler,
 ) -> Iterator[Path]:
     """Return an iterator over the parts of a path, starting at the current time of the run."""
     check_resolvable_horizon(run.scene, t.end, run.step)
@@ -248,7 +254,7 @@ def _select_remaining_grid_times(run: Run, end: float, every: int, size: int) ->
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 
-def _read_saved_run(file: str, max_steps: int | None) -> Run:
+def _read_run_checkpoint(file: str, max_steps: int | None) -> Run:
     """Read a saved run from a file, or from standard input if `file` is -."""
     try:
         if file == "-":

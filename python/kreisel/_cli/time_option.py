@@ -38,7 +38,7 @@ class TimeGrid:
 
 
 @dataclass(frozen=True)
-class Times:
+class TimeGrids:
     """Requested times, given as one or more grids."""
 
     grids: tuple[TimeGrid, ...]
@@ -63,17 +63,17 @@ class Times:
         """Return the times in the form that kreisel.solve accepts."""
         return self.end if self.one else self.to_array()
 
-    def select_later_times(self, t: float) -> Times:
+    def select_later_times(self, t: float) -> TimeGrids:
         """Return the requested times whose absolute value exceeds |t|."""
         left = (grid.select_later_times(t) for grid in self.grids)
-        return Times(tuple(grid for grid in left if grid.count), self.one)
+        return TimeGrids(tuple(grid for grid in left if grid.count), self.one)
 
 
-def parse_times(words: str) -> Times:
+def parse_times(words: str) -> TimeGrids:
     """Parse comma-separated numbers and grids start:end:step."""
     grids = tuple(map(_parse_time_grid, words.split(",")))
     _refuse_unordered_time_grids([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
-    return Times(grids, len(grids) == 1 and ":" not in words)
+    return TimeGrids(grids, len(grids) == 1 and ":" not in words)
 
 
 def _parse_time_grid(word: str) -> TimeGrid:

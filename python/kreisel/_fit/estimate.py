@@ -13,7 +13,7 @@ from .levenberg_marquardt import LossName
 from .parameters import FreeName, FreeParameters, expand_free_names
 from .records import Record
 from .search_session import SearchSession
-from .summary import describe_misfit, describe_residual_excess, is_misfit
+from .summary import describe_misfit, describe_residual_excess, has_large_misfit
 
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
@@ -127,7 +127,7 @@ def _run_search_sessions(
             best = _select_better_fit(best, build_fit_from_session(session))
     if best is None:
         raise _make_incomputable_motion_error(sessions[0])
-    if is_misfit(best):
+    if has_large_misfit(best):
         warn_user(describe_misfit(best))
     elif best.excess:
         warn_user(describe_residual_excess(best))

@@ -25,7 +25,7 @@ from .search_session import BestFit, SearchSession
 from .summary import format_fit_summary, format_fit_summary_as_html
 from .uncertainty import (
     ParameterDirections,
-    analyse_parameter_space,
+    classify_fit_directions,
     compute_residual_statistics,
     measure_cost_nonlinearity,
 )
@@ -33,7 +33,7 @@ from .uncertainty import (
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from .._plot.charts import Picture
+    from .._plot.charts import FigureAxes
 
 _DIFFERENCE = 1e-5  # steps of numerical derivatives, relative to the natural sizes
 _AT_BOUND = 1e-6  # distance to a bound that counts as zero, relative to the natural size
@@ -178,7 +178,7 @@ class Fit(ReadOnlyArrays):
             ]
         )
 
-    def plot(self) -> Picture:
+    def plot(self) -> FigureAxes:
         """Plot measurements, fitted motion and residuals with matplotlib, and return the axes.
 
         Two axes are drawn for each quantity. `fit.plot().figure.savefig("fit.png")` writes a file.
@@ -186,7 +186,7 @@ class Fit(ReadOnlyArrays):
         """
         from .._plot.fit_charts import plot_fit_panels
 
-        return plot_fit_panels([*_list_chart_panels(self)])
+        return plot_fit_panels([*_yield_series_chart_data(self)])
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with the value, error and unit of each parameter.
@@ -241,7 +241,7 @@ class _SeriesChartData(NamedTuple):
     sigma: Array
 
 
-def _list_chart_panels(fit: Fit) -> Iterator[_SeriesChartData]:
+def _yield_series_chart_data(fit: Fit) -> Iterator[_SeriesChartData]:
     for i, record in enumerate(fit.records):
         for series in record.series:
             values = np.where(series.measured, series.values / series.unit, np.nan)
@@ -263,8 +263,8 @@ def build_fit_from_session(session: SearchSession) -> Fit:
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     stats = compute_residual_statistics(session.model, best.residuals, loss, session.is_sigma_known)
-    spectrum = analyse_parameter_space(best.jacobian, best.natural, stats.inflation, p.size)
-    names, units, values, by_step = p.list_names_units_and_values(best.point)
+    spectrum = classify_fit_directions(best.jacobian, best.natural, stats.inflation, p.size)
+    names, units, values, by_step = p.list_user_parameters_and_jacobian(best.point)
     covariance, errors = spectrum.propagate_errors(by_step)
     blind = describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names)
     residuals, sigma = _split_residuals_and_sigmas(session, best.residuals)
@@ -287,7 +287,7 @@ def build_fit_from_session(session: SearchSession) -> Fit:
         _measure_fit_nonlinearity(session, best, spectrum, stats.inflation),
         blind,
         () if session.alias is None else (describe_alternative_spin(best.point, session.alias),),
-        session.measure_relative_residual(),
+        session.measure_relative_misfit(),
         session.measure_residual_excess(),
         _describe_reached_bounds(p, best.point, best.natural),
         best.has_converged,

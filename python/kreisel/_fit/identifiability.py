@@ -74,7 +74,7 @@ def _yield_unobservable_changes(p: FreeParameters, point: FitPoint) -> Iterator[
                 p, sentence, {"attitude": axis, "velocity": carried}
             )
     yield from _yield_unobservable_axial_changes(p, point)
-    yield from _list_clock_shifts_and_rotations(p, point)
+    yield from _yield_clock_and_axes_changes(p, point)
 
 
 def _yield_change_if_all_free(
@@ -102,7 +102,7 @@ def _has_gravity_or_shaking_torque(point: FitPoint) -> bool:
 
 
 def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
-    own = _list_gravity_torque_scalings(p, point)
+    own = _get_rescalings_by_torque_factor(p, point)
     size: dict[str, Array] = {"moments": _average_equal_parameters(p.moments, point.densities)}
     others, is_scalable = ["damping"], p.can_vary("damping") or not point.damping.any()
     if p.can_vary("damping"):
@@ -132,7 +132,7 @@ def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator
         yield from _yield_change_if_all_free(p, sentence, {**own[first], **against})
 
 
-def _list_gravity_torque_scalings(
+def _get_rescalings_by_torque_factor(
     p: FreeParameters, point: FitPoint
 ) -> dict[str, dict[str, Array]]:
     """Return, for each factor of the gravitational torque, parameter changes that rescale it."""
@@ -183,7 +183,7 @@ def _yield_unobservable_axial_changes(
     )
 
 
-def _list_clock_shifts_and_rotations(
+def _yield_clock_and_axes_changes(
     p: FreeParameters, point: FitPoint
 ) -> Iterator[tuple[str, Array]]:
     """Yield parameter changes that shift all clocks or rotate the principal axes."""

@@ -30,12 +30,18 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .motion_data import FEWEST, ApexTrace, MotionSamples, compute_apex_traces, reconstruct_motions
+from .motion_data import (
+    FEWEST,
+    ApexSamples,
+    MotionSamples,
+    compute_apex_samples,
+    reconstruct_motions,
+)
 from .parameters import FitPoint, FreeParameters, convert_scene_to_fit_point
 from .records import Record
 from .rotations import (
     compute_rotation_quaternions,
-    compute_tilt_quaternions,
+    compute_rotations_from_vertical,
     conjugate_quaternions,
     convert_matrix_to_quaternion,
     cross_matrix,
@@ -76,7 +82,7 @@ class _LinearBodyEstimates(NamedTuple):
     friction: float
 
 
-class _EnergyLossTypes(NamedTuple):
+class _EnergyLossFlags(NamedTuple):
     """The types of energy loss that are included in the momentum equation."""
 
     is_damped: bool
@@ -98,7 +104,7 @@ def guess_parameters_from_records(
                 parameters, motion, motion.select_first_samples(count)
             )
     if not made:
-        for trace in compute_apex_traces(records, base)[:1]:
+        for trace in compute_apex_samples(records, base)[:1]:
             made += _guess_parameters_from_apex(parameters, trace)
     return made
 
@@ -111,8 +117,8 @@ def _guess_parameters_from_motion(
     axis = _compute_friction_axis(base)
     is_rubbed = part.source != "space" and (parameters.can_vary("friction") or base.friction > 0.0)
     if is_rubbed:
-        part = _select_samples_before_stop(part, axis)
-    losses = _EnergyLossTypes(parameters.can_vary("damping"), is_rubbed)
+        part = _select_samples_before_spin_stops(part, axis)
+    losses = _EnergyLossFlags(parameters.can_vary("damping"), is_rubbed)
     solution = _fit_momentum_equation(part, base, is_heavy, losses)
     if solution is None:
         return []
@@ -165,7 +171,7 @@ def _compute_friction_axis(base: FitPoint) -> Array:
     return made
 
 
-def _select_samples_before_stop(motion: MotionSamples, axis: Array) -> MotionSamples:
+def _select_samples_before_spin_stops(motion: MotionSamples, axis: Array) -> MotionSamples:
     """Return the samples of a motion up to the time at which its spin about `axis` nearly stops."""
     spin = np.abs(motion.rate @ axis)
     slow = np.flatnonzero(spin < _STOPPED * spin.max())
@@ -227,7 +233,7 @@ def _find_parameters_through_state(
 
 
 def _fit_momentum_equation(
-    motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossTypes
+    motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossFlags
 ) -> _LinearBodyEstimates | None:
     """Solve the momentum equation using the singular vector of the smallest singular value.
 
@@ -237,7 +243,7 @@ def _fit_momentum_equation(
     rotor, is_full = base.rotor, motion.source == "space"
     if rotor.any() and is_full:
         return None
-    columns = _list_coefficient_columns(motion, base, is_heavy, losses)
+    columns = _list_momentum_equation_columns(motion, base, is_heavy, losses)
     matrix = np.concatenate(columns, axis=2).reshape(3 * len(motion.t), -1)
     sizes = np.linalg.norm(matrix, axis=0)
     sizes[sizes == 0.0] = 1.0
@@ -250,12 +256,12 @@ def _fit_momentum_equation(
     return _unpack_linear_solution(found, motion, is_heavy, losses)
 
 
-def _list_coefficient_columns(
-    motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossTypes
+def _list_momentum_equation_columns(
+    motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossFlags
 ) -> list[Array]:
     """Return the columns of the coefficient matrix as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
-    turning = _select_support_angular_velocity(motion, base)
+    turning = _project_support_angular_velocity(motion, base)
     rate = motion.rate + turning @ rotation
     momenta = [rotation @ _build_inertia_to_momentum_matrices(rate, motion.source == "space")]
     momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
@@ -279,7 +285,7 @@ def _list_coefficient_columns(
     return columns
 
 
-def _select_support_angular_velocity(motion: MotionSamples, base: FitPoint) -> Array:
+def _project_support_angular_velocity(motion: MotionSamples, base: FitPoint) -> Array:
     """Return the part of the support's angular velocity that is used in the momentum equation.
 
     The components are zero if the motion is relative to the inertial frame.
@@ -291,7 +297,7 @@ def _select_support_angular_velocity(motion: MotionSamples, base: FitPoint) -> A
 
 
 def _unpack_linear_solution(
-    found: Array, motion: MotionSamples, is_heavy: bool, losses: _EnergyLossTypes
+    found: Array, motion: MotionSamples, is_heavy: bool, losses: _EnergyLossFlags
 ) -> _LinearBodyEstimates | None:
     is_full = motion.source == "space"
     count = 6 if is_full else 3
@@ -361,7 +367,7 @@ def _build_frame_from_vertical(vertical: Array) -> Array:
     return np.stack((first, np.cross(vertical, first), vertical))
 
 
-def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexTrace) -> list[Guess]:
+def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexSamples) -> list[Guess]:
     """Compute guesses from apex directions, assuming that the body is symmetric about its apex."""
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
@@ -388,12 +394,14 @@ def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexTrace) ->
     ]
 
 
-def _estimate_mean_precession_rate(trace: ApexTrace) -> float:
+def _estimate_mean_precession_rate(trace: ApexSamples) -> float:
     angle = np.unwrap(np.arctan2(trace.apex[:, 0], -trace.apex[:, 1]))
     return float(np.polyfit(trace.t, angle, 1)[0])
 
 
-def _estimate_spin_and_torque_ratios(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
+def _estimate_spin_and_torque_ratios(
+    trace: ApexSamples, turning: float
+) -> list[tuple[float, float]]:
     """Estimate the top's parameters a and k from the strongest spectral lines of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
@@ -422,7 +430,7 @@ def _estimate_spin_and_torque_ratios(trace: ApexTrace, turning: float) -> list[t
 
 def _guess_from_apex_and_spin(
     parameters: FreeParameters,
-    trace: ApexTrace,
+    trace: ApexSamples,
     smoothed: tuple[Array, Array],
     found: tuple[float, float, float],
 ) -> Guess:
@@ -438,8 +446,8 @@ def _guess_from_apex_and_spin(
     point = _set_free_body_parameters(parameters, moments, base.gravity_force * base.com, None)
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
-    turn = compute_tilt_quaternions(axis)
-    tilts = compute_tilt_quaternions(apex / np.linalg.norm(apex, axis=1)[:, None])
+    turn = compute_rotations_from_vertical(axis)
+    tilts = compute_rotations_from_vertical(apex / np.linalg.norm(apex, axis=1)[:, None])
     attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
     spin = (a * across - float(axis @ base.rotor)) / along - float(base.turning @ apex[0])
     if parameters.can_vary("friction"):
@@ -450,10 +458,10 @@ def _guess_from_apex_and_spin(
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     motion = MotionSamples(trace.t, attitude, rate, "apex")
     start = _find_parameters_through_state(parameters, point, trace.t[0], attitude[0], rate[0])
-    return Guess(start, motion, _build_constant_spin_projection(parameters, axis))
+    return Guess(start, motion, _build_spin_preserving_projection(parameters, axis))
 
 
-def _build_constant_spin_projection(parameters: FreeParameters, axis: Array) -> Array:
+def _build_spin_preserving_projection(parameters: FreeParameters, axis: Array) -> Array:
     """Return the projection onto changes of state and instruments that leave the spin unchanged.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
@@ -468,7 +476,7 @@ def _build_constant_spin_projection(parameters: FreeParameters, axis: Array) -> 
     return allowed
 
 
-def _smooth_apex_by_local_cubics(trace: ApexTrace) -> tuple[Array, Array]:
+def _smooth_apex_by_local_cubics(trace: ApexSamples) -> tuple[Array, Array]:
     """Smooth apex directions by local cubic fits, and return their values and derivatives.
 
     Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.

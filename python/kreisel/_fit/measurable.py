@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from .._options.quantities import QUANTITIES, Quantity
+from .._options.quantities import QUANTITIES, QuantityDescription
 from .._results.specific_force import INERTIAL_VELOCITY, SPECIFIC_FORCE
 
 _INTEGRALS = ("kowalewski", "goryachev_chaplygin")  # constant, or NaN for most bodies
-MEASURABLE: dict[str, Quantity] = {
+MEASURABLE: dict[str, QuantityDescription] = {
     quantity.name: quantity
     for quantity in (*QUANTITIES.values(), INERTIAL_VELOCITY, SPECIFIC_FORCE)
     if quantity.name not in _INTEGRALS

@@ -15,7 +15,7 @@ from .records import Record, Series
 from .rotations import (
     compute_rotation_quaternions,
     compute_rotation_vectors,
-    compute_tilt_quaternions,
+    compute_rotations_from_vertical,
     conjugate_quaternions,
     multiply_quaternions,
     rotation_matrix,
@@ -53,7 +53,7 @@ class MotionSamples(NamedTuple):
         return self._replace(t=t, attitude=attitude, rate=rate)
 
 
-class ApexTrace(NamedTuple):
+class ApexSamples(NamedTuple):
     """The directions of the apex at n evenly spaced times, as an array of shape (n, 3)."""
 
     t: Array
@@ -89,20 +89,22 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
     return sorted(made, key=lambda motion: order.index(motion.source))
 
 
-def compute_apex_traces(records: Sequence[Record], point: FitPoint) -> list[ApexTrace]:
+def compute_apex_samples(records: Sequence[Record], point: FitPoint) -> list[ApexSamples]:
     """Extract the trace of the apex from each record that contains apex directions."""
     made = []
     for record in records:
-        found = _compute_apex_directions(record, point)
+        found = _compute_measured_apex_directions(record, point)
         if found is not None:
             t, apex = found
             even = np.linspace(t[0], t[-1], len(t))
             apex = np.stack([np.interp(even, t, apex[:, k]) for k in range(3)], axis=-1)
-            made.append(ApexTrace(even, apex / np.linalg.norm(apex, axis=1)[:, None]))
+            made.append(ApexSamples(even, apex / np.linalg.norm(apex, axis=1)[:, None]))
     return made
 
 
-def _compute_apex_directions(record: Record, point: FitPoint) -> tuple[Array, Array] | None:
+def _compute_measured_apex_directions(
+    record: Record, point: FitPoint
+) -> tuple[Array, Array] | None:
     table = {s.name: s for s in record.series}
     if "apex" in table:
         t, e = _select_longest_gapless_samples(record.t, table["apex"])
@@ -124,7 +126,7 @@ def _compute_apex_directions(record: Record, point: FitPoint) -> tuple[Array, Ar
     t, first = np.unique(t, return_index=True)
     e = e[first]
     if len(t) >= FEWEST:
-        regular = _find_rows_without_outliers(e, is_attitude=False)
+        regular = _compute_inlier_mask(e, is_attitude=False)
         t, e = t[regular], e[regular]
     return (t, e) if len(t) >= FEWEST else None
 
@@ -134,7 +136,7 @@ def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Ar
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
     values = series.values[whole][first]
-    regular = _find_rows_without_outliers(values, series.is_attitude)
+    regular = _compute_inlier_mask(values, series.is_attitude)
     times, values = times[regular], values[regular]
     if len(times) < FEWEST:
         return times[:0], values[:0]
@@ -146,7 +148,7 @@ def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Ar
     return times[at], values[at]
 
 
-def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
+def _compute_inlier_mask(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
     """Return a mask that is True for each row close to the median of its neighbours.
 
     Source: Hampel, Journal of the American Statistical Association 69 (1974) 383.
@@ -198,7 +200,9 @@ def _reconstruct_motion_from_gyroscope(
         return []
     first = np.array([1.0, 0.0, 0.0, 0.0])
     if vertical is not None:
-        first = conjugate_quaternions(compute_tilt_quaternions(vertical / np.linalg.norm(vertical)))
+        first = conjugate_quaternions(
+            compute_rotations_from_vertical(vertical / np.linalg.norm(vertical))
+        )
     attitude = _integrate_angular_velocity(t, rate, first, False)
     source = "gyroscope" if vertical is None else "vertical"
     return [MotionSamples(t, attitude, rate, source)]

@@ -132,7 +132,7 @@ class ShootingModel:
         self.width = used
         return made
 
-    def start_on_data(self, point: FitPoint, motion: MotionSamples) -> SegmentStartStates:
+    def data_starts(self, point: FitPoint, motion: MotionSamples) -> SegmentStartStates:
         """Take the state at t = 0 from `point`, and all other states from a measured motion."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
@@ -240,7 +240,7 @@ def minimize_by_multiple_shooting(
     for gap in GAPS:
         model.gap = gap
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
-        tell = report if gap == GAPS[-1] else _ignore_minimum
+        tell = report if gap == GAPS[-1] else _do_not_report_minimum
         found = minimize_cost(
             model, pieces, SearchSettings(loss, stage, _FTOL, tell, is_stiff=True)
         )
@@ -251,12 +251,12 @@ def minimize_by_multiple_shooting(
     return found
 
 
-def fits_with_gaps(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
+def try_segment_fit(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
     """Return True if the segments agree with the records when gaps between them are allowed."""
     model.gap = GAPS[0]
-    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)
+    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _do_not_report_minimum, is_stiff=True)
     return minimize_cost(model, pieces, search).cost <= _HOPELESS * model.size
 
 
-def _ignore_minimum(_: Minimum) -> None:
+def _do_not_report_minimum(_: Minimum) -> None:
     """Ignore a minimum in which gaps remain between the segments."""

@@ -361,7 +361,9 @@ class FreeParameters:
             changes["shaking"] = self._make_shaking_rate_positive(
                 np.array(changes["shaking"]), point
             )
-        instruments = self._add_step_to_instruments(point, step) if point.instruments else {}
+        instruments = (
+            self._add_step_to_instrument_parameters(point, step) if point.instruments else {}
+        )
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _make_shaking_rate_positive(self, shaking: Array, before: FitPoint) -> Array:
@@ -372,7 +374,7 @@ class FreeParameters:
             shaking[2] -= np.copysign(np.pi, shaking[2])
         return shaking
 
-    def _add_step_to_instruments(self, point: FitPoint, step: Array) -> dict[Key, Array]:
+    def _add_step_to_instrument_parameters(self, point: FitPoint, step: Array) -> dict[Key, Array]:
         made = {}
         for key, value in point.instruments.items():
             by = step[self.slices[key]]
@@ -412,7 +414,7 @@ class FreeParameters:
             if name in sizes:
                 made[at] = sizes[name]
             elif name == "bias":
-                made[at] = next(s.spread for s in self.records[i].series if s.name == label)
+                made[at] = next(s.value_spread for s in self.records[i].series if s.name == label)
         return made
 
     def _estimate_parameter_scales_by_name(
@@ -502,7 +504,7 @@ class FreeParameters:
             friction=point.friction,
         )
 
-    def list_names_units_and_values(
+    def list_user_parameters_and_jacobian(
         self, point: FitPoint
     ) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.

@@ -73,7 +73,7 @@ class QuantityPredictor:
         return self.states[:, 1:5]
 
     @cached_property
-    def rotation_to_described_frame(self) -> Array:
+    def rotation_from_principal_axes(self) -> Array:
         return rotation_matrix(self.point.axes)
 
     @property
@@ -101,14 +101,14 @@ class QuantityPredictor:
     def predict_quantity(self, name: str, place: Array | None = None) -> Prediction:
         """Predict the values of a quantity along the motion."""
         if name == INERTIAL_VELOCITY.name:
-            return self._transform_to_described_frame(self._predict_inertial_velocity())
+            return self._transform_to_user_body_frame(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
             assert place is not None
             return self._predict_specific_force(place)
         if name == "spin_angle" and not self._is_described_in_principal_axes:
             return self._predict_spin_angle()
         made = self._predict_quantity_of_core(name)
-        return self._transform_to_described_frame(made) if name in SEEN_FROM_BODY else made
+        return self._transform_to_user_body_frame(made) if name in SEEN_FROM_BODY else made
 
     def _predict_quantity_of_core(self, name: str) -> Prediction:
         n = len(self.states)
@@ -145,23 +145,23 @@ class QuantityPredictor:
         made: NDArray[np.bool_] = np.hypot(apex[:, 0], apex[:, 1]) < _POLE
         return made
 
-    def _transform_to_described_frame(self, seen: Prediction) -> Prediction:
+    def _transform_to_user_body_frame(self, seen: Prediction) -> Prediction:
         """Transform a vector from the principal axes to the user's body frame."""
         if self._is_described_in_principal_axes:
             return seen
-        by = self.rotation_to_described_frame @ seen.by if seen.by.size else seen.by
+        by = self.rotation_from_principal_axes @ seen.by if seen.by.size else seen.by
         if by.size and self.parameters.can_vary("axes"):
             by[:, :, self.parameters.get_parameter_slice("axes")] -= (
-                self.rotation_to_described_frame @ cross_matrix(seen.values)
+                self.rotation_from_principal_axes @ cross_matrix(seen.values)
             )
-        rate = seen.rate @ self.rotation_to_described_frame.T if seen.rate.size else seen.rate
-        return Prediction(seen.values @ self.rotation_to_described_frame.T, by, rate)
+        rate = seen.rate @ self.rotation_from_principal_axes.T if seen.rate.size else seen.rate
+        return Prediction(seen.values @ self.rotation_from_principal_axes.T, by, rate)
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
-        change = self._transform_to_described_frame(self._predict_angular_acceleration())
-        rate = self._transform_to_described_frame(self._predict_inertial_velocity())
-        up = self._transform_to_described_frame(self._predict_quantity_of_core("body_vertical"))
+        change = self._transform_to_user_body_frame(self._predict_angular_acceleration())
+        rate = self._transform_to_user_body_frame(self._predict_inertial_velocity())
+        up = self._transform_to_user_body_frame(self._predict_quantity_of_core("body_vertical"))
         t = self.origin + self.states[:, 0]
         weight = self.point.compute_effective_gravity(t)
         found = specific_force(change.values, rate.values, up.values, weight, place)
@@ -244,7 +244,7 @@ class QuantityPredictor:
 
     def _predict_spin_angle(self) -> Prediction:
         """Predict the spin angle if the user's body frame differs from the principal axes."""
-        p, axes, n = self.parameters, self.rotation_to_described_frame, len(self.states)
+        p, axes, n = self.parameters, self.rotation_from_principal_axes, len(self.states)
         body = p.to_scene(self.point)
         states = self.states.copy()
         states[:, 1:5] = multiply_quaternions(self.q, conjugate_quaternions(self.point.axes)[None])

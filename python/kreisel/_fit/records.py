@@ -20,7 +20,7 @@ from .._utils.validation import (
     as_array,
     as_bool,
     as_finite_array,
-    as_vector,
+    as_three_floats,
     freeze_arrays,
     short_repr,
 )
@@ -77,7 +77,7 @@ class Series(NamedTuple):
         return 3 if self.is_attitude else self.values.shape[1]
 
     @property
-    def spread(self) -> float:
+    def value_spread(self) -> float:
         """The standard deviation of the values, defined as 1 rad for angles and attitudes."""
         if self.is_attitude or self.is_angle:
             return 1.0
@@ -365,7 +365,7 @@ def _validate_accelerometer_position(
         return None
     if not is_needed:
         raise ValueError("point is the place of an accelerometer, but values has no specific_force")
-    return np.array(as_vector("point", point))
+    return np.array(as_three_floats("point", point))
 
 
 def _validate_free_instrument_parameters(

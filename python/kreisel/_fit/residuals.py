@@ -347,7 +347,7 @@ class _SeriesResiduals:
             self._get_instrument_parameter_columns("delay"),
         )
         if mounting is not None and self.view is not None:
-            made[:, :, mounting] += right @ (self.view @ self.motion.rotation_to_described_frame).T
+            made[:, :, mounting] += right @ (self.view @ self.motion.rotation_from_principal_axes).T
         if delay is not None:
             made[:, :, delay] -= left @ self.motion.state_time_derivatives[:, :3, None]
         return made

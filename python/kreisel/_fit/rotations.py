@@ -87,7 +87,7 @@ def convert_matrix_to_quaternion(matrix: Array) -> Array:
     return made if made[0] >= 0.0 else -made
 
 
-def compute_tilt_quaternions(direction: Array) -> Array:
+def compute_rotations_from_vertical(direction: Array) -> Array:
     """Return the quaternions of the smallest rotations that take e3 to the given unit vectors."""
     x, y, z = direction[..., 0], direction[..., 1], direction[..., 2]
     sine = np.hypot(x, y)

@@ -11,22 +11,22 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .aliasing import list_alternative_spins
+from .aliasing import list_points_with_aliased_spin
 from .initial_guess import Guess, guess_parameters_from_records
 from .levenberg_marquardt import LossName, Minimum, SearchSettings, compute_cost, minimize_cost
 from .multiple_shooting import (
     SegmentStartStates,
     ShootingModel,
     choose_segment_count,
-    fits_with_gaps,
     minimize_by_multiple_shooting,
+    try_segment_fit,
 )
 from .noise import MEDIAN, estimate_initial_sigmas, estimate_sigmas_from_residuals
 from .parameters import FitPoint, FreeParameters
 from .records import Record, slice_record
 from .residuals import STEPS_MOST, ResidualEvaluation, ResidualModel, ResidualRows
 from .rotations import compute_rotation_quaternions, multiply_quaternions, rotation_matrix
-from .uncertainty import analyse_parameter_space
+from .uncertainty import classify_fit_directions
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
 _ROUGH_FTOL = 1e-3  # the same for a part of the records
@@ -176,7 +176,7 @@ class SearchSession:
         """Search the best solution."""
         own = Guess(self.parameters.start, None)
         is_single = pieces is None or pieces == 1
-        agreement, _ = self._find_agreement_and_cost(own.point)
+        agreement, _ = self._find_match_end_and_cost(own.point)
         is_done = is_single and (agreement >= self._end or not has_data_guess)
         if is_done:
             self._search_from_point(own.point, agreement)
@@ -199,8 +199,8 @@ class SearchSession:
             and not self.best.pieces
         ):
             self._fit_chaotic_motion_in_segments(self.best.point)
-        self._align_com_with_scene()
-        self._align_heading_with_scene()
+        self._reverse_com_to_match_scene()
+        self._align_best_solution_with_scene()
         self._refine_with_estimated_sigmas()
         self._try_alternative_spins()
 
@@ -213,7 +213,7 @@ class SearchSession:
 
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
         """Search from the guesses, starting with the one that agrees best with the records."""
-        points = [(*self._find_agreement_and_cost(p), p) for p in map(self._refine_guess, guesses)]
+        points = [(*self._find_match_end_and_cost(p), p) for p in map(self._refine_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
             if self._has_good_fit():
@@ -248,7 +248,7 @@ class SearchSession:
             return guess.point
         return self._fit_point_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
 
-    def _measure_misfit(self) -> float:
+    def _compute_best_reduced_chi2(self) -> float:
         """Return chi2 per degree of freedom, estimated from the median for the soft loss."""
         if self.best is None:
             return np.inf
@@ -258,7 +258,7 @@ class SearchSession:
         return float(MEDIAN * np.median(own)) ** 2
 
     def _has_small_misfit(self) -> bool:
-        return self._measure_misfit() <= _FITS
+        return self._compute_best_reduced_chi2() <= _FITS
 
     def _has_good_fit(self) -> bool:
         """Return True if the residuals are as small as the noise.
@@ -269,21 +269,21 @@ class SearchSession:
         if self.loss == "soft":
             return False
         limit = 1.0 + _CHANCE * np.sqrt(2.0 / self.dof) if self.is_sigma_known else _ROUGHLY
-        return bool(self._measure_misfit() <= limit)
+        return bool(self._compute_best_reduced_chi2() <= limit)
 
     def _is_plausible(self) -> bool:
         """Return True if noise and a few outliers can explain the residuals."""
         count = int(self.model.measured.sum())
         limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
-        return bool(self._measure_misfit() <= limit)
+        return bool(self._compute_best_reduced_chi2() <= limit)
 
     def measure_residual_excess(self) -> float:
         """Return the residual size relative to sigma if a soft-loss fit is implausible, else 0."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
-        return float(np.sqrt(self._measure_misfit()))
+        return float(np.sqrt(self._compute_best_reduced_chi2()))
 
-    def _configure_search(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
+    def _get_search_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
         """Return the settings of a search that reports each minimum it finds."""
 
         def report(found: Minimum) -> None:
@@ -308,7 +308,7 @@ class SearchSession:
         """Search from a point, starting with the parts of the records that agree with it."""
         before = self.best
         point = self._fit_growing_time_spans(point, agreement)
-        settings = self._configure_search(_FTOL, self.model, self.limit)
+        settings = self._get_search_settings(_FTOL, self.model, self.limit)
         found = minimize_cost(self.model, point, settings)
         if np.isfinite(found.cost):
             self._store_minimum_if_best(found, self.model)
@@ -316,7 +316,7 @@ class SearchSession:
         if before is not None and has_ended and found.cost > (1.0 - _SAME) * before.cost:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
-    def _align_com_with_scene(self) -> None:
+    def _reverse_com_to_match_scene(self) -> None:
         """Reverse the centre of mass if it lies opposite to that of the scene.
 
         The vertical is reversed as well, so the readings of body-mounted instruments do not change.
@@ -330,7 +330,7 @@ class SearchSession:
             attitude = multiply_quaternions(half_turn, best.point.attitude)
             self._try_equivalent(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
-    def _align_heading_with_scene(self) -> None:
+    def _align_best_solution_with_scene(self) -> None:
         """Rotate the best solution about the vertical to align `turning` with that of the scene.
 
         Body-mounted instruments cannot detect a rotation of the whole scene about the vertical.
@@ -362,7 +362,7 @@ class SearchSession:
             return
         if best.pieces and self._has_small_misfit():
             return
-        aliases = list_alternative_spins(self.parameters, best.point, self.records)
+        aliases = list_points_with_aliased_spin(self.parameters, best.point, self.records)
         if not (aliases and self._can_determine_velocity(best)):
             return
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
@@ -378,13 +378,13 @@ class SearchSession:
                 continue
             if found.cost < best.cost - rise:
                 self._store_minimum_if_best(found, self.model)
-                self._search_from_point(turned, self._find_agreement_and_cost(turned)[0])
+                self._search_from_point(turned, self._find_match_end_and_cost(turned)[0])
                 return self._try_alternative_spins()
             self.alias = turned if self._has_small_misfit() else None
             return
 
     def _can_determine_velocity(self, best: BestFit) -> bool:
-        spectrum = analyse_parameter_space(best.jacobian, best.natural, 1.0, self.parameters.size)
+        spectrum = classify_fit_directions(best.jacobian, best.natural, 1.0, self.parameters.size)
         by_rate = np.zeros((3, self.parameters.size))
         by_rate[:, self.parameters.get_parameter_slice("velocity")] = np.eye(3)
         return bool(np.isfinite(spectrum.propagate_errors(by_rate)[1]).all())
@@ -404,7 +404,7 @@ class SearchSession:
             part = self._build_residual_model_until(horizon)
             if part is not None:
                 point = self._fit_point_roughly(part, point)
-            agreement, cost = self._find_agreement_and_cost(point)
+            agreement, cost = self._find_match_end_and_cost(point)
             if not np.isfinite(cost):
                 break  # the motion takes too many steps, or leaves the range of doubles
         return point
@@ -435,7 +435,7 @@ class SearchSession:
             sigmas += [next(own)[low:high] for _ in record.series]
         return records, sigmas
 
-    def _find_agreement_and_cost(self, point: FitPoint) -> tuple[float, float]:
+    def _find_match_end_and_cost(self, point: FitPoint) -> tuple[float, float]:
         """Return the time up to which a motion agrees with the records, and the cost of the motion.
 
         The cost is computed with the soft loss.
@@ -460,10 +460,10 @@ class SearchSession:
             if least == _CHAOTIC and self._has_guess_agreeing_with_records(guesses):
                 return
             self._piece_count = count
-            if pieces is None and count > _PIECES_TRIED and not self._can_fit_pieces(guess, count):
+            if pieces is None and count > _PIECES_TRIED and not self._try_gapped_fit(guess, count):
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            begin = model.start_on_data(guess.point, guess.motion)
+            begin = model.data_starts(guess.point, guess.motion)
             self._fit_by_multiple_shooting(model, begin, 0.5)
             return
         if pieces is not None:
@@ -473,7 +473,7 @@ class SearchSession:
 
     def _sort_guesses(self, guesses: list[Guess]) -> list[Guess]:
         """Return the guesses sorted by their agreement with the records."""
-        found = [(*self._find_agreement_and_cost(guess.point), guess) for guess in guesses]
+        found = [(*self._find_match_end_and_cost(guess.point), guess) for guess in guesses]
         return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
 
     def _has_guess_agreeing_with_records(self, guesses: list[Guess]) -> bool:
@@ -482,15 +482,15 @@ class SearchSession:
         If one guess agrees, the motions of other guesses may appear chaotic only because these
         guesses are wrong.
         """
-        return any(self._find_agreement_and_cost(guess.point)[0] >= self._end for guess in guesses)
+        return any(self._find_match_end_and_cost(guess.point)[0] >= self._end for guess in guesses)
 
-    def _can_fit_pieces(self, guess: Guess, count: int) -> bool:
+    def _try_gapped_fit(self, guess: Guess, count: int) -> bool:
         """Return True if segments with large gaps can fit a part of the records."""
         records, sigmas = self._select_records_until(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = fits_with_gaps(model, model.start_on_data(guess.point, guess.motion), self.loss)
+        is_near = try_segment_fit(model, model.data_starts(guess.point, guess.motion), self.loss)
         self.evaluations += model.evaluations
         return is_near
 
@@ -501,15 +501,15 @@ class SearchSession:
         before = self.best
         self.best = None
         found = minimize_by_multiple_shooting(
-            model, begin, self.loss, lambda m: self._store_piecewise_solution(m, model), self.limit
+            model, begin, self.loss, lambda m: self._set_best_piecewise_fit(m, model), self.limit
         )
         self.evaluations += model.evaluations
         if np.isfinite(found.cost):
-            self._store_piecewise_solution(found, model)
+            self._set_best_piecewise_fit(found, model)
         if before is not None and (self.best is None or self.best.cost > factor * before.cost):
             self.best = before
 
-    def _store_piecewise_solution(self, found: Minimum, model: ShootingModel) -> None:
+    def _set_best_piecewise_fit(self, found: Minimum, model: ShootingModel) -> None:
         self._report_cost(found.cost)
         pieces = found.point
         assert isinstance(pieces, SegmentStartStates)
@@ -550,7 +550,7 @@ class SearchSession:
         else:
             self._search_from_point(best.point, self._end)
 
-    def measure_relative_residual(self) -> float:
+    def measure_relative_misfit(self) -> float:
         """Return the size of the residuals relative to the measured values."""
         assert self.best is not None
         shares = [
@@ -570,7 +570,7 @@ class SearchSession:
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:
             own = scaled[rows.residual_slice][rows.measured_mask.ravel()]
-            scale = rows.series.spread / float(rows.sigma.mean())
+            scale = rows.series.value_spread / float(rows.sigma.mean())
             if own.size and own.max() <= _INSENSITIVE * scale:
                 raise ValueError(
                     f"{rows.series.name} does not depend on the free parameters "
@@ -583,7 +583,7 @@ def _find_time_of_large_residuals(rows: ResidualRows, found: ResidualEvaluation,
     measured = rows.measured_mask.any(axis=1)
     if not measured.any():
         return np.inf
-    scale = np.hypot(rows.series.spread, 3.0 * rows.sigma)
+    scale = np.hypot(rows.series.value_spread, 3.0 * rows.sigma)
     relative = np.minimum(
         np.abs(rows.select_series_residuals(found.residuals) * rows.sigma / scale), 1.0
     )

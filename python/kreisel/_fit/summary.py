@@ -127,7 +127,7 @@ def format_value_with_error(value: float, error: float) -> str:
     return f"{value:#.{digits}g} +- {error:.2g}"
 
 
-def is_misfit(fit: FitLike) -> bool:
+def has_large_misfit(fit: FitLike) -> bool:
     """Return True if the residuals are as large as the measured values and larger than expected."""
     is_estimated = any(series.sigma is None for record in fit.records for series in record.series)
     return fit.misfit > _AS_LARGE and (is_estimated or fit.chi2 > _MISFIT * fit.dof)
@@ -150,7 +150,7 @@ def describe_residual_excess(fit: FitLike) -> str:
 def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
     made = [] if fit.has_converged else ["The search did not converge; this is the best so far."]
     ratio = fit.chi2 / fit.dof
-    if is_misfit(fit):
+    if has_large_misfit(fit):
         made.append(describe_misfit(fit))
     elif ratio > _MISFIT:
         made.append(

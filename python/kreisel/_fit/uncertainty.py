@@ -81,7 +81,7 @@ class ParameterDirections:
         return normal @ self.factor.T * self.natural
 
 
-def analyse_parameter_space(
+def classify_fit_directions(
     jacobian: Array, natural: Array, inflation: float, size: int
 ) -> ParameterDirections:
     """Classify the directions in the space of the first `size` parameters.

@@ -10,7 +10,7 @@ from typing import Any, Generic, Self, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._utils.validation import read_only, short_repr
+from .._utils.validation import freeze_array, short_repr
 from .broadcasting import (
     BatchParameter,
     Column,
@@ -161,7 +161,7 @@ class BatchBase(Generic[_M]):
                 part if small.shape[k] == self.shape[k] else slice(None)
                 for k, part in enumerate(parts)
             )
-            return np.broadcast_to(read_only(small[at]), order.shape + column.shape[dims:])
+            return np.broadcast_to(freeze_array(small[at]), order.shape + column.shape[dims:])
 
         return self._apply_to_columns(take_from_column, order.shape, self._names)
 
@@ -179,7 +179,7 @@ class BatchBase(Generic[_M]):
             if order.size and not any(varies):
                 return np.broadcast_to(small[(0,) * dims], order.shape + trailing)
             at = tuple(w if v else 0 * w for w, v in zip(where, varies, strict=True))
-            return np.broadcast_to(read_only(small[at]), order.shape + trailing)
+            return np.broadcast_to(freeze_array(small[at]), order.shape + trailing)
 
         return self._apply_to_columns(gather_from_column, order.shape, names)
 

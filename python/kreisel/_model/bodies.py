@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
 from .._utils.errors import make_frozen_class_decorator, warn_user
-from .._utils.validation import Array, as_array, read_only, short_repr
+from .._utils.validation import Array, as_array, freeze_array, short_repr
 from .batch import BatchBase
 from .bodies_constructors import BodiesConstructors
 from .body import Body
@@ -20,10 +20,10 @@ from .broadcasting import (
     Column,
     Index,
     Shape,
+    broadcast_column,
     broadcast_named_shapes,
     compute_common_parameter_shape,
     convert_to_python_numbers,
-    make_batch_column,
     name_varying_dimensions,
     split_components,
     stack_components,
@@ -117,22 +117,22 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         shapes += [made.shape, rotors.shape]
         shape = broadcast_named_shapes([*names, "unphysical", "rotor"], shapes)
         columns: dict[str, Column] = {
-            "mass": make_batch_column(mass, shape, 0),
-            "inertia": make_batch_column(tensor.values, shape, len(tensor.value)),
-            "com": make_batch_column(com, shape, 1),
-            "inertia_rtol": make_batch_column(slacks.values, shape, 0),
-            "rotor": make_batch_column(rotors.values, shape, 1),
+            "mass": broadcast_column(mass, shape, 0),
+            "inertia": broadcast_column(tensor.values, shape, len(tensor.value)),
+            "com": broadcast_column(com, shape, 1),
+            "inertia_rtol": broadcast_column(slacks.values, shape, 0),
+            "rotor": broadcast_column(rotors.values, shape, 1),
         }
         self._set_shape_and_columns(shape, name_varying_dimensions(shape, given), columns, {})
         self.__dict__["_varied"] = {
-            each.name: make_batch_column(each.values, shape, len(each.value))
+            each.name: broadcast_column(each.values, shape, len(each.value))
             for each in given
             if each.shape
         }
         can_be = self._find_members_with_possible_inertia(make, given, tensor.value == (3, 3))
         if not (can_be | made).all():
             self._warn_about_unphysical_bodies(~(can_be | made))
-        columns["unphysical"] = make_batch_column(made | ~can_be, shape, 0)
+        columns["unphysical"] = broadcast_column(made | ~can_be, shape, 0)
         return self
 
     def _find_members_with_possible_inertia(
@@ -154,7 +154,7 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
             )
         kept: dict[str, Column] = self._columns  # type: ignore[assignment]
         if matrices:
-            blocks = read_only(blocks).reshape(*self.shape, 15)
+            blocks = freeze_array(blocks).reshape(*self.shape, 15)
             kept["moments"], kept["principal_com"] = blocks[..., 1:4], blocks[..., 4:7]
             kept["axes"], kept["principal_rotor"] = blocks[..., 7:11], blocks[..., 12:]
         return can_be.reshape(self.shape)

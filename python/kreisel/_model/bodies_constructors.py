@@ -67,7 +67,7 @@ class BodiesConstructors:
                 heavy = weight.values * shape.volume
             validate_positive_parameter(f"mass of the {shape.name}", heavy)
         with np.errstate(all="ignore"):
-            moments = shapes.compute_central_moments(shape, heavy)
+            moments = shapes.compute_moments_about_com(shape, heavy)
         return cls._from_moments_about_com(
             make, [*words, at, weight], heavy, moments, shape.height, at
         )

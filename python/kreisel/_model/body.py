@@ -20,13 +20,13 @@ from .._utils.validation import (
     as_bool,
     as_float,
     as_positive,
-    as_vector,
+    as_three_floats,
 )
 from ..quaternion import turn, unit
 from .body_constructors import BodyConstructors
 from .inertia import (
     add_point_mass_inertia,
-    compact_inertia_tensor,
+    convert_tensor_to_moments_or_rows,
     describe_triangle_violation,
     describe_unphysical_inertia,
     find_ill_conditioned_inertia_error,
@@ -36,7 +36,7 @@ from .inertia import (
     validate_inertia_tensor,
     validate_inertia_tolerance,
 )
-from .shapes import compute_central_inertia, rod, validate_shape_mass
+from .shapes import compute_central_inertia, compute_shape_mass, rod
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -108,12 +108,15 @@ class Body(BodyConstructors):
         else:
             tensor = validate_inertia_tensor("inertia", inertia)
         kept = self.__dict__
-        kept["mass"], kept["inertia"] = as_positive("mass", mass), compact_inertia_tensor(tensor)
+        kept["mass"], kept["inertia"] = (
+            as_positive("mass", mass),
+            convert_tensor_to_moments_or_rows(tensor),
+        )
         kept["com"], kept["inertia_rtol"] = (
-            as_vector("com", com),
+            as_three_floats("com", com),
             validate_inertia_tolerance(inertia_rtol) if inertia_rtol else 0.0,
         )
-        h1, h2, h3 = as_vector("rotor", rotor)
+        h1, h2, h3 = as_three_floats("rotor", rotor)
         kept["rotor"] = h1 + 0.0, h2 + 0.0, h3 + 0.0  # no negative zeros
         status, kept["_block"], can_be = body_from_tensor(
             kept["mass"], tensor, kept["com"], kept["inertia_rtol"], kept["rotor"]
@@ -143,7 +146,7 @@ class Body(BodyConstructors):
         pivot    the fixed point, relative to the centre [L]; it may lie outside the cuboid
         density  [M L^-3], 1 by default; alternatively, mass [M]
         """
-        a, b, c = (as_positive("half", x) for x in as_vector("half", half))
+        a, b, c = (as_positive("half", x) for x in as_three_floats("half", half))
         if mass is not None and density is not None:
             raise ValueError("give mass or density of the cuboid, not both")
         if mass is None:
@@ -169,8 +172,8 @@ class Body(BodyConstructors):
         """
         shape = rod(as_positive("length", length))
         heavy, at = (
-            validate_shape_mass(shape, mass, None),
-            np.subtract(0.0, as_vector("pivot", pivot)),
+            compute_shape_mass(shape, mass, None),
+            np.subtract(0.0, as_three_floats("pivot", pivot)),
         )
         tensor = add_point_mass_inertia(compute_central_inertia(shape, heavy), heavy, at)
         return _build_body_from_parts(heavy, tensor, at, np.zeros(3))
@@ -212,7 +215,7 @@ class Body(BodyConstructors):
         (Bodack 2008, 2.14) says J = J_com + mass * (|a|^2 1 - a a^t) with a = com - pivot.
         """
         tensor = validate_inertia_tensor("inertia_about_com", inertia_about_com)
-        a = np.subtract(as_vector("com", com), as_vector("pivot", pivot))
+        a = np.subtract(as_three_floats("com", com), as_three_floats("pivot", pivot))
         moved = add_point_mass_inertia(tensor, as_positive("mass", mass), a)
         return cls(mass, moved, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
 
@@ -235,7 +238,7 @@ class Body(BodyConstructors):
         >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shift((0, 0, 3)).moments
         (19.0, 19.0, 10.0)
         """
-        way, com = np.array(as_vector("by", by)), np.array(self.com)
+        way, com = np.array(as_three_floats("by", by)), np.array(self.com)
         tensor = validate_inertia_tensor("inertia", self.inertia) + parallel_axis_term(
             self.mass, com, way
         )
@@ -275,7 +278,7 @@ class Body(BodyConstructors):
         (0.0, 0.0, 5.0)
         """
         size = as_float("spin * inertia", as_float("spin", spin) * as_positive("inertia", inertia))
-        along = np.array(as_vector("axis", axis))
+        along = np.array(as_three_floats("axis", axis))
         longest = np.abs(along).max()
         if longest == 0.0:
             raise ValueError("axis must not be zero: it is the direction of the rotor's axis")
@@ -362,10 +365,10 @@ class ThinRods(Body):
         kept = self.__dict__
         kept["mass"], kept["inertia"] = (
             mass,
-            compact_inertia_tensor(validate_inertia_tensor("inertia", inertia)),
+            convert_tensor_to_moments_or_rows(validate_inertia_tensor("inertia", inertia)),
         )
         kept["com"], kept["inertia_rtol"], kept["unphysical"] = (
-            as_vector("com", com),
+            as_three_floats("com", com),
             inertia_rtol,
             unphysical,
         )

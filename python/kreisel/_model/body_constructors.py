@@ -6,7 +6,7 @@ from typing import Self
 
 from numpy.typing import ArrayLike
 
-from .._utils.validation import as_bool, as_float, as_non_negative, as_positive, as_vector
+from .._utils.validation import as_bool, as_float, as_non_negative, as_positive, as_three_floats
 from . import shapes
 
 
@@ -123,7 +123,7 @@ class BodyConstructors:
 
         pivot  the fixed point, relative to the centre [L]
         """
-        a, b, c = (as_positive("half", x) for x in as_vector("half", half))
+        a, b, c = (as_positive("half", x) for x in as_three_floats("half", half))
         return cls._build_from_shape(shapes.ellipsoid(a, b, c), pivot, mass, density)
 
     @classmethod
@@ -162,6 +162,6 @@ class BodyConstructors:
         mass: float | None,
         density: float | None,
     ) -> Self:
-        heavy = shapes.validate_shape_mass(shape, mass, density)
+        heavy = shapes.compute_shape_mass(shape, mass, density)
         com = (0.0, 0.0, shape.height)
         return cls.from_com(heavy, shapes.compute_central_inertia(shape, heavy), com, pivot)

@@ -53,9 +53,9 @@ class BatchParameter(NamedTuple):
         """Raise the exception of `validate` for the first value marked in `bad`, with its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
-            raise self.make_error_at(index, validate)
+            raise self.make_error_for_value_at(index, validate)
 
-    def make_error_at(self, index: Index, validate: Validator) -> Exception:
+    def make_error_for_value_at(self, index: Index, validate: Validator) -> Exception:
         """Return the exception raised by `validate` for the value at `index`."""
         value = convert_to_python_numbers(self.values[index])
         try:
@@ -151,7 +151,7 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     return change_once_per_buffer
 
 
-def make_batch_column(values: Column, shape: Shape, trailing: int) -> Column:
+def broadcast_column(values: Column, shape: Shape, trailing: int) -> Column:
     """Broadcast `values` to a batch of the given shape, as a read-only array.
 
     The last `trailing` dimensions of `values` are the shape of one value.
@@ -162,9 +162,11 @@ def make_batch_column(values: Column, shape: Shape, trailing: int) -> Column:
     return np.broadcast_to(kept, shape + kept.shape[lead:])
 
 
-def make_batch_columns(named: Iterable[tuple[str, Column, int]], shape: Shape) -> dict[str, Column]:
-    """Return the columns given by the triples (name, values, trailing); see `make_batch_column`."""
-    return {name: make_batch_column(values, shape, trailing) for name, values, trailing in named}
+def broadcast_named_columns(
+    named: Iterable[tuple[str, Column, int]], shape: Shape
+) -> dict[str, Column]:
+    """Return the columns given by the triples (name, values, trailing); see `broadcast_column`."""
+    return {name: broadcast_column(values, shape, trailing) for name, values, trailing in named}
 
 
 def broadcast_named_shapes(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:

@@ -30,10 +30,10 @@ from .ensemble_data import (
     S,
     check_body_type,
     compute_common_top_shape,
-    compute_momenta,
+    compute_start_momenta,
     make_invalid_member_error,
 )
-from .environment import PhysicalEnvironment, validate_environments
+from .environment import PhysicalEnvironment, validate_ensemble_environment
 from .euler_angles import (
     cos,
     find_symmetry_moments,
@@ -105,7 +105,7 @@ class EnsembleConstructors(EnsembleBase[S]):
 
         Raises the same exception as the constructor `one` would for the first invalid member.
         """
-        around, columns = validate_environments(environment)
+        around, columns = validate_ensemble_environment(environment)
         compute_common_top_shape(body, [*parameters, *around])
         turned, own = (
             stack_components(*quaternion_from_euler(angles)),
@@ -117,7 +117,7 @@ class EnsembleConstructors(EnsembleBase[S]):
             start = BatchParameter(
                 "velocity", stack_components(*velocity_from_euler(angles, rates)), (3,)
             )
-        columns["momentum"] = compute_momenta(body, start, q, columns["turning"])
+        columns["momentum"] = compute_start_momenta(body, start, q, columns["turning"])
         columns["attitude"] = q
         return cls.__new__(cls)._store_ensemble_columns(body, [*parameters, *around], columns, one)
 

@@ -21,14 +21,14 @@ from .broadcasting import (
     ColumnMap,
     Index,
     Shape,
+    broadcast_named_columns,
     broadcast_named_shapes,
     compute_vectors_in_blocks,
     convert_to_python_numbers,
-    make_batch_columns,
     name_varying_dimensions,
     validate_parameter,
 )
-from .environment import PhysicalEnvironment, validate_environments
+from .environment import PhysicalEnvironment, validate_ensemble_environment
 from .momentum import compute_angular_momentum
 
 if TYPE_CHECKING:
@@ -62,13 +62,13 @@ class EnsembleBase(BatchBase[S]):
         friction: ArrayLike | None = None,
     ) -> None:
         given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
-        bodies, start = check_body_type(body), validate_momentum_parameter(given)
+        bodies, start = check_body_type(body), select_momentum_parameter(given)
         turned, q = validate_attitudes(attitude, attitude_xyzw)
         given_around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
-        around, columns = validate_environments(given_around)
+        around, columns = validate_ensemble_environment(given_around)
         parameters = [start, turned, *around]
         compute_common_top_shape(bodies, parameters)
-        momenta = compute_momenta(bodies, start, q, columns["turning"])
+        momenta = compute_start_momenta(bodies, start, q, columns["turning"])
         self._store_ensemble_columns(
             bodies, parameters, {"momentum": momenta, "attitude": q, **columns}, self._one
         )
@@ -98,7 +98,10 @@ class EnsembleBase(BatchBase[S]):
         varied = [(each.name, each.values, len(each.value)) for each in words]
         names = name_varying_dimensions(shape, words)
         self._set_shape_and_columns(
-            shape, names, make_batch_columns(states, shape), make_batch_columns(varied, shape)
+            shape,
+            names,
+            broadcast_named_columns(states, shape),
+            broadcast_named_columns(varied, shape),
         )
         status, index = self._core_scenes.check()
         if status != "OK":
@@ -294,7 +297,7 @@ def make_invalid_member_error(
     return ValueError(f"{place}{text}")
 
 
-def validate_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> BatchParameter:
+def select_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> BatchParameter:
     """Return the one given parameter that determines the initial angular momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
@@ -336,7 +339,9 @@ def validate_attitudes(given: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
     return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
 
 
-def compute_momenta(body: Body | Bodies, start: BatchParameter, q: Array, turning: Array) -> Array:
+def compute_start_momenta(
+    body: Body | Bodies, start: BatchParameter, q: Array, turning: Array
+) -> Array:
     """Compute angular momenta in the space frame from velocities or momenta.
 
     The quaternions `q` are the attitudes, and `turning` contains the angular velocities of the

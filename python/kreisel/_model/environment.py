@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._utils.validation import Array, Vector, as_float, as_vector, short_repr
+from .._utils.validation import Array, Vector, as_float, as_three_floats, short_repr
 from .broadcasting import BatchParameter, validate_parameter
 
 _STILL: Final = (0.0, 0.0, 0.0)
@@ -32,7 +32,7 @@ class PhysicalEnvironment(NamedTuple):
     shaking: ArrayLike | None = None
     friction: ArrayLike | None = None
 
-    def validate_for_single_top(self) -> tuple[float, Vector, Vector, Vector, float]:
+    def validate_single_top_environment(self) -> tuple[float, Vector, Vector, Vector, float]:
         """Validate the values for a single top; raise TypeError or ValueError if any is invalid."""
         return (
             validate_gravity(self.gravity),
@@ -54,7 +54,9 @@ def validate_damping(given: ArrayLike | None) -> Vector:
     if given is None:
         return _STILL
     along = (
-        (as_float("damping", given),) * 3 if np.ndim(given) == 0 else as_vector("damping", given)
+        (as_float("damping", given),) * 3
+        if np.ndim(given) == 0
+        else as_three_floats("damping", given)
     )
     if min(along) < 0.0:
         raise ValueError(
@@ -64,7 +66,7 @@ def validate_damping(given: ArrayLike | None) -> Vector:
 
 
 def validate_turning(given: ArrayLike | None) -> Vector:
-    return _STILL if given is None else as_vector("turning", given)
+    return _STILL if given is None else as_three_floats("turning", given)
 
 
 def validate_shaking(given: ArrayLike | None) -> Vector:
@@ -72,7 +74,7 @@ def validate_shaking(given: ArrayLike | None) -> Vector:
         return _STILL
     if np.ndim(given) == 0:
         raise TypeError(f"shaking must be {_SHAKING_FORM}, not {short_repr(given)}")
-    amplitude, rate, phase = as_vector("shaking", given)
+    amplitude, rate, phase = as_three_floats("shaking", given)
     if rate < 0.0 or (amplitude and not rate):
         raise ValueError(
             f"shaking needs a positive rate, not {short_repr(rate)}: shaking is "
@@ -140,7 +142,7 @@ def refuse_disturbances(
     raise ValueError(f"{what} with {' and '.join(found)}{': ' if reason else ''}{reason}")
 
 
-def validate_environments(
+def validate_ensemble_environment(
     given: PhysicalEnvironment,
 ) -> tuple[list[BatchParameter], dict[str, Array]]:
     """Parse the environment parameters of an ensemble, and convert them to columns.

@@ -15,7 +15,7 @@ from .._utils.validation import (
     Vector,
     as_bool,
     as_float,
-    as_vector,
+    as_three_floats,
     short_repr,
 )
 from ..quaternion import conjugate, multiply
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 def convert_vector_to_radians(name: str, value: object, degrees: bool) -> Vector:
     """Convert three angles or rates from degrees to radians if `degrees` is True."""
-    x, y, z = as_vector(name, value)
+    x, y, z = as_three_floats(name, value)
     return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
 
 

@@ -14,7 +14,7 @@ from .._utils.validation import (
     as_finite_array,
     as_float,
     as_positive,
-    as_vector,
+    as_three_floats,
     short_repr,
 )
 
@@ -35,7 +35,7 @@ def validate_inertia_tensor(name: str, value: object) -> Array:
     return given
 
 
-def compact_inertia_tensor(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
+def convert_tensor_to_moments_or_rows(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
     """Return three moments if the tensor is diagonal, otherwise its three rows."""
     diagonal = tensor.diagonal()
     if (tensor == np.diag(diagonal)).all():
@@ -122,7 +122,7 @@ def inertia_at_fixed_point(
         return validate_inertia_tensor("inertia", inertia)
     tensor = validate_inertia_tensor("inertia_about_com", about_com)
     return add_point_mass_inertia(
-        tensor, as_positive("mass", mass), np.array(as_vector("com", com))
+        tensor, as_positive("mass", mass), np.array(as_three_floats("com", com))
     )
 
 

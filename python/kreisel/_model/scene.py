@@ -34,8 +34,8 @@ from .scene_arguments import validate_scene_arguments, validate_scene_arguments_
 from .toml import (
     call_constructor_with_table,
     format_toml_entries,
-    parse_toml_source,
     parse_toml_tables,
+    parse_toml_text_or_file,
     require_toml_table,
 )
 from .toml_body import MAKERS, build_body_from_table
@@ -362,7 +362,7 @@ class Scene:
         around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         if is_steady_precession_requested(steady, fast, precession, around):
             refuse_rotor_in_steady_precession(body)
-            torque = body.mass * around.validate_for_single_top()[0] * math.hypot(*body.com)
+            torque = body.mass * around.validate_single_top_environment()[0] * math.hypot(*body.com)
             about = compute_steady_precession_rate(
                 across, along, torque, rate, angle, fast, degrees
             )
@@ -387,7 +387,7 @@ class Scene:
         >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1").body.com
         (0.0, 0.0, 1.5)
         """
-        return parse_toml_source(source, parse_scene_toml)
+        return parse_toml_text_or_file(source, parse_scene_toml)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML text; if `path` is given, also write the text to this file.

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from .._core import scene
 from .._utils.errors import make_exception_from_status
-from .._utils.validation import Quaternion, Vector, as_vector
+from .._utils.validation import Quaternion, Vector, as_three_floats
 from ..quaternion import unit
 from .body import Body
 from .environment import PhysicalEnvironment
@@ -53,7 +53,7 @@ def validate_scene_arguments(
     environment: PhysicalEnvironment,
 ) -> SceneData:
     """Validate the arguments of a scene one by one."""
-    around = environment.validate_for_single_top()
+    around = environment.validate_single_top_environment()
     if attitude_xyzw is not None:
         if attitude is not None:
             raise ValueError("give either attitude or attitude_xyzw, not both")
@@ -66,7 +66,7 @@ def validate_scene_arguments(
             + (" and ".join(given) or "none")
         )
     ((name, value),) = given.items()
-    m = _convert_velocity_to_momentum(body, name, q, as_vector(name, value), around[2])
+    m = _convert_velocity_to_momentum(body, name, q, as_three_floats(name, value), around[2])
     made = scene(body._block, m, q, *around)
     if not isinstance(made, tuple):
         raise make_exception_from_status(

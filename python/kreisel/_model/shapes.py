@@ -24,14 +24,14 @@ class ShapeMoments(NamedTuple, Generic[R]):
     height: R  # height of the centre of mass above the origin of the pivot's coordinates [L]
 
 
-def compute_central_moments(shape: ShapeMoments[R], mass: R) -> tuple[R, R, R]:
+def compute_moments_about_com(shape: ShapeMoments[R], mass: R) -> tuple[R, R, R]:
     """Return the three moments of inertia about the centre of mass."""
     x, y, z = shape.squares
     xx, yy, zz = mass * x, mass * y, mass * z
     return yy + zz, zz + xx, xx + yy
 
 
-def validate_shape_mass(
+def compute_shape_mass(
     shape: ShapeMoments[float], mass: float | None, density: float | None
 ) -> float:
     """Return the mass of a shape from exactly one of `mass` and `density`."""
@@ -57,7 +57,7 @@ def density_without_volume_message(name: str) -> str:
 
 def compute_central_inertia(shape: ShapeMoments[float], mass: float) -> Array:
     """Return the tensor of inertia about the centre of mass."""
-    return np.diag(compute_central_moments(shape, mass))
+    return np.diag(compute_moments_about_com(shape, mass))
 
 
 def cylinder(radius: R, height: R) -> ShapeMoments[R]:

@@ -53,24 +53,24 @@ class _EnergySurface(NamedTuple):
     def momentum(self, P: Array, alpha: Array) -> Array:
         """Return the angular momentum M for vertical directions P and angles alpha."""
         across, root = self.moments * P, np.sqrt(self.moments)
-        first, second = self._build_velocity_basis(P)
+        first, second = self._build_scaled_velocity_basis(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
         y = cosine(alpha)[:, None] * first + sine(alpha)[:, None] * second
         about = self.vertical / (P * across).sum(axis=1)
         made: Array = about[:, None] * across + np.sqrt(2.0 * left)[:, None] * root * y
         return made
 
-    def _build_velocity_basis(self, P: Array) -> tuple[Array, Array]:
+    def _build_scaled_velocity_basis(self, P: Array) -> tuple[Array, Array]:
         """Return an orthonormal basis of the vectors y = J^(-1/2) w.
 
         These vectors are orthogonal to J^(1/2) P, and |y|^2 / 2 is the energy of w.
         """
         normal = np.sqrt(self.moments) * P
-        return _build_tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
+        return _build_perpendicular_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def find_angle_of_level_apex_velocity(self, P: Array, apex: Array) -> Array:
         """Return one of the two angles alpha for which the height of the apex is stationary."""
-        first, second = self._build_velocity_basis(P)
+        first, second = self._build_scaled_velocity_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
         return made
@@ -107,7 +107,7 @@ class _EnergySurface(NamedTuple):
         for _ in range(100):
             JP = self.moments * P
             k = (self.vertical / (P @ JP)) ** 2
-            slope, sides = self.lever - k * JP, np.concatenate(_build_tangent_basis(P[None]))
+            slope, sides = self.lever - k * JP, np.concatenate(_build_perpendicular_basis(P[None]))
             bend = 4.0 * k / (P @ JP) * np.outer(JP, JP) - k * np.diag(self.moments)
             values, vectors = np.linalg.eigh(sides @ (bend - P @ slope * np.eye(3)) @ sides.T)
             steepest = np.abs(values).max()
@@ -183,9 +183,9 @@ def starts(
     if n is None:
         P, alpha = _place_starts_on_grid(surface, grid, to_principal, body)
     else:
-        P, alpha = _draw_random_starts(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
+        P, alpha = _sample_directions(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
     M = surface.momentum(P, alpha) @ to_principal.T
-    q = _compute_shortest_rotations(P @ to_principal.T)
+    q = _compute_rotations_to_vertical(P @ to_principal.T)
     return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._forget_varying_parameters()
 
 
@@ -211,7 +211,7 @@ def _place_starts_on_grid(
     counts = [as_int("grid", int(k) if k.is_integer() else k, 1) for k in sizes.tolist()]
     apex = np.array(body.principal_com)
     apex = apex / np.linalg.norm(apex) if apex.any() else np.array(_AXES[2])
-    frame = np.stack([*np.concatenate(_build_tangent_basis(apex[None])), apex])
+    frame = np.stack([*np.concatenate(_build_perpendicular_basis(apex[None])), apex])
     if len(counts) == 3:
         frame = to_principal
     P = _convert_to_sphere_points(*_list_sphere_cell_centres((counts[0], counts[1]))) @ frame
@@ -229,11 +229,11 @@ def _place_starts_on_grid(
     return np.repeat(P, directions, axis=0), alpha.reshape(-1)
 
 
-def _draw_random_starts(
+def _sample_directions(
     surface: _EnergySurface, n: int, seed: int, least: float
 ) -> tuple[Array, Array]:
     """Return random vertical directions, in principal axes, and random angles alpha."""
-    cover = _cover_with_cells(surface)
+    cover = _cover_allowed_directions(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
         left = np.arange(begin, min(begin + _ROWS, n))
@@ -288,7 +288,7 @@ class _SphereCells(NamedTuple):
         aside = 0.5 * self.wide * np.sin(polar[1])
         return _convert_to_sphere_points(middle, self.angle + 0.5 * self.wide), up + aside
 
-    def halve_cells(self) -> _SphereCells:
+    def halve_sphere_cells(self) -> _SphereCells:
         """Divide each cell into two halves across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
@@ -302,7 +302,7 @@ class _SphereCells(NamedTuple):
         )
 
 
-def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
+def _cover_allowed_directions(surface: _EnergySurface) -> _SphereCells:
     """Return small cells that cover all directions P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
@@ -312,11 +312,11 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
         cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
         if len(cover.height) >= _CELLS:
             break
-        cover = cover.halve_cells()
+        cover = cover.halve_sphere_cells()
     return cover
 
 
-def _compute_shortest_rotations(P: Array) -> Array:
+def _compute_rotations_to_vertical(P: Array) -> Array:
     """Return the smallest rotations that take the body-frame vector P to e3."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -340,7 +340,7 @@ def _convert_to_sphere_points(height: Array, angle: Array) -> Array:
     return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
 
 
-def _build_tangent_basis(normals: Array) -> tuple[Array, Array]:
+def _build_perpendicular_basis(normals: Array) -> tuple[Array, Array]:
     """Return, for each row, two unit vectors orthogonal to the row and to each other."""
     first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1)[:, None]

@@ -16,7 +16,7 @@ _T = TypeVar("_T")
 _MAX_BYTES = 1 << 20  # far larger than any scene; limits the data read from a device
 
 
-def parse_toml_source(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
+def parse_toml_text_or_file(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
     """Parse `source`, which is TOML text if it has several lines, and a file name otherwise."""
     if isinstance(source, str) and "\n" in source:
         return parse(source)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import exact_turning, statuses
-from .._utils.validation import Array, read_only
+from .._utils.validation import Array, freeze_array
 from .environment import list_disturbances
 from .scene import Scene
 
@@ -37,7 +37,7 @@ class TurningPoints:
 
 def build_turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
     """Build the turning points from the array computed by the C library."""
-    least, greatest, t_least, t_greatest, spin = (read_only(x.copy()) for x in rows.T[:5])
+    least, greatest, t_least, t_greatest, spin = (freeze_array(x.copy()) for x in rows.T[:5])
     motion_type.flags.writeable = False
     return TurningPoints(least, greatest, t_least, t_greatest, spin, motion_type, rows)
 

@@ -70,7 +70,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
             f"{described[0]} and {described[1]} both describe the start: give only one kind"
         )
     body = _vary_body(scene, given)
-    around = _vary_environment(scene, given)
+    around = _override_scene_environment(scene, given)
     in_degrees = as_bool("degrees", given.get("degrees", False))
     steady, fast = given.get("steady", False), given.get("fast", False)
     is_steady = False
@@ -94,7 +94,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     return many._build_from_euler_angles(body, *start, around, _accept_any_arguments)
 
 
-def _vary_environment(scene: Any, given: Mapping[str, Any]) -> PhysicalEnvironment:
+def _override_scene_environment(scene: Any, given: Mapping[str, Any]) -> PhysicalEnvironment:
     """Replace the given environment parameters of a scene by arrays, and return all of them."""
     words = {name: given.get(name) for name in _AROUND}
     for name, value in words.items():
@@ -122,7 +122,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
     return Bodies(**{**kept, **changed}, inertia_rtol=own.inertia_rtol, unphysical=own.unphysical)
 
 
-def _compute_euler_angles_and_rates(scene: Any) -> _EulerState:
+def _compute_initial_euler_state(scene: Any) -> _EulerState:
     """Return the Euler angles and rates at t = 0; rates at rounding level are set to zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start_state)[0]) for n in names]
@@ -152,7 +152,7 @@ def _compute_varied_spin_start(
     Parameters that do not vary are taken from the scene. The first flag in `steady` requests steady
     precession, and the second selects the faster of its two rates.
     """
-    now = _compute_euler_angles_and_rates(scene)
+    now = _compute_initial_euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
     parameters = {
         name: validate_tilts(given[name], degrees)
@@ -170,7 +170,8 @@ def _compute_varied_spin_start(
     compute_common_top_shape(body, list(parameters.values()))
     if steady[0]:
         as_given = [
-            parameters.get(n, _make_angle_parameter(n, own[n], degrees)) for n in ("spin", "tilt")
+            parameters.get(n, _make_angle_batch_parameter(n, own[n], degrees))
+            for n in ("spin", "tilt")
         ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
         down = validate_parameter("gravity", gravity)
@@ -181,7 +182,7 @@ def _compute_varied_spin_start(
     return list(parameters.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
 
 
-def _make_angle_parameter(name: str, radian: float, degrees: bool) -> BatchParameter:
+def _make_angle_batch_parameter(name: str, radian: float, degrees: bool) -> BatchParameter:
     return BatchParameter(name, np.asarray(math.degrees(radian) if degrees else radian), ())
 
 
@@ -190,7 +191,7 @@ def _compute_varied_euler_start(scene: Any, given: Mapping[str, Any], degrees: b
 
     Parameters that do not vary are taken from the scene.
     """
-    now = _compute_euler_angles_and_rates(scene)
+    now = _compute_initial_euler_state(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
     own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
     parameters = {

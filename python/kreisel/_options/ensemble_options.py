@@ -22,8 +22,8 @@ from .solve_options import SolveOptions, make_solve_options
 from .times import (
     COUNTABLE,
     check_times_are_monotonic,
+    compute_recording_times,
     get_total_memory,
-    time_grid,
     too_many_steps_message,
 )
 
@@ -102,7 +102,7 @@ class EnsembleOptions:
         """Return the options for computing the motion of a single top."""
         one, requested = self.solve, self.solve.requested_method
         if any(scene.turning):
-            one = one.copy_that_computes_heading()
+            one = one.copy_options_with_heading()
         if not self.is_auto:
             return one
         method = resolve_method(requested, scene)
@@ -126,7 +126,7 @@ def unravel_index(i: int, shape: Shape) -> Index:
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 
-def member(tops: Ensemble, i: int) -> Scene:
+def get_member_by_flat_index(tops: Ensemble, i: int) -> Scene:
     """Return the i-th member of an ensemble in C order."""
     return tops._select_member(unravel_index(i, tops.shape))
 
@@ -144,7 +144,7 @@ def resolve_method_for_ensemble(name: object, tops: Ensemble) -> Method:
         where = f"top{format_index(unravel_index(first, tops.shape))}"
         more = f", the first of {count} such members" if count > 1 else ""
         try:
-            resolve_method(name, member(tops, first))
+            resolve_method(name, get_member_by_flat_index(tops, first))
         except ValueError as error:
             raise ValueError(f"{where}{more}: {error}") from None
     return method
@@ -257,7 +257,7 @@ def validate_ensemble_times(tops: Ensemble, t: object, options: EnsembleOptions)
     elif times.ndim == 1:
         check_times_are_monotonic(times, every)
     else:
-        times = time_grid(float(times), step, every, options.bytes_per_state)
+        times = compute_recording_times(float(times), step, every, options.bytes_per_state)
     end = float(np.abs(times).max(initial=0.0))
     if step is not None and not end / step < COUNTABLE:
         raise ValueError(too_many_steps_message(end, step))

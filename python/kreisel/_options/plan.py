@@ -141,7 +141,7 @@ def make_solve_plan(
     """
     is_series = options.method.name == FALLBACK
     kernel, order = (
-        _find_taylor_kernel_and_order(options.core_arguments)
+        _find_instruction_set_and_order(options.core_arguments)
         if is_series
         else ("", options.method.order)
     )
@@ -158,14 +158,14 @@ def make_solve_plan(
         columns=columns,
         bytes=8 * sum(map(count_quantity_components, columns)),
         left_out=_list_omitted_computations(scene, options, states),
-        kept=_list_kept_unneeded_computations(scene, options),
+        kept=_explain_unneeded_computations(scene, options),
         choice=choice,
         turn=_estimate_turn_per_step(scene, options),
     )
 
 
 @lru_cache
-def _find_taylor_kernel_and_order(core: CoreArguments) -> tuple[str, int]:
+def _find_instruction_set_and_order(core: CoreArguments) -> tuple[str, int]:
     """Return the instruction set and the order of the Taylor series.
 
     The instruction set and the order depend only on the options, not on the scene.
@@ -209,7 +209,7 @@ def _explain_method_choice(
 
 
 def _describe_integrated_equations(options: SolveOptions) -> str:
-    if options.can_skip_heading:
+    if options.can_skip_heading_angle:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
     if options.method.name == FALLBACK:
         return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
@@ -223,7 +223,7 @@ def _is_torque_free(scene: Scene) -> bool:
 def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
     want, name = options.want, options.method.name
     rows = []
-    if options.can_skip_heading:
+    if options.can_skip_heading_angle:
         rows.append(
             ("attitude", "no requested quantity changes if the top is rotated about the vertical")
         )
@@ -256,12 +256,12 @@ def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int 
     return tuple(rows)
 
 
-def _list_kept_unneeded_computations(scene: Scene, options: SolveOptions) -> Reasons:
+def _explain_unneeded_computations(scene: Scene, options: SolveOptions) -> Reasons:
     rows = []
     if options.method.name == FALLBACK:
         if (
             options.want is not None
-            and not options.can_skip_heading
+            and not options.can_skip_heading_angle
             and HEADING_DEPENDENT.isdisjoint(options.want)
         ):
             why = "the series with 20 or 30 digits always computes it"

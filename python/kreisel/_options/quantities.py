@@ -8,7 +8,7 @@ from .._core import quantities
 from .._utils.errors import unknown_name_message
 
 
-class Quantity(NamedTuple):
+class QuantityDescription(NamedTuple):
     """A named function of the state.
 
     doubles     the number of components
@@ -31,8 +31,8 @@ class Quantity(NamedTuple):
         return () if self.doubles == 1 else (3, 3) if self.doubles == 9 else (self.doubles,)
 
 
-QUANTITIES: dict[str, Quantity] = {  # functions of the state
-    row["name"]: Quantity(
+QUANTITIES: dict[str, QuantityDescription] = {  # functions of the state
+    row["name"]: QuantityDescription(
         row["name"],
         row["doubles"],
         row["components"],
@@ -44,7 +44,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 }
 
 
-def _make_low_word_quantity(name: str) -> Quantity:
+def _make_low_word_quantity(name: str) -> QuantityDescription:
     """Return the quantity that contains the low-order part of `name` in extended precision."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
@@ -54,13 +54,13 @@ def _make_low_word_quantity(name: str) -> Quantity:
 
 LOW = {low.name: low for low in map(_make_low_word_quantity, ("q", "m"))}
 RECORDABLE = QUANTITIES | LOW  # the quantities that `want` may contain
-TIME = Quantity("t", 1, ["t"], False, "T", "times")
+TIME = QuantityDescription("t", 1, ["t"], False, "T", "times")
 HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
 # An angle is a pure number, so only the description tells that it is one.
 ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
 
 
-def quantity_derivative_shape(name: str) -> tuple[int, ...]:
+def get_quantity_derivative_shape(name: str) -> tuple[int, ...]:
     """Return the shape of the derivative of a quantity."""
     return (3,) if name == "q" else QUANTITIES[name].shape
 

@@ -81,13 +81,13 @@ class SolveOptions:
         return self if options == self else options
 
     @property
-    def can_skip_heading(self) -> bool:
+    def can_skip_heading_angle(self) -> bool:
         """True if the rotation about the vertical is omitted because no quantity needs it."""
         return self.core_arguments[-1]
 
-    def copy_that_computes_heading(self) -> SolveOptions:
+    def copy_options_with_heading(self) -> SolveOptions:
         """Return a copy of the options in which the rotation about the vertical is computed."""
-        return replace(self, keeps_heading=True) if self.can_skip_heading else self
+        return replace(self, keeps_heading=True) if self.can_skip_heading_angle else self
 
     @cached_property
     def max_time_with_exact_step_count(self) -> float:
@@ -138,7 +138,7 @@ def validate_solve_options(
         chosen = methods[EXACT]
     name = method if requested is None else requested
     options = make_solve_options(chosen, step, tol, digits, max_steps, name, want, every)
-    return options.copy_that_computes_heading() if any(top.turning) else options
+    return options.copy_options_with_heading() if any(top.turning) else options
 
 
 def validate_options_for_method(
@@ -276,7 +276,7 @@ def validate_recording_interval(method: Method, every: object) -> int | None:
     return as_int("every", every, 1)
 
 
-def check_progress_callback(progress: Progress | None) -> Progress | None:
+def validate_progress_callback(progress: Progress | None) -> Progress | None:
     """Return `progress`; raise TypeError if it is neither callable nor None."""
     if progress is not None and not callable(progress):
         raise TypeError(

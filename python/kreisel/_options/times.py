@@ -28,7 +28,7 @@ def time_array(
     """
     times = validate_time_list(t)
     if times.ndim == 0:
-        return time_grid(float(times), step, every, size, begin)
+        return compute_recording_times(float(times), step, every, size, begin)
     check_times_are_monotonic(times, every)
     return times
 
@@ -43,7 +43,7 @@ def validate_time_list(t: object) -> Array:
     return times
 
 
-def time_grid(
+def compute_recording_times(
     end: float, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
 ) -> Array:
     """Return times at intervals of `every` steps, or only `begin` and `end` if `every` is None."""
@@ -104,13 +104,13 @@ def iterate_time_chunks(
     return _split_time_grid_into_chunks(end, step, every, size, after, begin)
 
 
-def validate_direction_and_chunk_times(
+def find_time_direction_and_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
     """Return whether time runs backwards, and the requested times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
-        is_back, t = validate_time_direction(t)
+        is_back, t = find_time_direction(t)
         return is_back, iterate_time_chunks(t, step, every, size, None)
     return times.size > 0 and bool(times[-1] < 0.0), _slice_times_into_chunks(times, size)
 
@@ -119,7 +119,7 @@ def _slice_times_into_chunks(times: Array, size: int) -> Iterator[Array]:
     return (times[i : i + size] for i in range(0, times.size, size))
 
 
-def validate_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
+def find_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
     """Return whether time runs backwards, and the requested times.
 
     An iterator is read up to its first nonzero time. The returned iterator also yields the times

@@ -60,7 +60,7 @@ class AngleBetweenPaths(NamedTuple):
     what: str
 
 
-class Picture(tuple[Axes, ...]):
+class FigureAxes(tuple[Axes, ...]):
     """The axes of a figure, three for each path: trace, nutation and precession.
 
     If there are two paths, the last axes show the angle between them. Notebooks display the
@@ -93,7 +93,7 @@ def plot_paths(
     degrees: bool,
     time_unit: str,
     compute_angle_between_paths: Callable[[], AngleBetweenPaths] | None = None,
-) -> Picture:
+) -> FigureAxes:
     """Plot each path and its events in three axes, in a new figure by default.
 
     For two paths, additional axes may show the angle between them.
@@ -103,10 +103,12 @@ def plot_paths(
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: call solve with times")
     n, has_difference = len(paths), compute_angle_between_paths is not None
-    picture = _create_path_axes(n, has_difference) if axes is None else _validate_path_axes(axes, n)
+    picture = (
+        _create_path_axes(n, has_difference) if axes is None else _validate_chart_axes(axes, n)
+    )
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
-        _draw_path(one, path, events, (unit, name), label)
+        _draw_path_panels(one, path, events, (unit, name), label)
         if i and axes is None:
             for chart in one[1:]:
                 chart.set_ylabel("")
@@ -115,12 +117,12 @@ def plot_paths(
     return picture
 
 
-def _create_path_axes(n: int, has_difference: bool) -> Picture:
+def _create_path_axes(n: int, has_difference: bool) -> FigureAxes:
     if n == 1:
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(3, 4))
         sphere, above = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
-        return Picture((sphere, above, figure.add_subplot(grid[1, 1], sharex=above)))
+        return FigureAxes((sphere, above, figure.add_subplot(grid[1, 1], sharex=above)))
     heights = (6, 4, 4, 4) if has_difference else (6, 4, 4)
     figure = Figure(figsize=(3.3 * n + 0.6, 6.4 * sum(heights) / 14), layout="constrained")
     grid = figure.add_gridspec(len(heights), n, height_ratios=heights)
@@ -131,13 +133,13 @@ def _create_path_axes(n: int, has_difference: bool) -> Picture:
         axes += figure.add_subplot(grid[0, i]), above, below
     if has_difference:
         axes.append(figure.add_subplot(grid[3, :]))
-    return Picture(axes)
+    return FigureAxes(axes)
 
 
-def _validate_path_axes(axes: Iterable[Axes], paths: int) -> Picture:
+def _validate_chart_axes(axes: Iterable[Axes], paths: int) -> FigureAxes:
     n = 3 * paths
     try:
-        picture = Picture(axes)
+        picture = FigureAxes(axes)
     except TypeError:
         raise TypeError(f"axes must be a list of {n}, not {short_repr(axes)}") from None
     if len(picture) != n and (len(picture), paths) != (7, 2):
@@ -151,7 +153,7 @@ def _validate_path_axes(axes: Iterable[Axes], paths: int) -> Picture:
     return picture
 
 
-def _draw_path(
+def _draw_path_panels(
     axes: Sequence[Axes],
     path: PlottablePath,
     events: PlottablePath | None,
@@ -178,7 +180,7 @@ def _draw_path(
     )
     has_events = events is not None and len(events.t) > 0
     if events is not None and has_events:
-        _mark_events(axes, path.t, around, events, unit)
+        _draw_dots_at_events(axes, path.t, around, events, unit)
     _draw_legend(sphere, bool(heights), has_events)
     above.set_ylabel(f"nutation [{sign}]")
     below.set(xlabel=time, ylabel=f"precession [{sign}]")
@@ -242,7 +244,7 @@ def _insert_gaps_at_jumps(
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
-def _mark_events(
+def _draw_dots_at_events(
     axes: Sequence[Axes], t: Array, around: Array, events: PlottablePath, unit: float
 ) -> None:
     """Mark the events of a path by dots in all three charts."""

@@ -110,10 +110,10 @@ class Film:
         atomic_write(file, make(self))
 
     def _repr_html_(self) -> str:
-        return self._html_text
+        return self._html_animation
 
     @cached_property
-    def _html_text(self) -> str:
+    def _html_animation(self) -> str:
         return _encode_html(self).decode()
 
     def _draw_frames(self) -> Iterator[Figure]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .charts import Picture
+from .charts import FigureAxes
 from .solids import BLUE, ORANGE
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class PlottableFitSeries(Protocol):
     def sigma(self) -> Array: ...
 
 
-def plot_fit_panels(panels: list[PlottableFitSeries]) -> Picture:
+def plot_fit_panels(panels: list[PlottableFitSeries]) -> FigureAxes:
     """Draw two charts per panel: one of measurements and fitted motion, and one of residuals."""
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []
@@ -61,4 +61,4 @@ def plot_fit_panels(panels: list[PlottableFitSeries]) -> Picture:
         lower.set_xlabel("t")
         lower.set_ylabel("residual [sigma]")
         axes += [upper, lower]
-    return Picture(axes)
+    return FigureAxes(axes)

@@ -69,7 +69,7 @@ def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, un
             linewidth=1.4 if len(curves) == 1 else 0.8, zorder=2.0 + 0.1 * float(k),
             alpha=max(0.15, min(1.0, 20.0 / len(curves))),
         )  # fmt: skip
-    marks = _legend_entries(classes)
+    marks = _make_legend_entry_per_class(classes)
     if indicator.name == "megno":
         chart.axhline(indicator.threshold, color=FAINT, linewidth=0.9, linestyle="--", zorder=1)
         marks.append(Line2D([], [], color=FAINT, linewidth=0.9, linestyle="--", label="threshold"))
@@ -84,7 +84,7 @@ def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, un
     return chart
 
 
-def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
+def _make_legend_entry_per_class(classes: npt.NDArray[np.int8]) -> list[Line2D]:
     """Return a legend entry for each class of tops that occurs."""
     found, counts = np.unique(classes, return_counts=True)
     marks = []
@@ -95,7 +95,7 @@ def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
     return marks
 
 
-def draw_indicator_map(
+def draw_chaos_indicator_map(
     indicator: IndicatorWithClasses, tops: Ensemble, axes: Axes | None, unit: str
 ) -> Axes:
     """Plot the final values of an indicator over two parameters; dots mark uncertain verdicts."""

@@ -186,14 +186,17 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
     these moments, the mass is increased while mass * com is kept constant. The increased mass is
     chosen so as to make the cuboid as large as possible.
     """
-    best = _find_cuboid_of_mass(mass, moments, mass * com)
+    best = _find_cuboid_of_same_inertia(mass, moments, mass * com)
     if best is None:
-        made = (_find_cuboid_of_mass(mass * 1.05**k, moments, mass * com) for k in range(1, 1200))
+        made = (
+            _find_cuboid_of_same_inertia(mass * 1.05**k, moments, mass * com)
+            for k in range(1, 1200)
+        )
         best = max((c for c in made if c), key=lambda c: float(np.prod(c[0])), default=None)
     return best or (np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3))
 
 
-def _find_cuboid_of_mass(
+def _find_cuboid_of_same_inertia(
     mass: float, moments: Array, lever: Array
 ) -> tuple[Array, Array, Array] | None:
     centre = lever / mass
@@ -240,7 +243,9 @@ def build_faces_of_revolution(
         start = [(0.05, low)] if foot else [(0.0, min(low, 0.0))]
         body = [(0.62, 0.55), (0.93, 0.9), (1.0, 1.1), (0.95, 1.3), (0.7, 1.5), (0.2, 1.62)]
         stem = [(0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4)]
-        profile = foot + start + [(r, low + z * half) for r, z in [*_spline_points(body), *stem]]
+        profile = (
+            foot + start + [(r, low + z * half) for r, z in [*_compute_spline_points(body), *stem]]
+        )
     else:
         profile = [(0.0, low), (1.0, low), (1.0, low + 2 * half), (0.0, low + 2 * half)]
     r, z = np.array(profile).T
@@ -255,7 +260,7 @@ def build_faces_of_revolution(
     return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
 
 
-def _spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+def _compute_spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return points on a smooth curve (a Catmull-Rom spline) through points (r, z) with r <= 1."""
     given = np.array(points)
     slopes = np.gradient(given, axis=0)

@@ -31,7 +31,7 @@ def draw_floor_sphere_and_stand(axes: Axes, floor: float) -> None:
     """Draw the floor, the unit sphere and the stand that supports the body."""
     _set_square_axis_limits(axes, floor)
     _draw_floor(axes, floor)
-    _draw_dome(axes, floor)
+    _draw_sphere_above_floor(axes, floor)
     _draw_stand(axes, floor)
 
 
@@ -49,10 +49,10 @@ def _draw_floor(axes: Axes, height: float) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
     out = np.linspace(0.0, _RADIUS, 31)
     lines = [
-        r * _compute_horizontal_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
+        r * _convert_azimuths_to_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
     ]
     lines += list(
-        _compute_horizontal_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None]
+        _convert_azimuths_to_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None]
     )
     pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
     far = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
@@ -62,15 +62,15 @@ def _draw_floor(axes: Axes, height: float) -> None:
     axes.add_collection(LineCollection(list(seen), colors=colours, linewidths=0.6, zorder=0.1))
 
 
-def _draw_dome(axes: Axes, floor: float) -> None:
+def _draw_sphere_above_floor(axes: Axes, floor: float) -> None:
     """Draw the outline of the unit sphere above the floor, and the circle where they intersect."""
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    x, y = _compute_horizontal_directions(turn).T
+    x, y = _convert_azimuths_to_directions(turn).T
     height = y * np.cos(np.radians(20.0))  # of the points of the outline
     axes.plot(x, np.where(height >= floor, y, np.nan), color=FAINT, linewidth=0.8, zorder=0.6)
     if floor > -1.0:
         rim = _project_horizontal_points(
-            (1.0 - floor * floor) ** 0.5 * _compute_horizontal_directions(turn), floor
+            (1.0 - floor * floor) ** 0.5 * _convert_azimuths_to_directions(turn), floor
         )
         axes.plot(*rim.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
     base, tip = (tuple(_project_horizontal_points(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
@@ -118,7 +118,7 @@ def _join_faces_to_outline(faces: Array) -> Outline:
     return Outline(corners, codes.astype(np.uint8))
 
 
-def _compute_horizontal_directions(angle: Array) -> Array:
+def _convert_azimuths_to_directions(angle: Array) -> Array:
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 

@@ -49,7 +49,7 @@ class RunStart(NamedTuple):
 ORIGIN = RunStart()
 
 
-def record_states(
+def compute_states_at_times(
     scene: Scene,
     options: SolveOptions,
     times: Array,
@@ -67,7 +67,7 @@ def record_states(
     )
 
 
-def record_states_at_unordered_times(
+def compute_states_at_unordered_times(
     scene: Scene, options: SolveOptions, times: Array, origin: RunStart = ORIGIN
 ) -> CoreResult:
     """Compute the states at times in any order, positive or negative.
@@ -83,7 +83,7 @@ def record_states_at_unordered_times(
         at = at[np.argsort(np.abs(times[at]), kind="stable")]
         if not at.size:
             continue
-        result = record_states(scene, options, times[at], None, origin)
+        result = compute_states_at_times(scene, options, times[at], None, origin)
         if result[0] != "OK":
             return result
         states[at], end, counts = result[1], result[-1], counts + result[3]
@@ -93,7 +93,7 @@ def record_states_at_unordered_times(
     return "OK", states, low, (steps, rejected, evaluations, iterations), end
 
 
-def make_run_creation_error(
+def make_core_start_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
     """Return the exception that explains why the C library cannot start a run.

@@ -13,7 +13,7 @@ from .._core import Work, Worker, alone, derivatives_of_tops, statuses, values_o
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, quantity_derivative_shape
+from .._options.quantities import QUANTITIES, RECORDABLE, get_quantity_derivative_shape
 from .._utils.validation import Array
 
 Codes = npt.NDArray[np.int8]
@@ -38,7 +38,9 @@ class EventColumns(NamedTuple):
     which: npt.NDArray[np.intc]
     direction: npt.NDArray[np.intc]
 
-    def select_events_by_index(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> EventColumns:
+    def select_and_renumber_events(
+        self, chosen: npt.NDArray[np.intp], numbers: Counts
+    ) -> EventColumns:
         """Return the events at the indices `chosen`, with `numbers` as the column `top`."""
         states, low = self.states[chosen], self.low[chosen]
         return EventColumns(numbers, states, low, self.which[chosen], self.direction[chosen])
@@ -82,7 +84,9 @@ class EnsembleBuffers:
     chosen: dict[int, StepChoice] = field(default_factory=dict)
 
     @classmethod
-    def empty(cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None) -> Self:
+    def allocate_buffers(
+        cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None
+    ) -> Self:
         """Allocate buffers for n tops at k times; `out` is an optional array for the states."""
         buffers = cls(
             np.full(n, _NOT_YET, dtype=np.int8),
@@ -143,7 +147,7 @@ class EnsembleBuffers:
             count = np.searchsorted(events.top, numbers, "right", order) - first
             behind = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
             found.append(
-                events.select_events_by_index(
+                events.select_and_renumber_events(
                     order[behind], np.repeat(np.arange(numbers.size), count)
                 )
             )
@@ -265,7 +269,7 @@ def compute_quantity_derivatives(
     """
     assert buffers.states is not None and buffers.tangents is not None
     n, k, _, columns = buffers.tangents.shape
-    out = np.empty((n, k, *quantity_derivative_shape(name), columns))
+    out = np.empty((n, k, *get_quantity_derivative_shape(name), columns))
     states, done = buffers.states, buffers.done
     derivatives_of_tops(name, tops._core_scenes, states, done, bits, buffers.tangents, out)
     return out

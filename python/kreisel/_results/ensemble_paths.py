@@ -11,14 +11,14 @@ import numpy as np
 from .._options.quantities import LOW, RECORDABLE, check_quantity_name
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
-from .._utils.validation import Array, read_only, short_repr
+from .._utils.validation import Array, freeze_array, short_repr
 from .ensemble_buffers import EventColumns, compute_quantity_derivatives, values
 from .ensemble_events import EnsembleEvents, build_ensemble_events, concatenate_slice_events
 from .ensemble_result import EnsembleResult
 from .indexing import find_flat_index
 from .path import Events, Path
 from .state_quantities import NO_STATES, STATE_COLUMNS, add_quantity_properties
-from .tables import list_quantities_with_values
+from .tables import build_quantity_value_pairs
 from .tangent_data import TANGENT_ATTRIBUTES
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         if name in LOW:
             part, low = STATE_COLUMNS[name.removesuffix("_low")], self._buffers.low
             if low is None:
-                return read_only(0.0 * self.states[..., part])
+                return freeze_array(0.0 * self.states[..., part])
             return self._reshape_to_ensemble(low)[..., part]
         return self._reshape_to_ensemble(values(name, self.tops, self._buffers))
 
@@ -219,7 +219,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         """
         from .ensemble_tables import build_state_dataset
 
-        return build_state_dataset(self, list_quantities_with_values(self, names, degrees, unwrap))
+        return build_state_dataset(self, build_quantity_value_pairs(self, names, degrees, unwrap))
 
 
 add_quantity_properties(Paths, ("*shape", "k"), Paths._compute_quantity)

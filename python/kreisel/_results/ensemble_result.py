@@ -11,12 +11,17 @@ import numpy.typing as npt
 
 from .._core import statuses
 from .._model.scene import Ensemble
-from .._options.ensemble_options import EnsembleOptions, format_index, member, unravel_index
+from .._options.ensemble_options import (
+    EnsembleOptions,
+    format_index,
+    get_member_by_flat_index,
+    unravel_index,
+)
 from .._options.methods import methods
 from .._options.solve_options import SolveOptions
 from .._utils.errors import make_frozen_class_decorator
 from .._utils.quantity_attributes import QuantityName
-from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
+from .._utils.validation import Array, ReadOnlyArrays, freeze_array, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
 from .indexing import find_flat_index, list_flat_indices
 from .path import (
@@ -99,7 +104,7 @@ class EnsembleResult(ReadOnlyArrays):
     @property
     def t(self) -> Array:
         """(k,) times common to all tops, or (*shape, k) if each top has its own times [T]."""
-        return read_only(self._t[:]) if self._t.ndim == 1 else self._reshape_to_ensemble(self._t)
+        return freeze_array(self._t[:]) if self._t.ndim == 1 else self._reshape_to_ensemble(self._t)
 
     @property
     def status(self) -> Codes:
@@ -205,7 +210,7 @@ class EnsembleResult(ReadOnlyArrays):
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
-        options = self._options.make_options_for_top(member(self.tops, i))
+        options = self._options.make_options_for_top(get_member_by_flat_index(self.tops, i))
         return replace(options, want=None, error=None)
 
     def _select_member(self, i: int) -> Path:
@@ -240,7 +245,7 @@ class EnsembleResult(ReadOnlyArrays):
         rest = np.zeros_like(high) if low is None else low[i, :done]
         truncation = float(buffers.truncation[i])
         return TangentData(
-            read_only(high), read_only(rest), truncation, self._options.solve.tangents
+            freeze_array(high), freeze_array(rest), truncation, self._options.solve.tangents
         )
 
     def _build_path_of_top(self, i: int, states: Array, low: Array | None) -> Path:
@@ -250,7 +255,7 @@ class EnsembleResult(ReadOnlyArrays):
         counts = steps, rejected, evaluations, iterations
         result = "OK", states, low, counts, end
         path = build_path_from_core_result(
-            member(self.tops, i), self._make_member_options(i), result
+            get_member_by_flat_index(self.tops, i), self._make_member_options(i), result
         )
         choice = self._buffers.chosen.get(i)
         return path if choice is None else replace(path, _choice=choice)
@@ -258,7 +263,7 @@ class EnsembleResult(ReadOnlyArrays):
     def _append_last_valid_state(self, i: int, path: Path) -> Path:
         """Return the path of the i-th top; append its last valid state if the path lacks it."""
         last = self._buffers.last.get(i)
-        state = member(self.tops, i)._start_state if last is None else last[:1]
+        state = get_member_by_flat_index(self.tops, i)._start_state if last is None else last[:1]
         if len(path) == len(self._select_times_of_top(i)) or (
             len(path) and path.t[-1] == state[0, 0]
         ):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._model.scene import Ensemble
-from .._options.quantities import ANGLES, QUANTITIES, TIME, Quantity
+from .._options.quantities import ANGLES, QUANTITIES, TIME, QuantityDescription
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
 from .ensemble_result import EnsembleResult
@@ -30,7 +30,7 @@ def build_state_dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     coordinates, variables = _build_dataset_coordinates(paths), {}
     own = paths.t.ndim > 1
     for quantity, values in rows:
-        inner = _name_component_dimensions(quantity)
+        inner = _get_component_dimension_labels(quantity)
         coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
         variables[quantity.name] = (
             (*along, "time", *inner),
@@ -50,7 +50,7 @@ def build_reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
     along = reduced.tops.axes
     coordinates, variables = _build_dataset_coordinates(reduced), {}
     for name, quantity, values in _yield_reductions_with_units(kept):
-        inner = _name_component_dimensions(quantity) if values.ndim > reduced.ndim else {}
+        inner = _get_component_dimension_labels(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
         variables[name] = ((*along, *inner), np.array(values), _make_unit_attributes(quantity))
     return xr.Dataset(variables, coordinates, _list_run_attributes(reduced))
@@ -65,14 +65,14 @@ def build_reduction_data_frame(reduced: EnsembleResult, kept: Reduced) -> DataFr
     for name, (dims, values, about) in _build_dataset_coordinates(reduced).items():
         columns[name] = list_values_per_top(reduced.tops, dims, values)
         units[name] = str(about["units"])
-    for column, values, unit in list_reduction_columns(reduced, kept):
+    for column, values, unit in yield_reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
     frame = pd.DataFrame(columns)
     frame.attrs = _list_run_attributes(reduced) | {"units": units}
     return frame
 
 
-def list_reduction_columns(
+def yield_reduction_columns(
     reduced: EnsembleResult, kept: Reduced
 ) -> Iterator[tuple[str, Array, str]]:
     """Yield one column (name, values, unit) per component of the reductions."""
@@ -85,8 +85,8 @@ def list_reduction_columns(
             yield column, parts[:, i], quantity.dimension
 
 
-def _yield_reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Yield each reduction as a triple: its name, a Quantity with unit and text, and its values."""
+def _yield_reductions_with_units(kept: Reduced) -> Iterator[tuple[str, QuantityDescription, Array]]:
+    """Yield the name of each reduction, a description of its quantity, and its values."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -102,13 +102,13 @@ def _yield_reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity,
             yield f"{name}_{kind}", of._replace(name=name, dimension=dimension, text=text), values
 
 
-def _name_component_dimensions(quantity: Quantity) -> dict[str, list[str]]:
+def _get_component_dimension_labels(quantity: QuantityDescription) -> dict[str, list[str]]:
     """Return the names of a quantity's component dimensions, together with their labels."""
     own = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, own)
 
 
-def _make_unit_attributes(quantity: Quantity) -> dict[str, object]:
+def _make_unit_attributes(quantity: QuantityDescription) -> dict[str, object]:
     return {"units": quantity.dimension, "long_name": quantity.text}
 
 

@@ -115,7 +115,7 @@ class WorkerPool(NamedTuple):
             with ThreadPoolExecutor(self.threads) as executor:
                 _run_task_with_executor(executor, self, task)
 
-    def yield_slices(self, n: int) -> Iterator[tuple[int, int]]:
+    def yield_slice_bounds(self, n: int) -> Iterator[tuple[int, int]]:
         """Divide n members into slices that become smaller, so that all threads finish together."""
         begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
         while begin < n:
@@ -128,7 +128,7 @@ class WorkerPool(NamedTuple):
 def _run_task_in_calling_thread(task: DivisibleTask[Any], threads: int) -> None:
     """Run a task in the calling thread, while checking for signals and reporting progress."""
     task.work.listen(task.n, task.progress)
-    slices: Any = WorkerPool(1).yield_slices(task.n)
+    slices: Any = WorkerPool(1).yield_slice_bounds(task.n)
     if task.is_native:
         task.work.share(threads)
         slices = [(0, task.n)]
@@ -156,5 +156,5 @@ def _run_task_with_executor(executor: Executor, pool: WorkerPool, task: Divisibl
             last_call = now
             task.progress((done if pool.has_remote_workers else task.work.done) / task.n)
 
-    jobs = ((part, task.job(*part)) for part in pool.yield_slices(task.n))
+    jobs = ((part, task.job(*part)) for part in pool.yield_slice_bounds(task.n))
     run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, report_progress, task.work.stop)

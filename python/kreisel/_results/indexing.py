@@ -40,7 +40,7 @@ def normalize_path_index(n: int, which: StateIndex) -> ResolvedIndex:
     return at
 
 
-def validate_path_times(reached: Array, t: Numbers, begin: float) -> Array:
+def validate_times_within_path(reached: Array, t: Numbers, begin: float) -> Array:
     """Return the times `t` as a one-dimensional array.
 
     Raises ValueError for times outside the path.

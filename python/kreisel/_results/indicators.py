@@ -18,7 +18,7 @@ from .._model.scene import Ensemble
 from .._options.methods import FALLBACK, methods
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.html import format_picture_as_html
-from .._utils.validation import Array, ReadOnlyArrays, as_unit_name, read_only
+from .._utils.validation import Array, ReadOnlyArrays, as_unit_name, freeze_array
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
 from .executor import DivisibleTask, Job, WorkerPool
 from .path import Error, Interrupted, build_path_from_core_result
@@ -92,7 +92,7 @@ class Indicator(ReadOnlyArrays):
     def value(self) -> Array | float:
         """The final value of the indicator, a float for a scene or an array for an ensemble."""
         last = self.curve[..., -1]
-        return float(last) if last.ndim == 0 else read_only(last)
+        return float(last) if last.ndim == 0 else freeze_array(last)
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
@@ -192,10 +192,10 @@ class Indicator(ReadOnlyArrays):
                 f"indicators of {self.curve.ndim - 1} dimensions cannot be drawn: select two of "
                 "the ensemble's dimensions before computing the indicator"
             )
-        from .._plot.growth_charts import draw_indicator_curves, draw_indicator_map
+        from .._plot.growth_charts import draw_chaos_indicator_map, draw_indicator_curves
 
         if self._tops is not None and self._tops.ndim == 2:
-            return draw_indicator_map(self, self._tops, axes, unit)
+            return draw_chaos_indicator_map(self, self._tops, axes, unit)
         return draw_indicator_curves(self, axes, unit)
 
     def _repr_html_(self) -> str | None:
@@ -244,7 +244,7 @@ def _freeze_or_unwrap_scalar(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
     return values
 
 
-def compute_indicator(
+def compute_chaos_indicator(
     tops: Ensemble,
     t: Array,
     name: str,
@@ -264,31 +264,31 @@ def compute_indicator(
     def make_indicator_job(begin: int, end: int) -> Job[tuple[Codes, Array]]:
         return _compute_indicator_rows, (tops, begin, end, t, controls, work)
 
-    def collect(begin: int, part: tuple[Codes, Array]) -> None:
+    def store_slice_results(begin: int, part: tuple[Codes, Array]) -> None:
         codes, rows = part
         here = slice(begin, begin + len(codes))
         status[here], curve[here] = codes, CURVES[name](rows, t)
         megno[here] = rows[:, -1, MEGNO]
         worst[here] = rows[..., [ENERGY, MOMENTUM, REST]].max(axis=(1, 2))
 
-    def build_indicator() -> Indicator:
+    def build_indicator_result() -> Indicator:
         names = np.array(STATUSES)[status].reshape(shape)
         turns = (abs(t[-1]) / estimate_turn_durations(tops)).reshape(shape)
         parts = curve.reshape(*shape, t.size), worst.reshape(shape)
         return Indicator(t, *parts, names, name, megno.reshape(shape), turns, tops)
 
     try:
-        pool.run_task(DivisibleTask(n, make_indicator_job, collect, work, progress))
+        pool.run_task(DivisibleTask(n, make_indicator_job, store_slice_results, work, progress))
     except KeyboardInterrupt:
         left = np.flatnonzero(status == INTERRUPTED)
         if not left.size:
             raise
         raise _make_stop_error(
-            Interrupted, tops, int(left[0]), "interrupted", build_indicator()
+            Interrupted, tops, int(left[0]), "interrupted", build_indicator_result()
         ) from None
     if progress is not None:
         progress(1.0)
-    return build_indicator()
+    return build_indicator_result()
 
 
 def _compute_indicator_rows(
@@ -321,19 +321,19 @@ def _make_stop_error(
     return kind(f"{text}: the tangent of {scene!r}", status, path, indicator)
 
 
-def convert_to_scene_indicator(indicator: Indicator) -> Indicator:
+def extract_single_top_indicator(indicator: Indicator) -> Indicator:
     """Return the indicator of a single scene, given that of an ensemble with one top."""
 
-    def first(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
+    def take_first_value(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
         return values[0:1].reshape(())
 
     return replace(
         indicator,
         curve=indicator.curve[0],
-        certificate=first(indicator.certificate),
-        status=first(indicator.status),
-        final_megno=first(indicator.final_megno),
-        turns=first(indicator.turns),
+        certificate=take_first_value(indicator.certificate),
+        status=take_first_value(indicator.status),
+        final_megno=take_first_value(indicator.final_megno),
+        turns=take_first_value(indicator.turns),
         _tops=None,
     )
 

@@ -27,8 +27,8 @@ from .core_calls import (
     ORIGIN,
     CoreResult,
     RunStart,
-    make_run_creation_error,
-    record_states_at_unordered_times,
+    compute_states_at_unordered_times,
+    make_core_start_error,
 )
 from .error_estimate import (
     ROUNDING,
@@ -37,7 +37,7 @@ from .error_estimate import (
     estimate_attitude_error,
     estimate_rounding_growth,
 )
-from .indexing import StateIndex, normalize_path_index, validate_path_times
+from .indexing import StateIndex, normalize_path_index, validate_times_within_path
 from .serialization import encode_path_as_archive
 from .state_quantities import NO_STATES, STATE_COLUMNS
 from .state_quantities import Stats as Stats
@@ -49,7 +49,7 @@ MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .._plot.charts import Picture
+    from .._plot.charts import FigureAxes
     from .._plot.film import Film
 
 
@@ -158,7 +158,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
 
         The comparison includes the digits of both paths beyond double precision.
         """
-        result = record_states_at_unordered_times(self.scene, second, self.t, self._origin)
+        result = compute_states_at_unordered_times(self.scene, second, self.t, self._origin)
         other = build_path_or_raise(self.scene, second, result, self._origin)
         return compute_max_angle_between_attitudes((self.q, self.q_low), (other.q, other.q_low))
 
@@ -200,8 +200,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
                 f"this path is from the closed form of {self.method}, a map without states "
                 "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
-        times = validate_path_times(self.t, t, self.start_time)
-        result = record_states_at_unordered_times(self.scene, self._options, times, self._origin)
+        times = validate_times_within_path(self.t, t, self.start_time)
+        result = compute_states_at_unordered_times(self.scene, self._options, times, self._origin)
         path = build_path_or_raise(self.scene, self._options, result, self._origin)
         states = NO_STATES if path._columns else path.states
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
@@ -306,7 +306,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
         *,
         degrees: bool = True,
         time_unit: str = "T",
-    ) -> Picture:
+    ) -> FigureAxes:
         """Draw this path in the same way as kreisel.plot, and return the picture."""
         from .._plot.charts import plot_paths
 
@@ -399,7 +399,7 @@ class Events(ReadOnlyArrays):
         return self.path.states
 
 
-class StopException(BaseException):
+class RunStoppedException(BaseException):
     """Base class of exceptions for runs that ended before the last requested time.
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
@@ -415,17 +415,17 @@ class StopException(BaseException):
         self.path = path
         self.paths = paths
 
-    def __reduce__(self) -> tuple[type[StopException], tuple[str, str, Path, object]]:
+    def __reduce__(self) -> tuple[type[RunStoppedException], tuple[str, str, Path, object]]:
         return type(self), (str(self), self.status, self.path, self.paths)
 
 
-class Error(StopException, RuntimeError):
+class Error(RunStoppedException, RuntimeError):
     """Exception for a failed run; `path` contains the valid states, and `status` is the reason."""
 
     __module__ = "kreisel"  # a traceback then shows the public name
 
 
-class Interrupted(StopException, KeyboardInterrupt):
+class Interrupted(RunStoppedException, KeyboardInterrupt):
     """Exception for a run interrupted by Ctrl-C, with the computed states in `.path`."""
 
     __module__ = "kreisel"
@@ -434,17 +434,17 @@ class Interrupted(StopException, KeyboardInterrupt):
 def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status with which a run ended.
 
-    The exception is a StopException that contains the path, unless the input was invalid. The text
-    `where` states the time that the run reached.
+    The exception is a RunStoppedException that contains the path, unless the input was invalid. The
+    text `where` states the time that the run reached.
     """
-    kinds: dict[str, type[StopException]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
+    kinds: dict[str, type[RunStoppedException]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
         below = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""
         text += f" at tol = {path.tol!r}{below}"
     if what in kinds:
         return kinds[what](f"{text}: {where}", status, path)
-    return make_run_creation_error(status, path.scene, path.method, path.step, path.tol)
+    return make_core_start_error(status, path.scene, path.method, path.step, path.tol)
 
 
 def build_path_from_core_result(

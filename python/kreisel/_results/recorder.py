@@ -16,7 +16,7 @@ from .._options.solve_options import Progress, SolveOptions
 from .._options.times import CHUNK_SIZE
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array
-from .core_calls import record_states
+from .core_calls import compute_states_at_times
 from .path import Events, Path, build_path_or_raise
 from .state_quantities import NO_STATES
 
@@ -27,7 +27,7 @@ def record_path(
     scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
 ) -> Path:
     """Return the path of a scene at times that have already been validated."""
-    result = record_states(scene, options, times, progress)
+    result = compute_states_at_times(scene, options, times, progress)
     return report_final_time(build_path_or_raise(scene, options, result), progress)
 
 
@@ -66,7 +66,7 @@ class ColumnRecorder:
         self._arrays: dict[str, Array] = {}
         self._events: list[Events] = []
 
-    def append_states(self, part: Path) -> None:
+    def append_path_part(self, part: Path) -> None:
         """Append the recorded quantities and events of the path `part`."""
         for name in ("t", *self._want):
             column = getattr(part, name)
@@ -99,13 +99,13 @@ def record_quantities_in_chunks(
     """
     columns = ColumnRecorder(want, times.size)
     status, part = record(times[:1])
-    columns.append_states(part)
+    columns.append_path_part(part)
     try:
         for first in range(1, times.size, CHUNK_SIZE):
             if status != "OK" or has_ended():
                 break
             status, part = record(times[first : first + CHUNK_SIZE])
-            columns.append_states(part)
+            columns.append_path_part(part)
     except KeyboardInterrupt:
         status = "ERR_INTERRUPTED"
     return status, columns.build_recorded_path(part)

@@ -33,7 +33,7 @@ def run_ensemble(
     Raises kreisel.Interrupted, with all results obtained so far, after Ctrl-C.
     """
     n = tops.size
-    buffers, work = EnsembleBuffers.empty(n, t.shape[-1], options, out), Work()
+    buffers, work = EnsembleBuffers.allocate_buffers(n, t.shape[-1], options, out), Work()
     flat = tops.ravel() if pool.has_remote_workers else tops
 
     def make_local_job(begin: int, end: int) -> Job[EnsembleBuffers]:
@@ -66,6 +66,6 @@ def run_slice_in_worker(
     runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
     """Run a slice of an ensemble in a worker process, and return its results."""
-    buffers = EnsembleBuffers.empty(len(tops), t.shape[-1], options)
+    buffers = EnsembleBuffers.allocate_buffers(len(tops), t.shape[-1], options)
     part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
     return part

@@ -15,7 +15,7 @@ from .._options.quantities import ANGLES, QUANTITIES, TIME
 from .._utils.errors import suggest_name, unknown_name_message
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes
-from .._utils.validation import Array, as_bool, as_unit_name, check_type, read_only, short_repr
+from .._utils.validation import Array, as_bool, as_unit_name, check_type, freeze_array, short_repr
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
 from .indexing import find_flat_index
@@ -70,7 +70,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def _drop_missing_states(self, rows: Array) -> Array:
         """Return the entries of `rows`, of shape (tops, n, ...), that belong to found states."""
         whole = bool(self._found_state_mask.all())
-        return read_only(
+        return freeze_array(
             rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found_state_mask]
         )
 
@@ -218,11 +218,11 @@ class Section(EnsembleResult, QuantityAttributes):
         raise TypeError("a section is not an array: use an array such as section.q")
 
 
-def _compute_section_column(section: Section, name: str) -> Array:
+def _compute_section_quantity(section: Section, name: str) -> Array:
     return section._drop_missing_states(values(name, section.tops, section._buffers))
 
 
-add_quantity_properties(Section, ("e",), _compute_section_column)
+add_quantity_properties(Section, ("e",), _compute_section_quantity)
 
 
 def compute_sections_of_slice(

@@ -31,7 +31,7 @@ _EVENTS = "events_"
 _MET = "which", "direction"
 
 
-class PathArguments(NamedTuple):
+class PathConstructorArguments(NamedTuple):
     """The constructor arguments of a kreisel.Path."""
 
     scene: Scene
@@ -74,17 +74,17 @@ def encode_path_as_archive(path: PathBase, met: EventArrays | None) -> bytes:
         and {"by": path._tangent_data.by, "rest": path._tangent_data.truncation},
         "events": met and {"want": met[0].want, "low": met[0]._low is not None},
     }
-    arrays: dict[str, Array | Integers] = dict(_list_state_arrays(path, ""))
+    arrays: dict[str, Array | Integers] = dict(_get_state_arrays_by_name(path, ""))
     if path._tangent_data:
         arrays |= {"tangents": path._tangent_data.high, "tangents_low": path._tangent_data.low}
     if met:
         at, *rest = met
-        arrays |= _list_state_arrays(at, _EVENTS)
+        arrays |= _get_state_arrays_by_name(at, _EVENTS)
         arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
     return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
-def _list_state_arrays(path: PathBase, prefix: str) -> dict[str, Array]:
+def _get_state_arrays_by_name(path: PathBase, prefix: str) -> dict[str, Array]:
     if path._columns is not None:
         arrays = path._columns
     else:
@@ -94,9 +94,9 @@ def _list_state_arrays(path: PathBase, prefix: str) -> dict[str, Array]:
     return {prefix + name: array for name, array in arrays.items()}
 
 
-def load_path(
+def read_saved_path_arguments(
     file: BinaryIO, size: int
-) -> tuple[PathArguments, tuple[PathArguments, Integers, Integers] | None]:
+) -> tuple[PathConstructorArguments, tuple[PathConstructorArguments, Integers, Integers] | None]:
     """Read a path from a file of `size` bytes, together with its events if there are any.
 
     The events are returned as a tuple: a path of their states, their indices and their directions.
@@ -104,10 +104,10 @@ def load_path(
     """
     archive = ArchiveReader(file, size)
     try:
-        head = _require_json_object(json.loads(archive.read_text("head")))
+        head = _require_json_object(json.loads(archive.read_archive_text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
-        words = _parse_archive_header(head, parse_scene_toml(archive.read_text("scene")))
+        words = _parse_archive_header(head, parse_scene_toml(archive.read_archive_text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
         path = _read_path_arrays(archive, "", words, head)
@@ -118,7 +118,7 @@ def load_path(
         at = _read_path_arrays(archive, _EVENTS, words, _require_json_object(head["events"]))
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its header is damaged: {error}") from None
-    which, way = (archive.read_integers(_EVENTS + name, len(at.t)) for name in _MET)
+    which, way = (archive.read_archive_integers(_EVENTS + name, len(at.t)) for name in _MET)
     if not (np.abs(way) == 1).all() or which.min(initial=0) < 0:
         raise ValueError("its events are damaged")
     return path, (at, which, way)
@@ -130,7 +130,7 @@ def _require_json_object(value: object) -> dict[str, object]:
     return value
 
 
-def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathArguments:
+def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstructorArguments:
     """Return a path without arrays, built from the JSON object `head` in the archive header.
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
@@ -147,14 +147,18 @@ def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathArgument
     )
     costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
     choice = (
-        None if head["choice"] is None else _parse_step_choice(_require_json_object(head["choice"]))
+        None
+        if head["choice"] is None
+        else _build_step_choice_from_dict(_require_json_object(head["choice"]))
     )
     is_back = step is not None and step < 0.0
     origin = RunStart.from_json(head.get("start"))
-    return PathArguments(scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin)
+    return PathConstructorArguments(
+        scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin
+    )
 
 
-def _parse_step_choice(words: dict[str, object]) -> StepChoice:
+def _build_step_choice_from_dict(words: dict[str, object]) -> StepChoice:
     """Return the step chosen by method='geometric', parsed from the JSON object `words`.
 
     Raises KeyError or TypeError if an entry of `words` is missing or has the wrong type.
@@ -175,31 +179,36 @@ def _read_tangents(archive: ArchiveReader, n: int, head: object) -> TangentData:
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
         raise ValueError(f"its tangents have the invalid columns {short_repr(by)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in by)
-    high, low = (archive.read_doubles(name, *shape) for name in ("tangents", "tangents_low"))
+    high, low = (
+        archive.read_archive_doubles(name, *shape) for name in ("tangents", "tangents_low")
+    )
     return TangentData.from_flat_arrays(high, low, rest, tuple(by))
 
 
 def _read_path_arrays(
-    archive: ArchiveReader, prefix: str, words: PathArguments, head: dict[str, object]
-) -> PathArguments:
+    archive: ArchiveReader, prefix: str, words: PathConstructorArguments, head: dict[str, object]
+) -> PathConstructorArguments:
     """Read the arrays of a path from an archive."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")
-    t = archive.read_doubles(f"{prefix}t", None)
+    t = archive.read_archive_doubles(f"{prefix}t", None)
     if want is not None:
         names = validate_requested_quantities(want) or ()
         columns = {
-            name: archive.read_doubles(prefix + name, len(t), *RECORDABLE[name].shape)
+            name: archive.read_archive_doubles(prefix + name, len(t), *RECORDABLE[name].shape)
             for name in names
         }
         options = replace(words.options, want=names)
         return words._replace(options=options, columns={"t": t} | columns)
     low = None
     if is_low:
-        rest = (archive.read_doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW)
+        rest = (
+            archive.read_archive_doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW
+        )
         low = np.column_stack([np.zeros(len(t)), *rest])
     rows = (
-        archive.read_doubles(prefix + name, len(t), *QUANTITIES[name].shape) for name in ("q", "m")
+        archive.read_archive_doubles(prefix + name, len(t), *QUANTITIES[name].shape)
+        for name in ("q", "m")
     )
     return words._replace(states=np.column_stack([t, *rows]), low=low)

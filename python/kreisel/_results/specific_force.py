@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from .. import quaternion
-from .._options.quantities import Quantity
+from .._options.quantities import QuantityDescription
 from .._utils.validation import Array
 
-INERTIAL_VELOCITY = Quantity(
+INERTIAL_VELOCITY = QuantityDescription(
     "inertial_velocity",
     3,
     [f"inertial_velocity_{axis}" for axis in "xyz"],
@@ -21,7 +21,7 @@ INERTIAL_VELOCITY = Quantity(
     "T^-1",
     "angular velocity in the inertial frame, seen from the frame of the body",
 )
-SPECIFIC_FORCE = Quantity(
+SPECIFIC_FORCE = QuantityDescription(
     "specific_force",
     3,
     [f"specific_force_{axis}" for axis in "xyz"],

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from .._core import derivatives, modified_energy, modified_energy4, values
 from .._model.scene import Scene
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, Quantity, check_quantity_name
+from .._options.quantities import QUANTITIES, RECORDABLE, QuantityDescription, check_quantity_name
 from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
-from .._utils.validation import Array, as_float, as_vector, read_only, short_repr
+from .._utils.validation import Array, as_float, as_three_floats, freeze_array, short_repr
 from .core_calls import RunStart
 from .specific_force import specific_force, transform_to_body_frame
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
@@ -176,7 +176,7 @@ class PathBase(QuantityAttributes):
             return self._low[:, STATE_COLUMNS[name]]
         if self.want is not None and (self.digits or 0) > 16:
             raise AttributeError(name)
-        return read_only(np.zeros_like(getattr(self, name)))
+        return freeze_array(np.zeros_like(getattr(self, name)))
 
     @property
     def tangents(self) -> Array:
@@ -255,7 +255,9 @@ class PathBase(QuantityAttributes):
             raise AttributeError(f"this path has no derivatives: {hint}")
         name, data = check_quantity_name(quantity), self._tangent_data
         block = self.scene._block
-        return read_only(derivatives(name, block, self.states, data.parameter_bit_mask, data.high))
+        return freeze_array(
+            derivatives(name, block, self.states, data.parameter_bit_mask, data.high)
+        )
 
     def _get_tangents_or_raise(self) -> TangentData:
         if self._tangent_data is None:
@@ -282,7 +284,7 @@ class PathBase(QuantityAttributes):
         if not any(self.scene.turning):
             return self.body_velocity
         support = transform_to_body_frame(self.q, np.array(self.scene.turning))
-        return read_only(self.body_velocity + support)
+        return freeze_array(self.body_velocity + support)
 
     def specific_force(self, point: ArrayLike) -> Array:
         """Return the readings of an accelerometer at a given point of the body [L T^-2].
@@ -298,7 +300,7 @@ class PathBase(QuantityAttributes):
 
         point  its place from the fixed point, in the frame of the body [L]
         """
-        place = np.array(as_vector("point", point))
+        place = np.array(as_three_floats("point", point))
         scene, rate, change = self.scene, self.inertial_velocity, self.body_acceleration
         if any(scene.turning):
             change = change + np.cross(rate - self.body_velocity, self.body_velocity)
@@ -306,7 +308,7 @@ class PathBase(QuantityAttributes):
         if scene._is_shaken:
             amplitude, pace, phase = scene.shaking
             weight = weight - amplitude * pace**2 * np.cos(pace * self.t + phase)
-        return read_only(specific_force(change, rate, self.body_vertical, weight, place))
+        return freeze_array(specific_force(change, rate, self.body_vertical, weight, place))
 
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
@@ -363,7 +365,7 @@ def add_quantity_properties(
 
 
 def _make_quantity_property(
-    quantity: Quantity, lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
+    quantity: QuantityDescription, lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> cached_property[Array]:
     def of(recorded: Recorded) -> Array:
         return column(recorded, quantity.name)
@@ -375,8 +377,8 @@ def _make_quantity_property(
     return cached_property(of)
 
 
-def _compute_path_column(path: PathBase, name: str) -> Array:
-    return read_only(values(name, path.scene._block, path.states))
+def _compute_path_quantity(path: PathBase, name: str) -> Array:
+    return freeze_array(values(name, path.scene._block, path.states))
 
 
-add_quantity_properties(PathBase, ("n",), _compute_path_column)
+add_quantity_properties(PathBase, ("n",), _compute_path_quantity)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
+from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, QuantityDescription
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import unknown_name_message
 from .._utils.optional import optional_dependency
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-QuantityRows = list[tuple[Quantity, Array]]
+QuantityRows = list[tuple[QuantityDescription, Array]]
 
 
 class HasQuantities(Protocol):
@@ -45,7 +45,7 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {
 }
 
 
-def list_quantities_with_values(
+def build_quantity_value_pairs(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
     """Return the requested quantities with their values at all states.
@@ -87,10 +87,10 @@ def columns(
     path: PathBase, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
     """Return t and the components of the quantities in `names` as one-dimensional columns."""
-    return _list_component_columns(path, list_quantities_with_values(path, names, degrees, unwrap))
+    return _build_component_columns(path, build_quantity_value_pairs(path, names, degrees, unwrap))
 
 
-def _list_component_columns(path: PathBase, rows: QuantityRows) -> dict[str, Array]:
+def _build_component_columns(path: PathBase, rows: QuantityRows) -> dict[str, Array]:
     table = {"t": path.t}
     for quantity, values in rows:
         table |= zip(
@@ -101,7 +101,7 @@ def _list_component_columns(path: PathBase, rows: QuantityRows) -> dict[str, Arr
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
     """Return the unit or dimension of t and of each component of the quantities in `names`."""
-    return _list_component_units(list_quantities_with_values(path, names, degrees, False))
+    return _list_component_units(build_quantity_value_pairs(path, names, degrees, False))
 
 
 def _list_component_units(rows: QuantityRows) -> dict[str, str]:
@@ -136,7 +136,7 @@ class TableExportMethods(PathBase):
             >>> kr.solve(kr.scenes.cusps, [0.0]).euler(degrees=True).round(6).tolist()
             [[0.0, 53.130102, 0.0]]
         """
-        angles = list_quantities_with_values(self, _EULER, degrees, unwrap)
+        angles = build_quantity_value_pairs(self, _EULER, degrees, unwrap)
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
@@ -159,8 +159,8 @@ class TableExportMethods(PathBase):
         """
         with optional_dependency(TABLES):
             import pandas as pd
-        rows = list_quantities_with_values(self, names, degrees, unwrap)
-        frame = pd.DataFrame(_list_component_columns(self, rows)).set_index("t")
+        rows = build_quantity_value_pairs(self, names, degrees, unwrap)
+        frame = pd.DataFrame(_build_component_columns(self, rows)).set_index("t")
         frame.attrs = self._list_run_attributes() | {"units": _list_component_units(rows)}
         return frame
 
@@ -186,7 +186,7 @@ class TableExportMethods(PathBase):
         variables = {}
         for quantity, values in [
             (TIME, self.t),
-            *list_quantities_with_values(self, names, degrees, unwrap),
+            *build_quantity_value_pairs(self, names, degrees, unwrap),
         ]:
             about = {"units": quantity.dimension, "long_name": quantity.text}
             own = {f"{quantity.name}_component": quantity.components}
@@ -226,14 +226,14 @@ class TableExportMethods(PathBase):
         replaced atomically. Raises OSError if the file cannot be written, and the exceptions of
         to_pandas except ImportError, since pandas is not required.
         """
-        rows = list_quantities_with_values(self, names, degrees, unwrap)
+        rows = build_quantity_value_pairs(self, names, degrees, unwrap)
         heads = None
         if as_bool("units", units):
             heads = [
                 f"{name} [{unit}]" if unit else name
                 for name, unit in _list_component_units(rows).items()
             ]
-        atomic_write(file, format_csv_table(_list_component_columns(self, rows), heads).encode())
+        atomic_write(file, format_csv_table(_build_component_columns(self, rows), heads).encode())
 
     def _list_run_attributes(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._utils.validation import Array, read_only
+from .._utils.validation import Array, freeze_array
 from .indexing import ResolvedIndex
 
 # Only tops with friction have tangents by the friction.
@@ -43,11 +43,13 @@ class TangentData(NamedTuple):
         """Build a TangentData object from flat arrays returned by the C library."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
-        return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
+        return cls(
+            freeze_array(high.reshape(shape)), freeze_array(low.reshape(shape)), truncation, by
+        )
 
     def select_tangents_at_states(self, which: ResolvedIndex) -> TangentData:
         """Return the tangents of the states selected by `which`."""
-        return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
+        return self._replace(high=freeze_array(self.high[which]), low=freeze_array(self.low[which]))
 
     @property
     def parameter_bit_mask(self) -> int:
@@ -67,7 +69,7 @@ class TangentData(NamedTuple):
             raise AttributeError(f"this path has no 'conditioning': {hint}")
         sizes = np.abs([number for name in self.by for number in data[name]])
         moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
-        return read_only(_ROUNDING * (moved * sizes).sum(axis=1))
+        return freeze_array(_ROUNDING * (moved * sizes).sum(axis=1))
 
 
 def collect_scene_numbers(scene: Scene) -> dict[str, tuple[float, ...]]:

@@ -14,13 +14,13 @@ from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import validate_thread_count
 from .._options.methods import FALLBACK, methods
-from .._options.solve_options import Progress, check_progress_callback, validate_tol
+from .._options.solve_options import Progress, validate_progress_callback, validate_tol
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.executor import WorkerPool
 from .._results.indicators import (
     Indicator,
-    compute_indicator,
-    convert_to_scene_indicator,
+    compute_chaos_indicator,
+    extract_single_top_indicator,
     raise_if_first_top_failed,
 )
 from .._utils.errors import make_exception_from_status
@@ -151,20 +151,20 @@ def _compute_chaos_indicator(
     times, controls = validate_indicator_arguments(scene, t, direction, tol, max_steps)
     pool, callback = (
         WorkerPool(validate_thread_count(threads, None)),
-        check_progress_callback(progress),
+        validate_progress_callback(progress),
     )
     if isinstance(scene, Ensemble):
-        return compute_indicator(scene, times, name, controls, pool, callback)
+        return compute_chaos_indicator(scene, times, name, controls, pool, callback)
     check_resolvable_horizon(scene, float(times[-1]), None)
     tops = Ensemble.of([scene])
-    result = compute_indicator(tops, times, name, controls, pool, callback)
+    result = compute_chaos_indicator(tops, times, name, controls, pool, callback)
     status = str(result.status[0])
     if status != "OK" and statuses[status][0] == "INPUT":
         raise make_exception_from_status(
             status, f"no tangent in the direction {direction!r} of {scene!r}"
         )
     raise_if_first_top_failed(tops, result, statuses[status][1])
-    return convert_to_scene_indicator(result)
+    return extract_single_top_indicator(result)
 
 
 def validate_indicator_arguments(

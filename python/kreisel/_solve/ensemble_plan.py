@@ -14,7 +14,7 @@ from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import (
     EnsembleOptions,
     ReductionSpec,
-    member,
+    get_member_by_flat_index,
     validate_ensemble_times,
     validate_thread_count,
 )
@@ -160,7 +160,7 @@ def _make_ensemble_plan(
     tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
 ) -> EnsemblePlan:
     options = validate_ensemble_arguments(tops, method, arguments)
-    closed, lanes = _count_tops_by_method(tops, options)
+    closed, lanes = _count_exact_and_lane_tops(tops, options)
     row = 8 * len(options.reductions)
     size = row or options.bytes_per_state
     states, seconds, measured = None, None, 0
@@ -183,7 +183,7 @@ def _make_ensemble_plan(
     )
 
 
-def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
+def _count_exact_and_lane_tops(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
     """Return the numbers of tops evaluated in closed form and of tops integrated in SIMD lanes."""
     if options.solve.method.exact:
         return tops.size, 0
@@ -204,13 +204,13 @@ def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int
 def _plan_first_top(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
     if not tops.size:
         return None
-    scene = member(tops, 0)
+    scene = get_member_by_flat_index(tops, 0)
     plan = make_solve_plan(scene, options.make_options_for_top(scene), states)
     kernel, order = Worker(*options.core_arguments, []).kernel
     is_alone = scene._has_disturbances
     if plan.method != FALLBACK or options.uses_one_run_per_top or not kernel or is_alone:
         return plan
-    level = options.solve.can_skip_heading
+    level = options.solve.can_skip_heading_angle
     form = "(P, W): vertical and angular velocity seen from the body"
     form += "; without the heading" if level else ", and from these the heading"
     return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)
@@ -230,7 +230,7 @@ def _estimate_run_time(
     whole = t[at] if t.ndim == 2 else t
     times = whole[..., :_MAX_STATES]
     few = options.copy_with_step_limit(_MAX_STEPS)
-    buffers = EnsembleBuffers.empty(at.size, times.shape[-1], few)
+    buffers = EnsembleBuffers.allocate_buffers(at.size, times.shape[-1], few)
     run = (SCALAR if few.uses_one_run_per_top else LANES).run
     begun = time.perf_counter()
     run(buffers, few, some, 0, at.size, times, None)

@@ -53,7 +53,11 @@ from .exact_ensemble import (
     refuse_turning_support,
 )
 from .torus_actions import compute_torus_action
-from .torus_tangents import check_tangent_times, check_torus_tangent_names, compute_torus_tangents
+from .torus_tangents import (
+    check_tangent_times,
+    check_torus_tangent_names,
+    compute_closed_form_tangents,
+)
 from .variational import TangentSpec, validate_tangent_names
 
 _MAP: Final = "bobenko_suris"
@@ -313,7 +317,9 @@ class ExactTorus(Exact):
         check_torus_tangent_names(names)
         path = super().__call__(t)
         check_tangent_times(self.scene, path.t)
-        data = compute_torus_tangents(self.scene, path.states, names, _compute_closed_form_states)
+        data = compute_closed_form_tangents(
+            self.scene, path.states, names, _compute_closed_form_states
+        )
         return replace(path, _tangent_data=data)
 
     def _compute_states_at_angles(self, turns: Array) -> Array:
@@ -494,7 +500,9 @@ def record_exact_path_with_tangents(
     check_resolvable_horizon(scene, float(times[-1]) if times.size else 0.0, options.step)
     check_tangent_times(scene, times)
     path = record_path(scene, options, times, progress)
-    data = compute_torus_tangents(scene, path.states, options.tangents, _compute_closed_form_states)
+    data = compute_closed_form_tangents(
+        scene, path.states, options.tangents, _compute_closed_form_states
+    )
     return replace(path, _tangent_data=data)
 
 

@@ -28,7 +28,7 @@ from .._model.turning_points import (
 )
 from .._options.ensemble_options import (
     format_index,
-    member,
+    get_member_by_flat_index,
     unravel_index,
     validate_ensemble_options,
     validate_thread_count,
@@ -39,7 +39,7 @@ from .._results.ensemble_buffers import LANES, Codes
 from .._results.ensemble_paths import Paths
 from .._results.executor import DivisibleTask, Job, WorkerPool
 from .._results.run_ensemble import run_ensemble
-from .._utils.validation import Array, Numbers, as_finite_array, check_type, read_only
+from .._utils.validation import Array, Numbers, as_finite_array, check_type, freeze_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class ExactEnsemble:
     @property
     def scenes(self) -> tuple[Scene, ...]:
         """The scenes of the ensemble in C order."""
-        return tuple(member(self.tops, i) for i in range(self.tops.size))
+        return tuple(get_member_by_flat_index(self.tops, i) for i in range(self.tops.size))
 
     def __call__(self, t: Numbers) -> Array:
         n, shape = self.tops.size, self.tops.shape
@@ -136,7 +136,7 @@ class ExactEnsemble:
             i = int(late[0])
             end = float(np.broadcast_to(ends, most.shape)[i])
             try:
-                check_resolvable_horizon(member(self.tops, i), end, None)
+                check_resolvable_horizon(get_member_by_flat_index(self.tops, i), end, None)
             except ValueError as error:
                 raise ValueError(f"{self._format_error_prefix(i)}{error}") from None
 
@@ -153,16 +153,16 @@ class ExactEnsemble:
         found: list[tuple[int, str]] = []
         work = Work()
 
-        def job(begin: int, end: int) -> Job[tuple[str, int]]:
+        def make_range_job(begin: int, end: int) -> Job[tuple[str, int]]:
             parts = (each[begin:end] for each in rows)
             return partial(function, work=work), (self.tops._core_scenes, begin, end, *parts)
 
-        def collect(_: int, result: tuple[str, int]) -> None:
+        def note_slice_failure(_: int, result: tuple[str, int]) -> None:
             if result[0] != "OK":
                 found.append((result[1], result[0]))
 
         pool = WorkerPool(validate_thread_count(None, None))
-        pool.run_task(DivisibleTask(self.tops.size, job, collect, work))
+        pool.run_task(DivisibleTask(self.tops.size, make_range_job, note_slice_failure, work))
         if found:
             first, status = min(found)
             error = (
@@ -170,7 +170,9 @@ class ExactEnsemble:
                 if function is exact_turnings
                 else make_no_closed_form_error
             )
-            raise error(status, member(self.tops, first), self._format_error_prefix(first))
+            raise error(
+                status, get_member_by_flat_index(self.tops, first), self._format_error_prefix(first)
+            )
 
     @cached_property
     def _has_any_torus_closed_form(self) -> bool:
@@ -198,7 +200,7 @@ class ExactEnsemble:
         return build_turning_points_from_rows(rows, np.array(courses)[numbers])
 
     def _reshape_to_ensemble(self, row: Array) -> Array:
-        return read_only(row.reshape(self.tops.shape))
+        return freeze_array(row.reshape(self.tops.shape))
 
     @property
     def period(self) -> Array:
@@ -218,7 +220,7 @@ class ExactEnsemble:
     @property
     def frequencies(self) -> Array:
         """(*shape, 3) the frequencies of the torus, as in kreisel.ExactTorus [T^-1]."""
-        return read_only(self._frequencies_and_certificates[:, :3].reshape(*self.tops.shape, 3))
+        return freeze_array(self._frequencies_and_certificates[:, :3].reshape(*self.tops.shape, 3))
 
     @property
     def certificate(self) -> Array:
@@ -277,7 +279,7 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     if count:
         more = f", the first of {count} such" if count > 1 else ""
         where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
-        raise make_no_closed_form_error("ERR_METHOD", member(tops, first), where)
+        raise make_no_closed_form_error("ERR_METHOD", get_member_by_flat_index(tops, first), where)
     forms = ExactEnsemble(tops, word)
     _ = (
         forms._frequencies_and_certificates

@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 from .._model.scene import Scene
 from .._results.path import Events, Path
-from .._results.serialization import load_path
+from .._results.serialization import read_saved_path_arguments
 from .._utils.validation import short_repr
 from .run import MAGIC, Run, resume
 
@@ -53,7 +53,7 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
 
 def _load_path(name: str, file: BinaryIO, size: int) -> Path:
     try:
-        path, met = load_path(file, size)
+        path, met = read_saved_path_arguments(file, size)
     except ValueError as error:
         raise ValueError(f"{name} is not a saved path: {error}") from None
     if met is None:

@@ -26,7 +26,7 @@ from .._options.plan import Plan, make_solve_plan
 from .._options.solve_options import (
     Progress,
     SolveOptions,
-    check_progress_callback,
+    validate_progress_callback,
     validate_recording_interval,
     validate_solve_options,
 )
@@ -51,7 +51,7 @@ from .._results.requests import build_request_from_solve_options
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import make_frozen_class_decorator
 from .._utils.quantity_attributes import MethodName, QuantityName
-from .._utils.validation import Array, Numbers, Vector, as_int, as_vector, short_repr
+from .._utils.validation import Array, Numbers, Vector, as_int, as_three_floats, short_repr
 from ..events import Event, from_record, refuse_kinetic, to_core_events, to_record, validate_events
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ class Run:
                 f"this run has ended at t = {self.t!r}, where a terminal event occurred: continue "
                 "from the scene path.end"
             )
-        return self._advance_to_times(times, check_progress_callback(progress))
+        return self._advance_to_times(times, validate_progress_callback(progress))
 
     def _advance_in_one_call(self, t: object, progress: Progress | None = None) -> Path | None:
         """Advance the run in a single call, or return None if `t` must be validated in Python."""
@@ -201,7 +201,7 @@ class Run:
         number = validate_recording_interval(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
         chunks = iterate_time_chunks(t, self.step, number, size, reached, self.start_time)
-        return self._yield_path_per_chunk(chunks, check_progress_callback(progress))
+        return self._yield_path_per_chunk(chunks, validate_progress_callback(progress))
 
     def _yield_path_per_chunk(
         self, chunks: Iterator[Array], progress: Progress | None
@@ -270,9 +270,9 @@ class Run:
         >>> bool(run.to([3.5]).nutation[0] > 0.0), run.start_time
         (True, 3.0)
         """
-        jolt = as_vector("impulse", impulse)
-        if self._options.can_skip_heading and (jolt[0] or jolt[1]):
-            raise ValueError(_no_heading_message("a horizontal impulse"))
+        jolt = as_three_floats("impulse", impulse)
+        if self._options.can_skip_heading_angle and (jolt[0] or jolt[1]):
+            raise ValueError(_heading_not_computed_message("a horizontal impulse"))
         now = self._read_present_state()
         momentum, low = add_impulse_to_momentum(now.scene.momentum, now.low[5:], jolt)
         self._restart_run(now, now.scene.replace(momentum=momentum), momentum_low=low)
@@ -312,8 +312,8 @@ class Run:
             raise TypeError("reset needs a momentum, an attitude, or both")
         turned, moved = given.keys() & _ATTITUDES, given.keys() - _ATTITUDES
         is_free = bool(turned and moved) or given.keys() <= _IN_BODY
-        if self._options.can_skip_heading and not is_free:
-            raise ValueError(_no_heading_message("a reset of a part of the state"))
+        if self._options.can_skip_heading_angle and not is_free:
+            raise ValueError(_heading_not_computed_message("a reset of a part of the state"))
         now = self._read_present_state()
         if turned:
             now.low[1:5] = 0.0
@@ -465,7 +465,7 @@ def _drop_missing_arguments(**arguments: object) -> SceneKwargs:
     return cast(SceneKwargs, given)
 
 
-def _no_heading_message(what: str) -> str:
+def _heading_not_computed_message(what: str) -> str:
     return (
         "the heading of this run is not computed, because no quantity in want depends on it: "
         f"{what} needs it, so add 'q' to want"

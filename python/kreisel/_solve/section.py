@@ -17,7 +17,7 @@ from .._options.ensemble_options import (
     validate_thread_count,
 )
 from .._options.methods import FALLBACK
-from .._options.solve_options import Progress, check_progress_callback
+from .._options.solve_options import Progress, validate_progress_callback
 from .._results.executor import WorkerPool
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section
@@ -77,7 +77,7 @@ def section(
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
     waits, options = validate_section_arguments(many, event, n, max_wait, tol, digits, max_steps)
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback = check_progress_callback(progress)
+    callback = validate_progress_callback(progress)
     check_result_memory(many, waits, options)
     return run_ensemble(Section, many, waits, options, pool, SECTION, callback)
 

@@ -11,7 +11,7 @@ from .._options.plan import GEOMETRIC
 from .._options.solve_options import (
     Progress,
     SolveOptions,
-    check_progress_callback,
+    validate_progress_callback,
     validate_solve_options,
 )
 from .._options.times import check_resolvable_horizon, time_array
@@ -26,11 +26,11 @@ from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, validate_run_options
 from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, solve_ensemble
 from .step_search import (
-    make_error_not_accepted_exception,
+    make_error_tolerance_refusal,
     solve_with_step_search,
     validate_geometric_method_options,
 )
-from .variational import TangentSpec, record_tangents, validate_tangent_options
+from .variational import TangentSpec, record_path_with_tangents, validate_tangent_options
 
 
 class _EnsembleKeywords(SolveKeywords, PoolKeywords, total=False):
@@ -165,7 +165,7 @@ def solve(
         options = _validate_tangents_events_geometric(*given, error, events, tangents, others)
     else:
         options = validate_solve_options(*given, t=t)
-    return _solve_with_options(scene, options, t, check_progress_callback(progress))
+    return _solve_with_options(scene, options, t, validate_progress_callback(progress))
 
 
 def _validate_tangents_events_geometric(
@@ -198,7 +198,7 @@ def _validate_tangents_events_geometric(
         check_type("scene", scene, Scene)
         return validate_geometric_method_options(error, max_steps, want, excluded)
     if error is not None:
-        raise make_error_not_accepted_exception(method)
+        raise make_error_tolerance_refusal(method)
     return validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
 
 
@@ -207,7 +207,9 @@ def _solve_with_options(
 ) -> Path:
     """Compute the motion of a scene, in several calls to the C library if necessary."""
     if options.tangents:
-        record = record_exact_path_with_tangents if options.method.exact else record_tangents
+        record = (
+            record_exact_path_with_tangents if options.method.exact else record_path_with_tangents
+        )
         return record(scene, options, t, progress)
     times = time_array(t, options.step, options.every, options.bytes_per_state)
     end = float(times[-1]) if times.size else 0.0

@@ -19,7 +19,7 @@ from .._options.ensemble_options import (
 )
 from .._options.methods import FALLBACK
 from .._options.plan import GEOMETRIC
-from .._options.solve_options import Progress, check_progress_callback
+from .._options.solve_options import Progress, validate_progress_callback
 from .._results.ensemble_buffers import LANES, SCALAR, SliceRunner
 from .._results.ensemble_paths import Paths
 from .._results.executor import WorkerPool
@@ -31,14 +31,14 @@ from ..events import refuse_kinetic, to_core_events, validate_events
 from .run import EventSpec
 from .step_search import (
     STEP_SEARCH,
-    make_error_not_accepted_exception,
+    make_error_tolerance_refusal,
     validate_geometric_method_options,
 )
 from .variational import (
     TangentSpec,
     check_computes_tangents,
     refuse_arguments_with_tangents,
-    refuse_tangents_of_friction,
+    refuse_undefined_friction_tangents,
     validate_tangent_names,
 )
 
@@ -98,7 +98,10 @@ def reduce(
     if not options.reductions:
         raise TypeError("reductions must name quantities, as in {'nutation': ('min', 'max')}")
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = check_progress_callback(progress), validate_ensemble_times(tops, t, options)
+    callback, times = (
+        validate_progress_callback(progress),
+        validate_ensemble_times(tops, t, options),
+    )
     return run_ensemble(Reductions, tops, times, options, pool, LANES, callback)
 
 
@@ -115,7 +118,10 @@ def solve_ensemble(
     """Compute the motions of all tops in an ensemble."""
     options = validate_ensemble_arguments(tops, method, arguments)
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = check_progress_callback(progress), validate_ensemble_times(tops, t, options)
+    callback, times = (
+        validate_progress_callback(progress),
+        validate_ensemble_times(tops, t, options),
+    )
     check_result_memory(tops, times, options)
     target = validate_output_array(tops, out, times, options)
     return run_ensemble(
@@ -147,7 +153,10 @@ def stream_ensemble(
     """
     options = validate_ensemble_arguments(tops, method, arguments)
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = check_progress_callback(progress), validate_ensemble_times(tops, t, options)
+    callback, times = (
+        validate_progress_callback(progress),
+        validate_ensemble_times(tops, t, options),
+    )
     return _solve_ensemble_in_batches(
         tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1]))
     )
@@ -184,7 +193,7 @@ def validate_ensemble_arguments(
         return _validate_ensemble_tangent_options(tops, method, arguments)
     step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
     if error is not None:
-        raise make_error_not_accepted_exception(method)
+        raise make_error_tolerance_refusal(method)
     if events is not None and reduce is not None:
         raise ValueError("events need paths: leave out reduce")
     controls = step, tol, digits, max_steps, want, reduce, every
@@ -208,7 +217,7 @@ def _validate_ensemble_tangent_options(
     chosen = FALLBACK if method == "auto" else method
     options = validate_ensemble_options(tops, chosen, step, tol, digits, max_steps, every=every)
     check_computes_tangents(options.solve.method)
-    refuse_tangents_of_friction(tops, names)
+    refuse_undefined_friction_tangents(tops, names)
     return replace(options, solve=replace(options.solve, requested_method=method, tangents=names))
 
 

@@ -24,7 +24,7 @@ import numpy.typing as npt
 from .._core import Work, values
 from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
-from .._options.ensemble_options import EnsembleOptions, member
+from .._options.ensemble_options import EnsembleOptions, get_member_by_flat_index
 from .._options.methods import methods
 from .._options.plan import GEOMETRIC, StepChoice
 from .._options.solve_options import (
@@ -34,7 +34,7 @@ from .._options.solve_options import (
     validate_solve_options,
 )
 from .._options.times import check_resolvable_horizon
-from .._results.core_calls import record_states
+from .._results.core_calls import compute_states_at_times
 from .._results.ensemble_buffers import STATUSES, EnsembleBuffers, SliceRunner
 from .._results.error_estimate import (
     CLOSED_FORM,
@@ -161,7 +161,7 @@ class StepSearch:
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
-    def run_with_step_count(self, steps: int) -> tuple[Array, float] | None:
+    def integrate_and_measure_error(self, steps: int) -> tuple[Array, float] | None:
         """Integrate with the given number of steps, and return the states and their error.
 
         The error is the largest angle [rad] between the attitude and the reference solution. If the
@@ -186,7 +186,7 @@ class StepSearch:
     def compute_states(self, options: SolveOptions, times: Array) -> Array | None:
         """Return the states at `times`, or None if the step size is too large for the method."""
         limited = replace(options, max_steps=self.max_steps)
-        result = record_states(self.scene, limited, times, self.progress)
+        result = compute_states_at_times(self.scene, limited, times, self.progress)
         status, states, _, counts, _ = result
         self.spent = Stats(*(a + b for a, b in zip(self.spent, counts, strict=True)))
         if status in _TOO_LARGE:
@@ -199,7 +199,7 @@ class StepSearch:
             raise make_stop_exception(status, path, text)
         return states
 
-    def refine_step_count(self, steps: int, error: float) -> int:
+    def predict_needed_step_count(self, steps: int, error: float) -> int:
         """Return a number of steps for which the predicted error is sufficiently small.
 
         `error` is the error of a run that takes `steps` steps.
@@ -236,7 +236,7 @@ def validate_error_tolerance(error: float | None, others: Mapping[str, object]) 
     return target
 
 
-def make_error_not_accepted_exception(method: object) -> ValueError:
+def make_error_tolerance_refusal(method: object) -> ValueError:
     """Return the exception to raise if `error` is given for a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
@@ -270,7 +270,7 @@ def _find_path_by_step_search(
     """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
         still = validate_solve_options(scene, "strang", step=1.0)
-        return build_path_or_raise(scene, still, record_states(scene, still, times))
+        return build_path_or_raise(scene, still, compute_states_at_times(scene, still, times))
     assert options.error is not None
     check_resolvable_horizon(scene, float(times[-1]), None)
     return search_path_within_error(scene, times, options.error, options.max_steps, progress)
@@ -297,7 +297,7 @@ def search_path_within_error(
             raise search.make_unmet_error_exception(
                 f"the search is limited to {search.budget} steps, which did not suffice"
             )
-        run = search.run_with_step_count(steps)
+        run = search.integrate_and_measure_error(steps)
         if run and run[1] <= _ENOUGH * target:
             return _make_path_from_search(search, *run, steps)
         error = run[1] if run else math.inf
@@ -305,7 +305,7 @@ def search_path_within_error(
         stalls += stalled
         least, steps = (
             min(least, error),
-            2 * steps if stalled else search.refine_step_count(steps, error),
+            2 * steps if stalled else search.predict_needed_step_count(steps, error),
         )
     raise search.make_unmet_error_exception(
         f"rounding errors reach {least:.1e} rad, and finer steps add more"
@@ -373,7 +373,9 @@ def solve_slice_with_step_search(
             break
         times = t[begin + i] if t.ndim == 2 else t
         try:
-            _solve_top_into_buffers(part, i, options, member(tops, begin + i), times, work)
+            _solve_top_into_buffers(
+                part, i, options, get_member_by_flat_index(tops, begin + i), times, work
+            )
         except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise

@@ -7,8 +7,8 @@ from concurrent.futures import Executor
 from typing import Unpack, overload
 
 from .._model.scene import Ensemble, Scene
-from .._options.solve_options import Progress, check_progress_callback
-from .._options.times import CHUNK_SIZE, validate_direction_and_chunk_times
+from .._options.solve_options import Progress, validate_progress_callback
+from .._options.times import CHUNK_SIZE, find_time_direction_and_chunks
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._utils.quantity_attributes import MethodName, QuantityName
@@ -98,9 +98,9 @@ def stream(
     if threads is not None or executor is not None:
         refuse_ensemble_arguments(scene, threads=threads, executor=executor)
     options = validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
-    back, chunks = validate_direction_and_chunk_times(
+    back, chunks = find_time_direction_and_chunks(
         t, options.step, options.every, most or CHUNK_SIZE
     )
     return Run(scene, options, back)._yield_path_per_chunk(
-        chunks, check_progress_callback(progress)
+        chunks, validate_progress_callback(progress)
     )

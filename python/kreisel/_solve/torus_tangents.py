@@ -61,7 +61,7 @@ class _TangentColumnGroup:
     subtract: Callable[[Scene, Scene], Array]
 
 
-def compute_torus_tangents(
+def compute_closed_form_tangents(
     scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
 ) -> TangentData:
     """Compute tangents with respect to parameters by finite differences of closed-form solutions.
@@ -74,7 +74,7 @@ def compute_torus_tangents(
     blocks, rest = [], 0.0
     for name in names:
         for group in _list_tangent_column_groups(scene, name):
-            block, miss = _compute_tangent_columns(scene, states, group, compute_states)
+            block, miss = _compute_tangent_matrix_columns(scene, states, group, compute_states)
             blocks.append(block)
             rest = max(rest, miss)
         if name == "start" and scene.body.kind == "goryachev_chaplygin":
@@ -117,12 +117,12 @@ def _list_tangent_column_groups(scene: Scene, name: str) -> list[_TangentColumnG
         size = scene._rotation_rate**2 * max(body.moments) / arm
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
-        return [_TangentColumnGroup(size, largest, 1, _change_gravity, _subtract_gravities)]
+        return [_TangentColumnGroup(size, largest, 1, _change_gravity, _compute_gravity_change)]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
     size = scene._rotation_rate * max(body.moments)
     return [
-        _TangentColumnGroup(1.0, math.inf, 3, _change_attitude, _subtract_attitudes),
-        _TangentColumnGroup(size, math.inf, columns, _change_momentum, _subtract_momenta),
+        _TangentColumnGroup(1.0, math.inf, 3, _change_attitude, _compute_attitude_change),
+        _TangentColumnGroup(size, math.inf, columns, _change_momentum, _compute_momentum_change),
     ]
 
 
@@ -133,7 +133,7 @@ def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
     return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
 
 
-def _subtract_attitudes(one: Scene, other: Scene) -> Array:
+def _compute_attitude_change(one: Scene, other: Scene) -> Array:
     return _compute_rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(
         3
     )
@@ -145,7 +145,7 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(momentum=momentum)
 
 
-def _subtract_momenta(one: Scene, other: Scene) -> Array:
+def _compute_momentum_change(one: Scene, other: Scene) -> Array:
     """Return the difference between the angular momenta of two scenes."""
     return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 
@@ -155,7 +155,7 @@ def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(gravity=scene.gravity + size)
 
 
-def _subtract_gravities(one: Scene, other: Scene) -> Array:
+def _compute_gravity_change(one: Scene, other: Scene) -> Array:
     """Return the difference in gravitational acceleration between two scenes."""
     return np.array([other.gravity - one.gravity])
 
@@ -173,7 +173,7 @@ def _compute_rotation_between(one: Array, other: Array) -> Array:
     return 2.0 * np.array(multiply((w, x, y, z), tuple(change.T)))[1:].T
 
 
-def _compute_tangent_columns(
+def _compute_tangent_matrix_columns(
     scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
     """Return one group of columns of the tangent matrix, and their largest relative error."""

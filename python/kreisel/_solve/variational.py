@@ -102,12 +102,12 @@ def validate_tangent_options(
         check_torus_tangent_names(names)
     else:
         check_computes_tangents(options.method)
-    refuse_tangents_of_friction(top, names)
+    refuse_undefined_friction_tangents(top, names)
     validate_recording_interval(options.method, every)
     return replace(options, tangents=names)
 
 
-def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) -> None:
+def refuse_undefined_friction_tangents(tops: Scene | Ensemble, names: Iterable[str]) -> None:
     """Raise ValueError for tangents that do not exist in the presence of friction."""
     rubs = np.asarray(tops.friction) > 0.0
     if "friction" in names and not rubs.all():
@@ -123,7 +123,7 @@ def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) ->
         )
 
 
-def record_tangents(
+def record_path_with_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
     """Compute the motion of a scene together with its tangents, and return the path."""

@@ -100,12 +100,12 @@ def read_part_description(data: bytes) -> dict[str, Any]:
     Raises ValueError if the data are not a part of a sweep.
     """
     try:
-        return _parse_part_description(parquet.read_metadata(pa.BufferReader(data)).metadata)
+        return _parse_sweep_part_metadata(parquet.read_metadata(pa.BufferReader(data)).metadata)
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"it is not a part of a sweep: {error}") from None
 
 
-def _parse_part_description(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
+def _parse_sweep_part_metadata(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
     """Return the dictionary `about` from the metadata of a file.
 
     Raises ValueError if the metadata contain no valid dictionary.
@@ -131,20 +131,20 @@ def decode_part_from_parquet(
     wanted = None if names is None else list(names)
     try:
         with parquet.ParquetFile(file, page_checksum_verification=True) as source:
-            about = _parse_part_description(source.metadata.metadata)
+            about = _parse_sweep_part_metadata(source.metadata.metadata)
             if any(about.get(name) != value for name, value in expected.items()):
                 raise ValueError(f"it is not part {expected['part']} of this plan")
             table = source.schema_arrow.empty_table() if wanted == [] else source.read(wanted)
         missing = {*(wanted or ())} - {*table.column_names}
         if missing:
             raise ValueError(f"it has no {', '.join(sorted(missing))}")
-        return _convert_arrow_to_part_table(table, states)
+        return _convert_arrow_to_part_results(table, states)
     except (pa.ArrowException, OSError, AttributeError, TypeError, ValueError) as error:
         # Parquet has no checksum of the schema, so a damaged schema can cause any of these errors.
         raise ValueError(f"{file} is damaged, or not a part of this sweep: {error}") from None
 
 
-def _convert_arrow_to_part_table(table: Table, states: int) -> PartResults:
+def _convert_arrow_to_part_results(table: Table, states: int) -> PartResults:
     """Convert an Arrow table to a PartResults."""
     part = PartResults()
     for field, column in zip(table.schema, table.columns, strict=True):

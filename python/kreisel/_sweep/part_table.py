@@ -17,12 +17,12 @@ from .._results.ensemble_buffers import STATUSES
 from .._results.ensemble_events import EnsembleEvents
 from .._results.ensemble_paths import Paths
 from .._results.ensemble_result import EnsembleResult
-from .._results.ensemble_tables import list_reduction_columns
+from .._results.ensemble_tables import yield_reduction_columns
 from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
-from .._results.tables import list_quantities_with_values
-from .start_parameters import get_parameter_unit, list_component_names
+from .._results.tables import build_quantity_value_pairs
+from .start_parameters import get_parameter_unit, list_parameter_component_names
 from .sweep_plan import SweepPlan
 from .task import ChaosTask, TaskResult
 
@@ -48,16 +48,16 @@ class PartResults:
     units: dict[str, str] = field(default_factory=dict)
 
 
-def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartResults:
+def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartResults:
     """Return a table of the tops with the given indices, including their results."""
-    results = _list_result_columns(plan, outcome)
+    results = _build_result_columns(plan, outcome)
     names = [name for name, _, _ in results]
     part = PartResults({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
-    ensemble = plan.build_ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
+    ensemble = plan.build_ensemble_of_tops(tops) if isinstance(outcome, Indicator) else outcome.tops
     degrees = plan.source._flags.get("degrees", False)
     for name, one in plan.source._list_varying_values(tops.start, tops.stop, ensemble).items():
         flat = one.values.reshape(len(one.values), -1)
-        for i, component in enumerate(list_component_names(name, one.value)):
+        for i, component in enumerate(list_parameter_component_names(name, one.value)):
             # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
             column = f"{component}_given" if component in names else component
             part.columns[column], part.units[column] = (
@@ -75,20 +75,20 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartResu
     return part
 
 
-def _list_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
+def _build_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
     """Return the columns that contain the results of the tops, excluding their parameters."""
     if isinstance(outcome, Indicator):
         assert isinstance(plan.task, ChaosTask)
-        return _list_indicator_columns(plan.task.name, outcome)
-    columns = _list_status_columns(outcome)
+        return _build_indicator_columns(plan.task.name, outcome)
+    columns = _build_status_columns(outcome)
     if isinstance(outcome, Reductions):
-        columns += list_reduction_columns(outcome, dict(outcome.items()))
+        columns += yield_reduction_columns(outcome, dict(outcome.items()))
     elif isinstance(outcome, Paths):
-        columns += _list_state_columns(outcome)
+        columns += _build_state_columns(outcome)
     return columns
 
 
-def _list_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
+def _build_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
     """Return the columns of a chaos indicator: status, final value, classification and curve."""
     unit, curve = RATE.get(name, ""), outcome.curve
     names, which = np.unique(outcome.status, return_inverse=True)
@@ -104,18 +104,18 @@ def _list_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUni
     ]
 
 
-def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
+def _build_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
     """Return the columns that contain the times and the recorded quantities of all tops."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
-    for quantity, values in list_quantities_with_values(outcome, (), False, False):
+    for quantity, values in build_quantity_value_pairs(outcome, (), False, False):
         flat = values.reshape(*values.shape[:2], quantity.doubles)
         for i, name in enumerate(quantity.components):
             columns.append((name, flat[:, :, i], quantity.dimension))
     return columns
 
 
-def _list_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
+def _build_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
     """Return the columns that contain the status, the final time and the number of steps."""
     buffers = outcome._buffers
     return [

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from .._model.scene import Scene, build_scene_from_table
-from .._model.toml import parse_toml_source, parse_toml_tables, require_toml_table
+from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
 from .._utils.errors import unknown_name_message
 from .._utils.validation import as_float, as_int, short_repr
 from ..events import MAKERS, Event
@@ -48,7 +48,7 @@ def read_sweep_plan(file: Path) -> SweepPlan:
 
     Raises TypeError or ValueError if the plan is invalid; the message states the file name.
     """
-    return parse_toml_source(
+    return parse_toml_text_or_file(
         file, lambda text: _build_plan_from_tables(parse_toml_tables(text), file.parent)
     )
 
@@ -61,10 +61,10 @@ def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
             )
     arguments = {name: tables[name] for name in ARGUMENTS if name in tables}
     if "t" in arguments:
-        arguments["t"] = _validate_values_or_range("t", arguments["t"])
+        arguments["t"] = _expand_range_to_values("t", arguments["t"])
     if "events" in arguments:
         arguments["events"] = [
-            _build_event_from_table(row) for row in _build_event_records(arguments["events"])
+            _build_event_from_table(row) for row in _validate_event_tables(arguments["events"])
         ]
     if "event" in arguments:
         arguments["event"] = _build_event_from_table(
@@ -73,10 +73,12 @@ def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
     if "reduce" in arguments:
         require_toml_table("reduce", arguments["reduce"])
     task = validate_task(tables.get("task", "solve"), arguments)
-    return make_sweep_plan(_build_source_from_tables(tables, folder), task, tables.get("part_size"))
+    return make_sweep_plan(
+        _build_sweep_source_from_tables(tables, folder), task, tables.get("part_size")
+    )
 
 
-def _build_source_from_tables(tables: dict[str, Any], folder: Path) -> Source:
+def _build_sweep_source_from_tables(tables: dict[str, Any], folder: Path) -> Source:
     chosen = [name for name in _CONSTRUCTORS if name in tables]
     if len(chosen) != 1:
         many = f"not {' and '.join(chosen)}" if chosen else "and there is none"
@@ -87,7 +89,7 @@ def _build_source_from_tables(tables: dict[str, Any], folder: Path) -> Source:
         raise ValueError("a plan needs a scene: a name, a file, or a table [scene]")
     scene, name = _build_scene_of_plan(tables["scene"], folder), chosen[0]
     table = require_toml_table(name, tables[name])
-    arguments = {key: _validate_values_or_range(key, value) for key, value in table.items()}
+    arguments = {key: _expand_range_to_values(key, value) for key, value in table.items()}
     if name == "columns" and "file" in arguments:
         arguments["file"] = folder / str(arguments["file"])
     constructor = _CONSTRUCTORS[name]
@@ -113,7 +115,7 @@ def _build_scene_of_plan(given: object, folder: Path) -> Scene:
     return build_scene_from_table(dict(require_toml_table("scene", given)))
 
 
-def _validate_values_or_range(name: str, given: object) -> Any:
+def _expand_range_to_values(name: str, given: object) -> Any:
     """Return the given values, or evenly spaced values if `given` is a table { from, to, n }."""
     if not isinstance(given, dict):
         return given
@@ -126,7 +128,7 @@ def _validate_values_or_range(name: str, given: object) -> Any:
     return np.linspace(begin, end, as_int(f"n of {name}", given["n"], 1))
 
 
-def _build_event_records(given: object) -> list[dict[str, Any]]:
+def _validate_event_tables(given: object) -> list[dict[str, Any]]:
     if not isinstance(given, list):
         raise TypeError(f"events must be tables [[events]], not {short_repr(given)}")
     return [dict(require_toml_table("events", row)) for row in given]

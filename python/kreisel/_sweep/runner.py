@@ -13,7 +13,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 
 from .._options.solve_options import Progress
 from .._results.executor import has_thread_workers, run_jobs
-from .part_table import PartResults, tabulate_part
+from .part_table import PartResults, tabulate_sweep_part
 from .store import SweepStore
 
 # Maximal number of unfinished parts submitted to an executor. It exceeds the number of workers of
@@ -22,11 +22,11 @@ _IN_FLIGHT = 256
 _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 
 
-def compute_part(
+def compute_sweep_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartResults:
     """Compute the results of the tops with the given indices."""
-    return tabulate_part(
+    return tabulate_sweep_part(
         store.plan, tops, store.plan.compute_results_of_tops(tops, threads, progress)
     )
 
@@ -34,7 +34,7 @@ def compute_part(
 def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
     """Compute part i in a single thread and write its file; return the number of tops."""
     tops = store.plan.list_tops_of_part(i)
-    store.write_part(i, compute_part(store, tops, 1, progress))
+    store.write_part(i, compute_sweep_part(store, tops, 1, progress))
     return len(tops)
 
 
@@ -42,7 +42,7 @@ class PartsLostError(RuntimeError):
     """Error raised if an executor does not return all parts."""
 
 
-class PartRunner:
+class SweepPartRunner:
     """The computation of selected parts of a sweep."""
 
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
@@ -61,7 +61,9 @@ class PartRunner:
             written: Future[None] | None = None
             for i in tuple(self.left):
                 tops = self.store.plan.list_tops_of_part(i)
-                part = compute_part(self.store, tops, threads, self._make_part_progress(len(tops)))
+                part = compute_sweep_part(
+                    self.store, tops, threads, self._make_part_progress(len(tops))
+                )
                 if written is not None:
                     written.result()
                 written = writer.submit(self.store.write_part, i, part)

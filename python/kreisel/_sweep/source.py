@@ -90,7 +90,7 @@ class Source:
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape
         (3, 2)
         """
-        parameters, flags = _split_parameters_and_flags(scene, arguments)
+        parameters, flags = _validate_parameters_and_flags(scene, arguments)
         shapes = {name: one.shape for name, one in parameters.items()}
         axes = tuple(filter(shapes.__getitem__, shapes))
         if not axes:
@@ -128,7 +128,7 @@ class Source:
         [15.105, 16.434]
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
-        parameters, flags = _split_parameters_and_flags(scene, arguments)
+        parameters, flags = _validate_parameters_and_flags(scene, arguments)
         ranges = {name: one for name, one in parameters.items() if one.shape}
         if not ranges:
             raise ValueError(
@@ -192,7 +192,7 @@ class Source:
         OSError if the file cannot be read, and ImportError if pyarrow is not installed.
         """
         arguments = read_parameters_of_tops(os.fspath(file))
-        parameters, flags = _split_parameters_and_flags(
+        parameters, flags = _validate_parameters_and_flags(
             scene, {**arguments, "degrees": degrees, "steady": steady, "fast": fast}
         )
         lengths = {name: one.shape for name, one in parameters.items()}
@@ -325,7 +325,7 @@ class Source:
         return rows
 
 
-def _split_parameters_and_flags(
+def _validate_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, BatchParameter], dict[str, bool]]:
     """Separate the arguments into validated parameters and flags."""

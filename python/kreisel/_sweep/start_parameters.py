@@ -70,7 +70,7 @@ def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
     return BatchParameter(name, values, own)
 
 
-def list_component_names(name: str, value: Shape) -> list[str]:
+def list_parameter_component_names(name: str, value: Shape) -> list[str]:
     """Return the names of the components of a parameter, such as momentum_x.
 
     The argument `value` is the shape of the parameter's value for a single top.

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .._utils.errors import unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .start_parameters import PARAMETERS, list_component_names
+from .start_parameters import PARAMETERS, list_parameter_component_names
 
 PARQUET = "'kreisel[sweep]'"
 _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
@@ -56,11 +56,11 @@ def _join_vector_components(
     parameters, left = {}, dict(columns)
     for name in PARAMETERS:
         for value in _VALUES:
-            names = list_component_names(name, value)
+            names = list_parameter_component_names(name, value)
             if left.keys() >= set(names):
                 parts = [left.pop(one) for one in names]
                 parameters[name] = np.stack(parts, axis=-1).reshape(-1, *value)
     if left:
-        known = [one for name in PARAMETERS for one in list_component_names(name, ())]
+        known = [one for name in PARAMETERS for one in list_parameter_component_names(name, ())]
         raise ValueError(f"{file}: {unknown_name_message('column', next(iter(left)), known)}")
     return {name: np.asarray(values) for name, values in parameters.items()}

@@ -10,14 +10,14 @@ from typing import Any, Literal
 
 from .._model.scene import Ensemble
 from .._options.ensemble_options import ReductionSpec, validate_thread_count
-from .._options.solve_options import Progress, check_progress_callback
+from .._options.solve_options import Progress, validate_progress_callback
 from .._solve.run import EventSpec
 from .._utils.errors import warn_user
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, check_type, short_repr
 from ..events import Event
 from .plan_file import read_sweep_plan
-from .runner import PartRunner
+from .runner import SweepPartRunner
 from .source import Source
 from .store import DAMAGED, DONE, FOREIGN, OLD, SweepStore, create_or_open_sweep_store
 from .sweep_plan import SweepPlan, make_sweep_plan
@@ -127,11 +127,11 @@ def sweep(
         locals()
     )  # first, so that locals() contains only the arguments
     plan = _make_sweep_plan(tops, task, arguments, part_size)
-    callback = check_progress_callback(progress)
+    callback = validate_progress_callback(progress)
     count = validate_thread_count(threads, executor)
     chosen = _validate_part_range(parts, plan.parts)
     store = create_or_open_sweep_store(folder, plan)
-    runner = PartRunner(store, _list_incomplete_parts(store, chosen), callback)
+    runner = SweepPartRunner(store, _list_incomplete_parts(store, chosen), callback)
     return _run_selected_parts(runner, chosen, count, executor)
 
 
@@ -147,7 +147,7 @@ def _select_nondefault_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _run_selected_parts(
-    runner: PartRunner, chosen: range, threads: int, executor: Executor | None
+    runner: SweepPartRunner, chosen: range, threads: int, executor: Executor | None
 ) -> SweepResult:
     """Compute parts of a sweep, and return the results of the whole sweep.
 

@@ -111,7 +111,7 @@ class SweepPlan:
             else Worker(*self.options.core_arguments, []).kernel[0]
         )
 
-    def build_ensemble(self, tops: range) -> Ensemble:
+    def build_ensemble_of_tops(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with the given indices.
 
         The ensemble on which the plan was validated is reused if it has the same indices.
@@ -130,7 +130,7 @@ class SweepPlan:
         Raises TypeError or ValueError for the first invalid top; the message states its index.
         """
         try:
-            some = self.build_ensemble(tops)
+            some = self.build_ensemble_of_tops(tops)
             return self.task.compute_results_of_tops(
                 some, self.options, self.times, threads, progress
             )
@@ -225,7 +225,7 @@ def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) 
     plan, or has the format of a different version of kreisel.
     """
     try:
-        source, task = _build_source_from_dict(plan, load), build_task_from_dict(plan)
+        source, task = _build_sweep_source_from_dict(plan, load), build_task_from_dict(plan)
         result = make_sweep_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
@@ -234,8 +234,8 @@ def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) 
     return result
 
 
-def _build_source_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def build_parameters_from_rows(rows: list[list[Any]]) -> dict[str, BatchParameter]:
+def _build_sweep_source_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
+    def build_batch_parameters(rows: list[list[Any]]) -> dict[str, BatchParameter]:
         parameters = {}
         for name, value, numbers in rows:
             is_file = isinstance(numbers, str)
@@ -248,14 +248,10 @@ def _build_source_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array
     random = None
     if "random" in plan:
         spec = plan["random"]
-        random = RandomSpec(
-            spec["seed"], build_parameters_from_rows(spec["ranges"]), spec["widths"]
-        )
-    parameters = build_parameters_from_rows(plan["parameters"])
+        random = RandomSpec(spec["seed"], build_batch_parameters(spec["ranges"]), spec["widths"])
+    parameters = build_batch_parameters(plan["parameters"])
     varied: dict[str, BatchParameter] = {}
     for row in plan["varied"]:
-        varied |= (
-            {row: parameters[row]} if isinstance(row, str) else build_parameters_from_rows([row])
-        )
+        varied |= {row: parameters[row]} if isinstance(row, str) else build_batch_parameters([row])
     scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), tuple(plan["axes"])
     return Source(scene, shape, axes, parameters, varied, plan["flags"], random)

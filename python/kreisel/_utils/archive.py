@@ -66,11 +66,11 @@ class ArchiveReader:
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
-    def read_text(self, name: str) -> str:
+    def read_archive_text(self, name: str) -> str:
         """Return the text stored in the member `name`."""
         return str(self._read_archive_member(name, "U", ()), "utf-32-le").rstrip("\0")
 
-    def read_doubles(self, name: str, n: int | None, *shape: int) -> Array:
+    def read_archive_doubles(self, name: str, n: int | None, *shape: int) -> Array:
         """Return the member `name` as an array of doubles of shape (n, *shape).
 
         If `n` is None, the first dimension can have any length.
@@ -79,7 +79,7 @@ class ArchiveReader:
         rows = len(data) // (8 * math.prod(shape)) if n is None else n
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
-    def read_integers(self, name: str, n: int) -> Integers:
+    def read_archive_integers(self, name: str, n: int) -> Integers:
         """Return the member `name` as an array of `n` integers."""
         return np.frombuffer(self._read_archive_member(name, "i4", (n,)), "<i4").astype(np.intc)
 

@@ -57,10 +57,10 @@ def make_frozen_class_decorator(instead: str) -> Callable[[type[_T]], type[_T]]:
     """
 
     def add_refusing_setattr(cls: type[_T]) -> type[_T]:
-        def refuse(_: object, name: str, __: object) -> None:
+        def refuse_assignment(_: object, name: str, __: object) -> None:
             raise FrozenInstanceError(f"cannot assign to field {name!r}: {instead.format(name)}")
 
-        type.__setattr__(cls, "__setattr__", refuse)
+        type.__setattr__(cls, "__setattr__", refuse_assignment)
         return cls
 
     return add_refusing_setattr

@@ -165,13 +165,13 @@ def as_float_list(name: str, value: object, n: int, what: str) -> list[float]:
     return [float(x) for x in numbers]
 
 
-def as_vector(name: str, value: object) -> Vector:
+def as_three_floats(name: str, value: object) -> Vector:
     """Return `value` as three finite floats."""
     x, y, z = as_float_list(name, value, 3, "3 numbers")
     return x, y, z
 
 
-def read_only(values: Array) -> Array:
+def freeze_array(values: Array) -> Array:
     """Make the array `values` read-only, and return it."""
     values.flags.writeable = False
     return values
