@@ -272,9 +272,9 @@ INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the contribution of a substep of length h to the growth integrals. `d` is the tangent at the
- * end of the substep, after removal of the trivial solutions. The Lobatto rule is used because the
- * logarithm has a sharp minimum where the tangent is small. */
+/* Adds the contribution of a substep of length h to the growth integrals. `d` is the tangent at
+ * the end of the substep, without its components along the two trivial solutions. The Lobatto rule
+ * is used because the logarithm has a sharp minimum where the tangent is small. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {

@@ -48,7 +48,8 @@ int kr_worker_has_tangents(const kr_worker *worker);
 /* Stores the growth of a lane's tangent for the next requested time. If `row` is NULL, stores zeros
  * instead. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome and the reductions of a top, and fills the unused output with NaN. */
+/* Writes the outcome of a top and the extremes and means of its quantities. Fills the unused
+ * output with NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
 /* Returns the accumulators for tops that are integrated by the scalar code. */
@@ -108,7 +109,7 @@ static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
     const kr_tops *tops = worker->tops;
     return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
 }
-/* Returns 1 if the vectorized code can detect the event of the current section. */
+/* Returns 1 if the vectorized code can detect the event that defines the current section. */
 int kr_section_suits_lanes(const kr_worker *worker);
 /* Stores the event function for one lane, given the frequency unit `rate` and the cyclic shift of
  * the axes. */

@@ -163,7 +163,7 @@ static inline wide sign_of(wide x)
  * The complex values of theta1 and theta2 rotate about zero as X increases. The direction of
  * rotation is given by the sign of `slope`, which is opposite to that of y. If theta1 or theta2
  * passes through zero, its phase jumps by half a turn, and its winding number is defined as zero.
- * For a torque-free top, beta is a theta4 function, which does not rotate about zero. */
+ * For a torque-free top, beta is a theta4 function, whose values do not wind around zero. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),

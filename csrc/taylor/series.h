@@ -189,9 +189,10 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of the middle Taylor coefficients have the magnitude
- * 2^log2_size. The tail of the series, computed in doubles, begins with a sum of products of middle
- * coefficients. If the products cancel, the tail is small, but the rounding errors of the products
- * are not. A step size based only on the last Taylor term would be too large in this case. */
+ * 2^log2_size. The tail of the series, computed in doubles, begins with a sum of products of two
+ * coefficients of about half the order. If the products cancel, the tail is small, but the rounding
+ * errors of the products are not. A step size based only on the last Taylor term would be too large
+ * in this case. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

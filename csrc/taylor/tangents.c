@@ -179,8 +179,8 @@ static double largest_element(const double B[6])
 {
     return fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
 }
-/* Sets the derivatives of the lever arm, the moments of inertia and the damping with respect to the
- * parameter of a tangent. */
+/* Sets the derivatives of the lever arm, the moments of inertia and the damping with respect to
+ * the parameter that belongs to the tangent. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = series_work(motion)->rate, *B = seed->moments;

@@ -1,4 +1,4 @@
-"""Tests of the output files that the command line writes."""
+"""Tests of the output files of the command-line program."""
 
 import os
 import subprocess

@@ -398,7 +398,8 @@ def test_events_after_a_push_are_found_once():
 
 
 def test_a_terminal_event_can_push_the_top_repeatedly():
-    """Check that a top keeps its energy when it bounces at a given height."""
+    """Check that the energy of a top is conserved when it bounces off an obstacle at a given
+    height."""
     floor = kr.events.crossing("apex_z", 0.5, direction=-1, terminal=True)
     top = kr.Scene.spinning(LAGRANGE.body, spin=0.0, tilt=0.5)
     run, times = kr.start(top, events=[floor]), []

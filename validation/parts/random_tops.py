@@ -42,7 +42,7 @@ KINDS = {
 
 
 def draw_body(kind, random):
-    """Draw a random body of one kind, with moments of inertia between 0.2 and 1."""
+    """Draw a random body of the given kind, with moments of inertia between 0.2 and 1."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)

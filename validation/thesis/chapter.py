@@ -137,7 +137,7 @@ def check_sentences(results):
 
 
 def compute_errata():
-    """Compute all errata of the thesis, in the order of their numbers."""
+    """Check all errata of the thesis by computation, in the order of their numbers."""
     return [made() for made in ERRATA]
 
 

@@ -165,9 +165,9 @@ def check_energies(four):
 def correlate_errors(four, end=200.0):
     """Return the correlation between the energy error and the oscillating part of the frame error.
 
-    Returns the correlation without delay, the largest correlation, and the delay at which it
-    occurs. The oscillating part of the frame error L is represented by L / t. Only delays of less
-    than half a nutation period are considered.
+    Returns the correlation at zero lag, the largest correlation, and the lag at which it occurs.
+    The oscillating part of the frame error L is represented by L / t. Only lags of less than half a
+    nutation period are considered.
     """
     kept = (four.t > 20) & (four.t <= end)
     swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]

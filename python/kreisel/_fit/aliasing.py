@@ -18,7 +18,7 @@ from .records import Record
 _FEW = 4.0  # samples per turn from which an angular velocity is determined
 
 
-def list_points_with_aliased_spin(
+def list_spin_aliases_of_point(
     parameters: FreeParameters, point: FitPoint, records: Sequence[Record]
 ) -> list[FitPoint]:
     """Return the parameters of motions that differ from `point` by one turn between two samples.

@@ -267,7 +267,7 @@ def build_fit_from_session(session: SearchSession) -> Fit:
     names, units, values, by_step = p.list_user_parameters_and_jacobian(best.point)
     covariance, errors = spectrum.propagate_errors(by_step)
     blind = describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names)
-    residuals, sigma = _split_residuals_and_sigmas(session, best.residuals)
+    residuals, sigma = _group_residuals_and_sigmas_by_series(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
     return Fit(
         p.to_scene(best.point),
@@ -330,7 +330,7 @@ def _measure_fit_nonlinearity(
     return measure_cost_nonlinearity(*own, spectrum, inflation)
 
 
-def _split_residuals_and_sigmas(
+def _group_residuals_and_sigmas_by_series(
     session: SearchSession, residuals: Array
 ) -> tuple[tuple[dict[str, Array], ...], tuple[dict[str, Array], ...]]:
     found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)

@@ -74,7 +74,7 @@ def _yield_unobservable_changes(p: FreeParameters, point: FitPoint) -> Iterator[
                 p, sentence, {"attitude": axis, "velocity": carried}
             )
     yield from _yield_unobservable_axial_changes(p, point)
-    yield from _yield_clock_and_axes_changes(p, point)
+    yield from _yield_unobservable_clock_changes(p, point)
 
 
 def _yield_change_if_all_free(
@@ -89,7 +89,7 @@ def _yield_change_if_all_free(
     yield sentence, change
 
 
-def _average_equal_parameters(columns: Array, values: Array) -> Array:
+def _average_tied_components(columns: Array, values: Array) -> Array:
     """Average values that must be equal; each column of `columns` marks one set of such values."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
@@ -103,10 +103,10 @@ def _has_gravity_or_shaking_torque(point: FitPoint) -> bool:
 
 def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     own = _get_rescalings_by_torque_factor(p, point)
-    size: dict[str, Array] = {"moments": _average_equal_parameters(p.moments, point.densities)}
+    size: dict[str, Array] = {"moments": _average_tied_components(p.moments, point.densities)}
     others, is_scalable = ["damping"], p.can_vary("damping") or not point.damping.any()
     if p.can_vary("damping"):
-        size["damping"] = _average_equal_parameters(p.damping, point.damping)
+        size["damping"] = _average_tied_components(p.damping, point.damping)
     for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
         if p.can_vary(name):
             size[name] = value
@@ -173,17 +173,17 @@ def _yield_unobservable_axial_changes(
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
     yield from _yield_change_if_all_free(p, sentence, heavier)
     if p.can_vary("damping"):
-        drag = _average_equal_parameters(p.damping, point.damping * unit)
+        drag = _average_tied_components(p.damping, point.damping * unit)
         yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": drag})
         yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": 2.0 * drag})
     across = np.array([0.0, 1.0, -1.0])
     sentence = "damping across the axis, one way against the other: only their mean counts"
     yield from _yield_change_if_all_free(
-        p, sentence, {"damping": _average_equal_parameters(p.damping, np.roll(across, k))}
+        p, sentence, {"damping": _average_tied_components(p.damping, np.roll(across, k))}
     )
 
 
-def _yield_clock_and_axes_changes(
+def _yield_unobservable_clock_changes(
     p: FreeParameters, point: FitPoint
 ) -> Iterator[tuple[str, Array]]:
     """Yield parameter changes that shift all clocks or rotate the principal axes."""

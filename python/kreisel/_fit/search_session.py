@@ -11,7 +11,7 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .aliasing import list_points_with_aliased_spin
+from .aliasing import list_spin_aliases_of_point
 from .initial_guess import Guess, guess_parameters_from_records
 from .levenberg_marquardt import LossName, Minimum, SearchSettings, compute_cost, minimize_cost
 from .multiple_shooting import (
@@ -362,7 +362,7 @@ class SearchSession:
             return
         if best.pieces and self._has_small_misfit():
             return
-        aliases = list_points_with_aliased_spin(self.parameters, best.point, self.records)
+        aliases = list_spin_aliases_of_point(self.parameters, best.point, self.records)
         if not (aliases and self._can_determine_velocity(best)):
             return
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
@@ -436,7 +436,7 @@ class SearchSession:
         return records, sigmas
 
     def _find_match_end_and_cost(self, point: FitPoint) -> tuple[float, float]:
-        """Return the time up to which a motion agrees with the records, and the cost of the motion.
+        """Return the time up to which a motion agrees with the records, and its cost function.
 
         The cost is computed with the soft loss.
         """

@@ -68,7 +68,7 @@ class _EnergySurface(NamedTuple):
         normal = np.sqrt(self.moments) * P
         return _build_perpendicular_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
-    def find_angle_of_level_apex_velocity(self, P: Array, apex: Array) -> Array:
+    def find_angle_of_level_apex_motion(self, P: Array, apex: Array) -> Array:
         """Return one of the two angles alpha for which the height of the apex is stationary."""
         first, second = self._build_scaled_velocity_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
@@ -224,7 +224,7 @@ def _place_starts_on_grid(
     directions = counts[2] if len(counts) == 3 else 2
     begin = np.full(len(P), math.pi / directions)
     if len(counts) == 2:
-        begin = surface.find_angle_of_level_apex_velocity(P, apex)
+        begin = surface.find_angle_of_level_apex_motion(P, apex)
     alpha = begin[:, None] + math.tau * np.arange(directions) / directions
     return np.repeat(P, directions, axis=0), alpha.reshape(-1)
 

@@ -141,7 +141,7 @@ def make_solve_plan(
     """
     is_series = options.method.name == FALLBACK
     kernel, order = (
-        _find_instruction_set_and_order(options.core_arguments)
+        _find_instruction_set_and_series_order(options.core_arguments)
         if is_series
         else ("", options.method.order)
     )
@@ -165,7 +165,7 @@ def make_solve_plan(
 
 
 @lru_cache
-def _find_instruction_set_and_order(core: CoreArguments) -> tuple[str, int]:
+def _find_instruction_set_and_series_order(core: CoreArguments) -> tuple[str, int]:
     """Return the instruction set and the order of the Taylor series.
 
     The instruction set and the order depend only on the options, not on the scene.

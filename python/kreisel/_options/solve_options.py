@@ -74,7 +74,7 @@ class SolveOptions:
         return self.method.name, *own, self.max_steps, leave_heading
 
     @cached_property
-    def options_without_run_arguments(self) -> SolveOptions:
+    def copy_with_default_run_settings(self) -> SolveOptions:
         """A copy of the options without the settings that are specific to a single run."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())

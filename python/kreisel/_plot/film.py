@@ -320,9 +320,7 @@ def _render_film_images(film: Film) -> Iterator[Image.Image]:
 
 def _encode_html(film: Film) -> bytes:
     with matplotlib.rc_context({"animation.embed_limit": 500.0}):
-        return _encode_frames_with_writer(
-            film, HTMLWriter(fps=film.fps, embed_frames=True), ".html"
-        )
+        return _encode_frames_to_bytes(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
 
 
 def _encode_html_document(film: Film) -> bytes:
@@ -334,10 +332,10 @@ def _encode_html_document(film: Film) -> bytes:
 
 
 def _encode_mp4(film: Film) -> bytes:
-    return _encode_frames_with_writer(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
+    return _encode_frames_to_bytes(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
 
 
-def _encode_frames_with_writer(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
+def _encode_frames_to_bytes(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
     """Write the frames to a temporary file, and return its contents."""
     frames = film._draw_frames()
     with tempfile.TemporaryDirectory() as folder:

@@ -31,7 +31,7 @@ def draw_floor_sphere_and_stand(axes: Axes, floor: float) -> None:
     """Draw the floor, the unit sphere and the stand that supports the body."""
     _set_square_axis_limits(axes, floor)
     _draw_floor(axes, floor)
-    _draw_sphere_above_floor(axes, floor)
+    _draw_part_of_sphere_above_floor(axes, floor)
     _draw_stand(axes, floor)
 
 
@@ -62,7 +62,7 @@ def _draw_floor(axes: Axes, height: float) -> None:
     axes.add_collection(LineCollection(list(seen), colors=colours, linewidths=0.6, zorder=0.1))
 
 
-def _draw_sphere_above_floor(axes: Axes, floor: float) -> None:
+def _draw_part_of_sphere_above_floor(axes: Axes, floor: float) -> None:
     """Draw the outline of the unit sphere above the floor, and the circle where they intersect."""
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     x, y = _convert_azimuths_to_directions(turn).T

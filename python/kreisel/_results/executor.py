@@ -97,7 +97,7 @@ class WorkerPool(NamedTuple):
     executor: Executor | None = None
 
     @property
-    def has_remote_workers(self) -> bool:
+    def has_workers_in_other_processes(self) -> bool:
         """True if the workers do not share memory with this process."""
         return self.executor is not None and not has_thread_workers(self.executor)
 
@@ -154,7 +154,9 @@ def _run_task_with_executor(executor: Executor, pool: WorkerPool, task: Divisibl
         now = time.monotonic()
         if task.progress is not None and now - last_call >= PROGRESS_SECONDS:
             last_call = now
-            task.progress((done if pool.has_remote_workers else task.work.done) / task.n)
+            task.progress(
+                (done if pool.has_workers_in_other_processes else task.work.done) / task.n
+            )
 
     jobs = ((part, task.job(*part)) for part in pool.yield_slice_bounds(task.n))
     run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, report_progress, task.work.stop)

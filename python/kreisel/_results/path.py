@@ -453,7 +453,7 @@ def build_path_from_core_result(
     """Build a path from a result of the C library."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
-    stats, options = Stats(*counts), options.options_without_run_arguments
+    stats, options = Stats(*counts), options.copy_with_default_run_settings
     return Path(scene, states, stats, options, is_back, low, _origin=origin)
 
 

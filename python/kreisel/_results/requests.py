@@ -60,7 +60,7 @@ def _build_request(
     closed: Request | None = None,
     decide: Callable[..., float] | None = None,
 ) -> Request:
-    want, stored = options.want, options.options_without_run_arguments
+    want, stored = options.want, options.copy_with_default_run_settings
     if want is not None:
         stored = replace(stored, want=want)
     core, most, limit = (

@@ -34,7 +34,7 @@ def run_ensemble(
     """
     n = tops.size
     buffers, work = EnsembleBuffers.allocate_buffers(n, t.shape[-1], options, out), Work()
-    flat = tops.ravel() if pool.has_remote_workers else tops
+    flat = tops.ravel() if pool.has_workers_in_other_processes else tops
 
     def make_local_job(begin: int, end: int) -> Job[EnsembleBuffers]:
         return runner.run, (buffers, options, tops, begin, end, t, work)
@@ -45,7 +45,7 @@ def run_ensemble(
 
     job, collect = (
         (make_remote_job, buffers.copy_rows_from)
-        if pool.has_remote_workers
+        if pool.has_workers_in_other_processes
         else (make_local_job, buffers.add_events_and_failures)
     )
     try:

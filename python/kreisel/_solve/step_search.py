@@ -148,7 +148,7 @@ class StepSearch:
         )
 
     def merge_sorted_times(self, a: Array, b: Array) -> Array:
-        """Return the union of two arrays of times, sorted in the direction of the motion."""
+        """Return the union of two arrays of times, ordered from the start to the end of the run."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
     def choose_reference_options(self) -> SolveOptions:

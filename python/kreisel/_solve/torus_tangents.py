@@ -117,12 +117,14 @@ def _list_tangent_column_groups(scene: Scene, name: str) -> list[_TangentColumnG
         size = scene._rotation_rate**2 * max(body.moments) / arm
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
-        return [_TangentColumnGroup(size, largest, 1, _change_gravity, _compute_gravity_change)]
+        return [
+            _TangentColumnGroup(size, largest, 1, _change_gravity, _subtract_gravities_of_scenes)
+        ]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
     size = scene._rotation_rate * max(body.moments)
     return [
-        _TangentColumnGroup(1.0, math.inf, 3, _change_attitude, _compute_attitude_change),
-        _TangentColumnGroup(size, math.inf, columns, _change_momentum, _compute_momentum_change),
+        _TangentColumnGroup(1.0, math.inf, 3, _change_attitude, _subtract_start_attitudes),
+        _TangentColumnGroup(size, math.inf, columns, _change_momentum, _subtract_start_momenta),
     ]
 
 
@@ -133,7 +135,7 @@ def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
     return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
 
 
-def _compute_attitude_change(one: Scene, other: Scene) -> Array:
+def _subtract_start_attitudes(one: Scene, other: Scene) -> Array:
     return _compute_rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(
         3
     )
@@ -145,7 +147,7 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(momentum=momentum)
 
 
-def _compute_momentum_change(one: Scene, other: Scene) -> Array:
+def _subtract_start_momenta(one: Scene, other: Scene) -> Array:
     """Return the difference between the angular momenta of two scenes."""
     return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 
@@ -155,7 +157,7 @@ def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(gravity=scene.gravity + size)
 
 
-def _compute_gravity_change(one: Scene, other: Scene) -> Array:
+def _subtract_gravities_of_scenes(one: Scene, other: Scene) -> Array:
     """Return the difference in gravitational acceleration between two scenes."""
     return np.array([other.gravity - one.gravity])
 

@@ -79,7 +79,7 @@ def _build_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWi
     """Return the columns that contain the results of the tops, excluding their parameters."""
     if isinstance(outcome, Indicator):
         assert isinstance(plan.task, ChaosTask)
-        return _build_indicator_columns(plan.task.name, outcome)
+        return _build_chaos_indicator_columns(plan.task.name, outcome)
     columns = _build_status_columns(outcome)
     if isinstance(outcome, Reductions):
         columns += yield_reduction_columns(outcome, dict(outcome.items()))
@@ -88,7 +88,7 @@ def _build_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWi
     return columns
 
 
-def _build_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
+def _build_chaos_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
     """Return the columns of a chaos indicator: status, final value, classification and curve."""
     unit, curve = RATE.get(name, ""), outcome.curve
     names, which = np.unique(outcome.status, return_inverse=True)

@@ -32,7 +32,7 @@ from ..events import MAKERS, Event
 from ..scenes import about, get_scene
 from .source import Source
 from .sweep_plan import SweepPlan, make_sweep_plan
-from .task import ARGUMENTS, validate_task
+from .task import ARGUMENTS, build_task_from_arguments
 
 _CONSTRUCTORS: dict[str, Callable[..., Source]] = {
     "grid": Source.grid,
@@ -72,7 +72,7 @@ def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
         )
     if "reduce" in arguments:
         require_toml_table("reduce", arguments["reduce"])
-    task = validate_task(tables.get("task", "solve"), arguments)
+    task = build_task_from_arguments(tables.get("task", "solve"), arguments)
     return make_sweep_plan(
         _build_sweep_source_from_tables(tables, folder), task, tables.get("part_size")
     )

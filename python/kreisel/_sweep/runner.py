@@ -42,7 +42,7 @@ class PartsLostError(RuntimeError):
     """Error raised if an executor does not return all parts."""
 
 
-class SweepPartRunner:
+class SweepPartsRunner:
     """The computation of selected parts of a sweep."""
 
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
@@ -86,7 +86,8 @@ class SweepPartRunner:
     def compute_parts_on_executor(self, executor: Executor) -> None:
         """Compute the parts on the workers of an executor.
 
-        Lost parts are submitted a second time. Raises PartsLostError if parts are lost again.
+        Lost parts are submitted a second time. Raises PartsLostError if processes end again
+        before they have finished their parts.
         """
         for _ in range(2):
             self._submit_all_parts(executor)

@@ -175,7 +175,7 @@ def _read_plan_file(where: Path) -> dict[str, Any]:
 
 
 def _read_parameter_array(file: Path) -> Array:
-    """Read a long array of parameter values from its file.
+    """Read a large array of parameter values from the file that contains it.
 
     Raises ValueError if the hash of the array does not match the hash in the file name.
     """

@@ -17,12 +17,12 @@ from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, check_type, short_repr
 from ..events import Event
 from .plan_file import read_sweep_plan
-from .runner import SweepPartRunner
+from .runner import SweepPartsRunner
 from .source import Source
 from .store import DAMAGED, DONE, FOREIGN, OLD, SweepStore, create_or_open_sweep_store
 from .sweep_plan import SweepPlan, make_sweep_plan
 from .sweep_result import SweepResult
-from .task import ARGUMENTS, TaskName, validate_task
+from .task import ARGUMENTS, TaskName, build_task_from_arguments
 
 
 class SweepInterrupted(KeyboardInterrupt):
@@ -131,7 +131,7 @@ def sweep(
     count = validate_thread_count(threads, executor)
     chosen = _validate_part_range(parts, plan.parts)
     store = create_or_open_sweep_store(folder, plan)
-    runner = SweepPartRunner(store, _list_incomplete_parts(store, chosen), callback)
+    runner = SweepPartsRunner(store, _list_incomplete_parts(store, chosen), callback)
     return _run_selected_parts(runner, chosen, count, executor)
 
 
@@ -147,7 +147,7 @@ def _select_nondefault_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _run_selected_parts(
-    runner: SweepPartRunner, chosen: range, threads: int, executor: Executor | None
+    runner: SweepPartsRunner, chosen: range, threads: int, executor: Executor | None
 ) -> SweepResult:
     """Compute parts of a sweep, and return the results of the whole sweep.
 
@@ -178,7 +178,7 @@ def _make_sweep_plan(
             )
         return read_sweep_plan(Path(tops))
     source = Source.of(tops) if isinstance(tops, Ensemble) else check_type("tops", tops, Source)
-    return make_sweep_plan(source, validate_task(task, arguments), part_size)
+    return make_sweep_plan(source, build_task_from_arguments(task, arguments), part_size)
 
 
 def _validate_part_range(parts: object, count: int) -> range:

@@ -188,7 +188,7 @@ class SweepResult:
 
         The status is "done", "missing", "damaged", "of another version" or "foreign". A part is
         foreign if its name is used by a folder or by a complete part of a different plan. Calling
-        kreisel.sweep again computes all parts except those that are done or foreign.
+        kreisel.sweep again computes the parts whose status is neither 'done' nor 'foreign'.
         """
         parts, found = self._verify_existing_parts()
         missing = [i for gap in list_missing_ranges(found, self.parts) for i in gap]

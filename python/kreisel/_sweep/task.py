@@ -38,7 +38,7 @@ TaskResult = Paths | Reductions | Indicator | Section
 
 
 class SweepTask(Protocol):
-    """A task of a sweep: a kreisel function that is called for the tops, and its arguments."""
+    """A task of a sweep: the kreisel function that is called for every top, and its arguments."""
 
     @property
     def as_json(self) -> dict[str, Any]:
@@ -217,7 +217,7 @@ _ARGUMENTS: dict[str, tuple[str, ...]] = {
 ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name in names))
 
 
-def validate_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
+def build_task_from_arguments(task: object, arguments: Mapping[str, Any]) -> SweepTask:
     """Return a task, given its name and its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
@@ -289,4 +289,4 @@ def build_task_from_dict(plan: Mapping[str, Any]) -> SweepTask:
         arguments["event"] = from_record(arguments["event"])
     if "reduce" in arguments:
         arguments["reduce"] = dict(arguments["reduce"])
-    return validate_task(task, arguments)
+    return build_task_from_arguments(task, arguments)
