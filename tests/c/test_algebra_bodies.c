@@ -174,6 +174,21 @@ static void test_rounded_moments(void)
     kr_top_free(top);
 }
 /* A point mass on a massless rod is an extreme case of a physical body. */
+/* Damping that differs between the axes keeps the principal axes of a sphere. Equal damping lets
+ * the third axis point to the centre of mass. */
+static void test_working_axes_of_damped_spheres(void)
+{
+    const kr_vec3 com = {0.3, -0.4, 0.5}, none = {0.0, 0.0, 0.0};
+    const kr_body sphere = {1.0, {2.0, 2.0, 2.0}, com, {1, 0, 0, 0}, 0, none};
+    const kr_vec3 damping[3] = {{0.1, 0.1, 0.1}, {0.1, 0.1, 0.2}, {0.1, 0.2, 0.2}};
+    for (int i = 0; i < 3; i++) {
+        const kr_working w = kr_body_working_damped(&sphere, damping[i]);
+        const kr_vec3 own = i ? com : v3(0.0, 0.0, v_length(com));
+        NEAR(off(w.com, own), 0.0, 1e-15);
+        NEAR(off(q_turn(w.axes, w.com), com), 0.0, 1e-15);
+        NEAR(off(w.damping, damping[i]), 0.0, 0.0);
+    }
+}
 static void test_body_can_be(void)
 {
     const double utmost = 2.0 * 9.0;
@@ -235,6 +250,7 @@ int main(void)
     test_exact_kinds();
     test_rounded_moments();
     test_body_can_be();
+    test_working_axes_of_damped_spheres();
     test_quantities();
     return check_result();
 }

@@ -226,9 +226,24 @@ static void test_overflow(void)
     kr_top *top = NULL;
     IS(kr_top_create(&s, taylor(), PLAIN, &top) == KR_ERR_ARGUMENT && !top);
 }
-
+/* Backward in time, the velocity about each axis of a free body grows until it exceeds the range
+ * that the series allows. The run then ends, and the last state is still exact. */
+static void test_growth_backward(void)
+{
+    const kr_vec3 I = {1.0, 2.0, 2.5}, D = {0.125, 0.125, 0.25};
+    const kr_scene s = damped(I, D, v3(0.0, 0.0, 1.0));
+    kr_top *top = make(&s, taylor(), (kr_config){.step = -1.0, .skip_heading = 1});
+    kr_status status = KR_OK;
+    int steps = 0;
+    for (; steps < 1000 && status == KR_OK; steps++) status = kr_top_step(top);
+    const kr_state end = kr_top_state(top);
+    IS(status == KR_ERR_NOT_FINITE && end.m.z > 1e7);
+    NEAR(log(end.m.z) / (-0.1 * end.t), 1.0, 1e-9);
+    kr_top_free(top);
+}
 int main(void)
 {
+    test_growth_backward();
     test_half_momentum();
     test_overflow();
     test_sphere();

@@ -29,6 +29,19 @@ static void test_time_order(void)
     }
     kr_worker_free(worker);
 }
+/* A top that starts beyond the times that doubles resolve is refused, as a single top is. */
+static void test_late_start(void)
+{
+    const double t[3] = {1e30, 1e30, 1e30};
+    kr_scene s = kr_scene_default();
+    kr_outcome outcome;
+    kr_state out[3];
+    kr_top *top = NULL;
+    s.start.t = 1e30;
+    run(&s, t, &outcome, out);
+    IS(outcome.status == KR_ERR_RESOLUTION && outcome.done == 0);
+    IS(kr_top_create(&s, kr_method_find("exact"), (kr_config){0}, &top) == KR_ERR_RESOLUTION);
+}
 /* If the closed form may exceed the range of doubles in the user's units, the top is computed in
  * its internal units. This holds for states and for values computed from them. */
 static void test_units(void)
@@ -84,6 +97,7 @@ int main(void)
     test_limits_of_steps();
     test_time_order();
     test_units();
+    test_late_start();
     const double led[4][3] = {{1.0, 3.0, 3.0},
                               {-1.0, -1.0, -3.0},
                               {0.0, 0.0, 0.0},

@@ -71,6 +71,14 @@ static void test_box_of_numbers_that_fit_no_body(void)
     NEAR(off(v_scale(1e4, little.half), box.half), 0.0, 1e-7);
     IS(box.half.x == box.half.y && box.half.z > 0.2 * box.half.x);
 }
+/* A body too small for its distance from the fixed point has no cuboid of the same mass. */
+static void test_box_of_a_small_ball_far_away(void)
+{
+    const kr_body ball = {
+        1.0, {1.0 + 1e-9, 1.0 + 1e-9, 1e-9}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0, 0.0}, 0.0, {0, 0, 0}};
+    const kr_box box = kr_mesh_box(&ball);
+    NEAR(8.0 * box.half.x * box.half.y * box.half.z * box.density * box.centre.z, 1.0, 1e-9);
+}
 static void test_box_of_a_plate_and_of_none(void)
 {
     const kr_body plate = cuboid(1.0, v3(1.0, 0.5, 1e-3), v3(0.0, 0.0, 0.0));
@@ -252,6 +260,7 @@ int main(void)
     test_box_of_density_one();
     test_box_of_numbers_that_fit_no_body();
     test_box_of_a_plate_and_of_none();
+    test_box_of_a_small_ball_far_away();
     test_reach();
     test_way();
     test_momentum_way();

@@ -268,6 +268,65 @@ static void test_modified_energies(void)
     NEAR((kr_state_modified_energy4(&s, &s.start, 2.0 * h) - energy) / fourth, 4.0, 1e-3);
 }
 
+/* Integrals do not exist on a shaken support, and modified energies do not exist with a rotor
+ * either. Their derivatives do not exist then, nor by the rotor or the shaking. */
+static void test_missing_integrals(void)
+{
+    static const char *const names[] = {"kowalewski", "goryachev_chaplygin"};
+    const uint64_t by = KR_TANGENT_START | KR_TANGENT_ROTOR | KR_TANGENT_SHAKING;
+    for (int i = 0; i < 2; i++) {
+        double column[6][12] = {{0.0}}, out[12];
+        const kr_quantity *quantity = kr_quantity_find(names[i]);
+        kr_scene s = random_top();
+        s.body.inertia = i ? v3(4.0, 4.0, 1.0) : v3(2.0, 2.0, 1.0);
+        s.body.com = v3(0.25, 0.0, 0.0);
+        for (int k = 0; k < 6; k++) column[k][k] = 1.0;
+        IS(isfinite(value(names[i], &s)));
+        kr_quantity_tangents(quantity, &s, 1, &s.start, by, column[0], out);
+        for (int k = 0; k < 12; k++) IS(isnan(out[k]) == (k >= 6));
+        s.shaking = (kr_shaking){0.1, 2.0, 0.3};
+        IS(isnan(value(names[i], &s)));
+        kr_quantity_tangents(quantity, &s, 1, &s.start, by, column[0], out);
+        for (int k = 0; k < 12; k++) IS(isnan(out[k]));
+    }
+    kr_scene s = random_top();
+    IS(kr_body_symmetric(1.3, 2.1, 0.9, 0.7, &s.body) == KR_OK);
+    IS(isfinite(kr_state_modified_energy(&s, &s.start, 0.1)));
+    IS(isfinite(kr_state_modified_energy4(&s, &s.start, 0.1)));
+    for (int i = 0; i < 2; i++) {
+        kr_scene other = s;
+        if (i)
+            other.shaking = (kr_shaking){0.1, 2.0, 0.3};
+        else
+            other.body.rotor = v3(0.0, 0.0, 0.5);
+        IS(isnan(kr_state_modified_energy(&other, &s.start, 0.1)));
+        IS(isnan(kr_state_modified_energy4(&other, &s.start, 0.1)));
+    }
+}
+/* Friction holds a top without spin unless more than the limit is needed. The rotor of a body
+ * without lever exerts no torque about the third axis if the top rests. */
+static void test_acceleration_with_friction(void)
+{
+    double column[6][7] = {{0.0}}, out[21];
+    kr_scene s = random_top();
+    s.body.inertia = v3(2.0, 3.0, 4.0);
+    s.body.com = v3(0.0, 0.0, 0.0);
+    s.body.axes = s.start.q = q_one();
+    s.start.m = v3(2.0, 3.0, 0.0); /* the angular velocity (1, 1, 0) */
+    for (int i = 0; i < 2; i++) {
+        s.friction = i ? 4.0 : 0.25;
+        /* M x W = (0, 0, -1): friction cancels it, or slows the gain of spin */
+        NEAR(apart(vector("body_acceleration", &s), v3(0.0, 0.0, i ? 0.0 : -0.1875)), 0.0, 1e-15);
+    }
+    for (int k = 0; k < 6; k++) column[k][k] = 1.0;
+    for (int i = 0; i < 2; i++) {
+        s.friction = i ? 0.25 : 0.0;
+        kr_quantity_tangents(kr_quantity_find("body_acceleration"), &s, 1, &s.start,
+                             KR_TANGENT_START | KR_TANGENT_FRICTION, column[0], out);
+        for (int k = 0; k < 21; k++) IS(isnan(out[k]) == (i || k % 7 == 6));
+    }
+}
+
 /* Writes the values of all components of a quantity, after a change of one number: of the rotation
  * vector (k < 3), the momentum (k < 6), or a parameter in the order of the tangents. */
 static void values_beside(const kr_quantity *quantity, kr_scene s, size_t k, double by,
@@ -328,6 +387,8 @@ int main(void)
     test_components();
     test_apex_without_a_lever();
     test_modified_energies();
+    test_missing_integrals();
+    test_acceleration_with_friction();
     for (int i = 0; i < 50; i++) {
         kr_scene s = random_top();
         s.damping = v3(uniform(0.1, 0.5), uniform(0.1, 0.5), uniform(0.1, 0.5));

@@ -196,6 +196,66 @@ static void test_more_digits(void)
     }
     for (int i = 0; i < 5; i++) kr_top_free(tops[i]);
 }
+/* Methods that a build omits, and options of omitted parts, are refused. Other options work. */
+static void test_omitted_parts(void)
+{
+    const kr_scene s = tilted();
+    const kr_method omitted = {.name = "omitted"};
+    kr_method small = *taylor();
+    kr_top *top = NULL;
+    kr_worker *worker = NULL;
+    small.extended = NULL;
+    small.tangents = NULL;
+    IS(!kr_method_suits(&omitted, &s) && !kr_method_applies(&omitted, &s.body));
+    IS(kr_top_create(&s, &omitted, (kr_config){.step = 0.1}, &top) == KR_ERR_NOT_BUILT);
+    IS(kr_worker_create(&omitted, (kr_config){.step = 0.1}, 0, NULL, &worker) == KR_ERR_NOT_BUILT);
+    IS(kr_top_create(&s, &small, (kr_config){.digits = 20}, &top) == KR_ERR_NOT_BUILT);
+    IS(kr_top_create(&s, &small, (kr_config){.tangents = KR_TANGENT_START}, &top) ==
+       KR_ERR_NOT_BUILT);
+    IS(!top && !worker);
+    IS(same(state_at(3.0, &s, &small, (kr_config){0}),
+            state_at(3.0, &s, taylor(), (kr_config){0})));
+}
+/* Checkpoints contain the beginning of a long method name. */
+static void test_long_name(void)
+{
+    static unsigned char saved[MOST];
+    const kr_scene s = tilted();
+    kr_method named = *kr_method_find("strang");
+    named.name = "a name that is longer than the room for it in a checkpoint";
+    kr_top *top = make(&s, &named, (kr_config){.step = 0.125});
+    const size_t size = kr_top_save_size(top);
+    IS(kr_top_advance(top, 1.0) == KR_OK && size <= MOST);
+    const kr_state at = kr_top_state(top);
+    IS(kr_top_save(top, size, saved) == KR_OK && kr_top_advance(top, 2.0) == KR_OK);
+    IS(kr_top_load(top, size, saved) == KR_OK && same(kr_top_state(top), at));
+    kr_top_free(top);
+}
+/* Each low word of a start must be smaller than half the spacing of doubles. The time has none. */
+static void test_low_words(void)
+{
+    const kr_scene s = tilted();
+    kr_top *top = make(&s, taylor(), (kr_config){.digits = 30});
+    for (int i = 0; i < 8; i++)
+        for (int fits = 0; fits < 2; fits++) {
+            double words[8] = {0.0};
+            kr_state low;
+            words[i] = fits ? 1e-40 : 1e-3;
+            memcpy(&low, words, sizeof low);
+            IS(kr_top_set_scene_low(top, &s, &low) == (fits && i > 0 ? KR_OK : KR_ERR_ARGUMENT));
+        }
+    kr_top_free(top);
+}
+/* A step or a damping beyond the range of doubles in internal units is refused. */
+static void test_internal_units(void)
+{
+    kr_scene s = tilted();
+    kr_top *top = NULL;
+    s.gravity = 1e200;
+    IS(kr_top_create(&s, kr_method_find("rk4"), (kr_config){.step = 1e300}, &top) ==
+       KR_ERR_ARGUMENT);
+    IS(kr_top_create(&s, taylor(), (kr_config){.step = -1e300}, &top) == KR_ERR_ARGUMENT && !top);
+}
 /* Every function returns KR_ERR_ARGUMENT if the top is NULL. */
 static void test_missing_top(void)
 {
@@ -209,6 +269,10 @@ static void test_missing_top(void)
 
 int main(void)
 {
+    test_omitted_parts();
+    test_long_name();
+    test_low_words();
+    test_internal_units();
     test_missing_top();
     test_scenes();
     test_bodies();

@@ -150,6 +150,66 @@ static void test_stop(double spin, int digits)
 }
 /* Friction that is too weak to hold the top lets it slide. While the top slides, a motion backward
  * in time undoes the motion forward. */
+/* Returns a free top whose friction stops its spin after 8 * `spin`. */
+static kr_scene stopping_top(double spin)
+{
+    return symmetric_top(0.75, 0.0, 0.125, v3(0.5, -0.25, spin));
+}
+/* A spin that vanishes at the end of a step, or up to some rounding errors before it or after it,
+ * stops the top at that time. */
+static void test_stop_at_the_end_of_a_step(void)
+{
+    double low = 1e-3, high = 8.0; /* spins that vanish within and after the first step */
+    for (int i = 0; i < 60; i++) {
+        const double middle = 0.5 * (low + high);
+        const kr_scene s = stopping_top(middle);
+        kr_top *top = make(&s, taylor(), kr_config_default());
+        IS(kr_top_step(top) == KR_OK);
+        *(kr_top_time(top) > 8.0 * middle - 1e-13 ? &low : &high) = middle;
+        kr_top_free(top);
+    }
+    for (int i = -300; i <= 300; i++) {
+        const double spin = low * (1.0 + i * 0x1p-50);
+        const kr_scene s = stopping_top(spin);
+        const kr_term terms[] = {term(1.0, "spin", "1")};
+        kr_event event = {.terms = terms, .count = 1};
+        double t[MANY];
+        kr_top *top = watched(&s, kr_config_default(), &event, 1);
+        IS(seek_all(top, 16.0 * spin, t, NULL) == 1);
+        NEAR(t[0], 8.0 * spin, 1e-13);
+        const kr_state end = kr_top_state(top);
+        NEAR(kr_state_axial_momentum(&s, &end), 0.0, 1e-14);
+        NEAR(v_length(end.m), sqrt(0.3125), 1e-14);
+        kr_top_free(top);
+    }
+}
+/* Events of a top that friction stops at t = 4 occur at the same times with more digits. Only a
+ * multiple of the spin has an event at the stop. */
+static void test_events_of_a_stopping_top(void)
+{
+    const kr_scene s = stopping_top(0.5);
+    const kr_term turned = term(-2.0, "1", "spin"), square = term(1.0, "spin", "spin"),
+                  tilt = term(1.0, "apex_z", "1"), constant = term(1.0, "1", "1"),
+                  sum[2] = {term(1.0, "spin", "1"), term(-1.0, "1", "1")};
+    const kr_event events[] = {
+        {.terms = &turned, .count = 1}, {.terms = sum, .count = 2},
+        {.terms = &square, .count = 1}, {.terms = &constant, .count = 1},
+        {.terms = &tilt, .count = 1},   {.terms = &tilt, .count = 1, .extremum = 1}};
+    const int count[] = {1, 0, 0, 0, 3, 2};
+    for (int i = 0; i < 6; i++) {
+        double t[2][MANY];
+        int n[2];
+        for (int k = 0; k < 2; k++) {
+            kr_event event = events[i];
+            kr_top *top = watched(&s, (kr_config){.digits = k ? 30 : 16}, &event, 1);
+            n[k] = seek_all(top, 20.0, t[k], NULL);
+            kr_top_free(top);
+        }
+        IS(n[0] == count[i] && n[1] == count[i]);
+        for (int k = 0; k < n[0]; k++) NEAR(t[0][k], t[1][k], 1e-12);
+        if (i == 0) NEAR(t[0][0], 4.0, 1e-13);
+    }
+}
 static void test_sliding(void)
 {
     kr_scene s = moved(TURNING);
@@ -235,7 +295,7 @@ static void test_refusals(void)
              tops[3] = {plain, plain, plain};
     const kr_status status[] = {KR_ERR_TURNING, KR_ERR_SHAKING, KR_ERR_FRICTION};
     const unsigned flags[] = {KR_METHOD_TURNING, KR_METHOD_SHAKING, KR_METHOD_FRICTION};
-    tops[0].turning.x = 0.1;
+    tops[0].turning = v3(0.0, 0.1, 0.2);
     tops[1].shaking = (kr_shaking){0.1, 1.0, 0.0};
     tops[2].friction = 0.1;
     for (size_t i = 0; i < kr_method_count(); i++) {
@@ -339,6 +399,8 @@ int main(void)
     test_stop(-0.75, 16);
     test_stop(0.5, 30);
     test_sliding();
+    test_stop_at_the_end_of_a_step();
+    test_events_of_a_stopping_top();
     test_continuation();
     const kr_scene moving = moved(TURNING | SHAKING);
     test_events(&moving);

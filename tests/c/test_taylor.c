@@ -239,6 +239,20 @@ static void test_own_kernel(void)
     }
     NEAR(found[1], found[0], 1e-13);
 }
+/* Tangents with a kernel outside the tables are those of the baseline instruction set. */
+static void test_tangents_of_own_kernel(void)
+{
+    const kr_scene s = tilted();
+    const kr_kernel mine = kr_taylor_isa(0)->plain[KR_ORDER_28];
+    double phi[2][36];
+    for (int i = 0; i < 2; i++) {
+        kr_top *top = make(&s, taylor(), (kr_config){.tangents = KR_TANGENT_START});
+        kr_taylor_set_kernel(&top->main, i ? &mine : &kr_taylor_isa(0)->plain[KR_ORDER_28], -53.0);
+        IS(kr_top_advance(top, 3.0) == KR_OK && kr_top_tangents(top, phi[i], NULL) == KR_OK);
+        kr_top_free(top);
+    }
+    for (int k = 0; k < 36; k++) NEAR(phi[1][k], phi[0][k], 1e-12);
+}
 /* An event search up to the end of a step makes no further step. */
 static void test_search_to_the_end_of_a_step(void)
 {
@@ -259,6 +273,7 @@ int main(void)
 {
     test_search_to_the_end_of_a_step();
     test_own_kernel();
+    test_tangents_of_own_kernel();
     test_single_kernels();
     test_kernels();
     test_references();

@@ -203,9 +203,21 @@ static void test_top_at_rest(void)
         NEAR(distance(a, s.start), 0.0, 0.0);
     }
 }
+/* A free sphere that takes 1e310 units of time for a turn still turns by the exact angle. */
+static void test_slowest_turns(void)
+{
+    kr_scene s = tilted();
+    s.body.inertia = v3(2.0, 2.0, 2.0);
+    s.body.com = v3(0.0, 0.0, 0.0);
+    s.start.m = v3(0.0, 0.0, 0x1p-1030);
+    const kr_state end = state_at(0x1p1020, &s, taylor(), (kr_config){0});
+    NEAR(kr_attitude_error(end.q, s.start.q) / 0x1p-11, 1.0, 1e-12);
+    NEAR(end.m.z, 0x1p-1030, 0.0);
+}
 
 int main(void)
 {
+    test_slowest_turns();
     const kr_scene thesis = tilted();
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
