@@ -183,6 +183,26 @@ static void test_stop_at_the_end_of_a_step(void)
         kr_top_free(top);
     }
 }
+/* A friction that is zero in internal units changes neither the path nor the tangents. */
+static void test_least_friction(void)
+{
+    double phi[2][36];
+    kr_state end[2];
+    for (int i = 0; i < 2; i++) {
+        kr_scene s = stopping_top(0.5);
+        s.body.mass *= 1024.0;
+        s.body.inertia = v_scale(1024.0, s.body.inertia);
+        s.start.m = v_scale(1024.0, s.start.m);
+        s.friction = i ? 5e-324 : 0.0;
+        kr_top *top = make(&s, taylor(), (kr_config){.tangents = KR_TANGENT_START});
+        IS(kr_top_advance(top, 3.0) == KR_OK && kr_top_tangents(top, phi[i], NULL) == KR_OK);
+        end[i] = kr_top_state(top);
+        kr_top_free(top);
+    }
+    NEAR(off(end[0].m, end[1].m), 0.0, 1e-11);
+    NEAR(kr_attitude_error(end[0].q, end[1].q), 0.0, 1e-14);
+    for (int k = 0; k < 36; k++) NEAR(phi[0][k], phi[1][k], 1e-14 * (1.0 + fabs(phi[0][k])));
+}
 /* Events of a top that friction stops at t = 4 occur at the same times with more digits. Only a
  * multiple of the spin has an event at the stop. */
 static void test_events_of_a_stopping_top(void)
@@ -401,6 +421,7 @@ int main(void)
     test_sliding();
     test_stop_at_the_end_of_a_step();
     test_events_of_a_stopping_top();
+    test_least_friction();
     test_continuation();
     const kr_scene moving = moved(TURNING | SHAKING);
     test_events(&moving);
