@@ -90,6 +90,11 @@ static void choose_body(kr_scene *s, int number)
         s->start.m = v_scale(mass * reach * reach, s->start.m);
         break;
     }
+    case 6: /* so fast or so slow that products of powers of two could overflow */
+        s->gravity = number % 2 ? 1e152 : 1e-304;
+        s->body.com.z *= number % 2 ? 1e152 : 1e-300;
+        s->start.m = v_scale(number % 2 ? 1e302 : 1e-304, s->start.m);
+        break;
     default:
         break;
     }

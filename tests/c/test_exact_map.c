@@ -238,10 +238,32 @@ static void test_huge_steps(void)
         IS(status != KR_OK || state.t == 10.0 * step);
     }
 }
+/* Tiny steps follow the motion of the top, or are refused where the start is so close to a pole
+ * that the solution would miss it. */
+static void test_tiny_steps(void)
+{
+    const kr_vec3 m[3] = {{0.0, 0.0, 20.0}, {1e-3, 0.2, 1.0}, {0.0, 0.0, 0.0}};
+    int planned = 0, refused = 0, all = 0;
+    for (double tilt = 1e-4; tilt > 1e-60; tilt *= 0.1)
+        for (double step = 1e-6; step > 1e-25; step *= 0.1)
+            for (int k = 0; k < 9; k++, all++) {
+                const kr_scene s = thesis(q_exp(v3(tilt, 0, 0)), m[k % 3], k / 3 - 1);
+                kr_exact_map map;
+                kr_exact plan;
+                const kr_status status = kr_exact_map_plan(&s, step, &map);
+                planned += status == KR_OK, refused += status == KR_ERR_STEP_SIZE;
+                IS(kr_exact_plan(&s, &plan) == KR_OK);
+                if (status != KR_OK) continue;
+                const kr_state a = kr_exact_map_state(&map, 10), b = kr_exact_state(&plan, a.t);
+                NEAR(kr_attitude_error(a.q, b.q), 0.0, 2e-9 + 10.0 * step);
+            }
+    IS(planned > all / 2 && refused > all / 20 && planned + refused == all);
+}
 
 int main(void)
 {
     test_huge_steps();
+    test_tiny_steps();
     test_rates();
     test_map_states();
     test_near_separatrix();

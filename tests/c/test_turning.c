@@ -141,6 +141,12 @@ static void test_free_bodies(void)
     s.body.inertia.x = 0.75;
     kr_turning none = {.least = 5.0};
     IS(kr_exact_turning(&s, &none) == KR_ERR_METHOD && none.least == 5.0);
+    s.body.inertia = v3(1.0, 1.0, 1.0);
+    IS(kr_exact_turning(&s, &none) == KR_OK);
+    s.body.rotor = v3(0.0, 0.0, 0.5);
+    IS(kr_exact_turning(&s, &none) == KR_OK);
+    s.body.rotor = v3(0.5, 0.0, 0.0);
+    IS(kr_exact_turning(&s, &none) == KR_ERR_METHOD);
 }
 
 /* Levers and transverse momenta whose squares underflow have no effect. */
