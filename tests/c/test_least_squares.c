@@ -10,7 +10,7 @@ static lsq equal_columns(int columns)
     for (int j = 0; j < columns; j++) m.a[j][0] = 2.0;
     return m;
 }
-/* Of equal columns, only one is used. */
+/* If all columns are equal, the solution has a single nonzero component. */
 static void test_dependent_columns(void)
 {
     lsq m = equal_columns(3);
@@ -21,7 +21,7 @@ static void test_dependent_columns(void)
     NEAR(fmax(fabs(x[0]), fmax(fabs(x[1]), fabs(x[2]))), 5.0, 1e-14);
     NEAR(right[3], 7.0, 1e-14);
 }
-/* The singular vector of two equal columns is their difference. */
+/* The null vector of two equal columns has opposite components. */
 static void test_null_vector(void)
 {
     lsq m = equal_columns(2);
