@@ -31,8 +31,7 @@ const kr_method *kr_method_find(const char *name)
 {
     for (size_t i = 0; name && i < kr_method_count(); i++)
         if (strcmp(method_table[i]->name, name) == 0) return method_table[i];
-    for (size_t i = 0; name && omitted_methods[i].name; i++) /* untaken: if no method is omitted */
-        if (strcmp(omitted_methods[i].name, name) == 0)      /* untaken: if no method is omitted */
-            return &omitted_methods[i];
+    for (size_t i = 0; name && omitted_methods[i].name; i++)
+        if (strcmp(omitted_methods[i].name, name) == 0) return &omitted_methods[i];
     return NULL;
 }

@@ -91,7 +91,7 @@ static void choose_order(kr_lanes *l, double tol)
 void kr_scheduler_configure(kr_worker *worker)
 {
     int i = 0;
-    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
+    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* skip unsupported sets */
     worker->isa = kr_lanes_isa_at(i);
     worker->lanes->skip_heading = worker->config.skip_heading;
     choose_order(worker->lanes, worker->config.tol);
@@ -138,7 +138,7 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
-    return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? least : apart;
+    return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? (apart < 0.0 ? -least : least) : apart;
 }
 /* Returns the differences of the moments of inertia, after product_factor has replaced values near
  * zero. */

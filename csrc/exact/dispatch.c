@@ -37,11 +37,11 @@ kr_state kr_exact_form_state(const kr_exact_form *form, double t)
 void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[])
 {
     const kr_exact_isa *isa = widest_isa();
-#ifdef KR_NO_BATCHES
+    if (isa->evaluate) {
+        isa->evaluate(form, n, t, out);
+        return;
+    }
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(form, t[i]);
-#else
-    isa->evaluate(form, n, t, out);
-#endif
 }
 /* The aliasing rules described in layout.h permit the cast from kr_exact to kr_exact_form. */
 static const kr_exact_form *form_of(const kr_exact *exact)
@@ -109,7 +109,6 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
 }
-#ifdef KR_NO_BATCHES
 /* Computes the requested solutions and states one top at a time. */
 static void run_singly(const kr_exact_scalar *one, const kr_exact_request *request)
 {
@@ -123,15 +122,13 @@ static void run_singly(const kr_exact_scalar *one, const kr_exact_request *reque
             request->states[i * request->times + k] = one->state(&form, t[k]);
     }
 }
-#endif
 void kr_exact_run(const kr_exact_request *request)
 {
     int i = 0;
     while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
     const kr_exact_batch_isa *isa = kr_exact_batch_isa_at(i);
-#ifdef KR_NO_BATCHES
-    run_singly(isa->scalar, request);
-#else
-    isa->batch(isa->scalar, request);
-#endif
+    if (isa->batch)
+        isa->batch(isa->scalar, request);
+    else
+        run_singly(isa->scalar, request);
 }

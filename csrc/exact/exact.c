@@ -56,8 +56,7 @@ size_t kr_exact_extra_doubles(void)
 {
     size_t most = 0;
     for (const kr_torus_form *const *form = torus_forms; *form; form++)
-        if (torus_doubles(*form) > most) /* untaken: the sizes ascend */
-            most = torus_doubles(*form);
+        if (torus_doubles(*form) > most) most = torus_doubles(*form);
     return most;
 }
 

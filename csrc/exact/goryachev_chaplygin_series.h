@@ -148,7 +148,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
         e->is_sine[k] = has_sine;
         e->is_whole[k] = has_sine == has_cosine;
     }
-    for (int M = LEAST_POINTS;; M *= 2) {
+    for (int M = LEAST_POINTS; M <= MOST_POINTS; M *= 2) {
         double tail = 0.0;
         refine_cosines(&w->table, GRID / (2 * M));
         for (int i = 0; i <= M; i++) {
@@ -179,6 +179,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
         }
         return tail < 1e-13;
     }
+    return 0;
 }
 /* Evaluates c, s and c^2 + s^2 at M + 1 values of one angle, from 0 to pi. */
 static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
@@ -337,7 +338,8 @@ static int fill_heading_rows(kr_chaplygin_plan *plan, const series_work *w, cons
         terms = end;
         row.count = (end - begin) / 2;
         if (row.count == 0) continue;
-        if (row.count % 2) { /* the number of pairs is even; HEADING_TERMS is a multiple of 4 */
+        if (row.count % 2) { /* the number of pairs is even */
+            if (terms + 2 > HEADING_TERMS) return 0;
             plan->term[terms] = plan->term[terms + 1] = 0.0;
             terms += 2;
             row.count++;

@@ -76,8 +76,7 @@ static dd find_lone_root(const kowalewski_curve *o)
     double x = sqrt(fabs(slope)) + 1.0;
     while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
     dd w = dd_of(bend + side * x);
-    /* Each step reduces the distance from the root to at most 2/3. */
-    for (int i = 0; i < 200; i++) { /* untaken: 100 steps suffice */
+    for (int i = 0; i < 200; i++) {
         const double f = (w.hi + h) * (w.hi * w.hi + c) - 0.5 * l * l,
                      d = (w.hi * w.hi + c) + 2.0 * w.hi * (w.hi + h);
         const double next = d != 0.0 ? w.hi - f / d : w.hi;

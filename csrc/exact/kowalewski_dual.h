@@ -93,8 +93,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             b->half[0][i] = sign_of_term(kind, sum, k1 + 2, k2 + (pairs ? 0 : 2)) < 0.0;
             b->half[1][i] = sign_of_term(kind, sum, k1, k2 + (pairs ? 2 : 4)) < 0.0;
         }
-    /* The loop ends at k < 64 for every kind and sum. */
-    for (int k = 0; found < b->count; k++)
+    for (int k = 0; k < 64 && found < b->count; k++)
         for (int which = 0; which < b->count; which++)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
@@ -136,7 +135,7 @@ static double distance_to_cell(const double bend[3], double k1, double k2)
     /* With theta = 2 pi x, |x| <= 1. The minimum is found by alternating minimization over the two
      * coordinates. */
     double x = fmax(-1.0, fmin(1.0, k1)), y = fmax(-1.0, fmin(1.0, k2));
-    for (int i = 0; i < 40; i++) { /* untaken: y changes at most once */
+    for (int i = 0; i < 40; i++) {
         const double before = y;
         x = fmax(-1.0, fmin(1.0, k1 - bend[1] / bend[0] * (y - k2)));
         y = fmax(-1.0, fmin(1.0, k2 - bend[1] / bend[2] * (x - k1)));

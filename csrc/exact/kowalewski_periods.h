@@ -219,8 +219,7 @@ static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
     const double scale = sqrt(sqrt(least * most)) / cx_abs(way);
     return path_between(o, i, 1, cx_scale(-scale, from), cx_of(1.0, 0.0));
 }
-/* Returns the path from the real root with index i to the next lower real root. The root is not the
- * largest one, which is k. */
+/* Returns the path from the real root with index i to the next lower real root. */
 static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
 {
     const int high = o->order[i], low = o->order[i - 1];
@@ -228,7 +227,9 @@ static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
     if (i >= 2)
         mu *= root_less_root(o, high, o->order[i - 2]).re /
               root_less_root(o, low, o->order[i - 2]).re;
-    mu *= root_less_root(o, o->order[i + 1], high).re / root_less_root(o, o->order[i + 1], low).re;
+    if (i + 1 < o->real)
+        mu *= root_less_root(o, o->order[i + 1], high).re /
+              root_less_root(o, o->order[i + 1], low).re;
     return path_between(o, high, low, cx_of(sqrt(mu), 0.0), cx_of(1.0, 0.0));
 }
 /* Computes the imaginary part of the normalized integral over a path, from its start to tan^2(x/2)

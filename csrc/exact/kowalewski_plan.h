@@ -183,7 +183,10 @@ static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int wh
                 if (end == begin) row.k2 = n->k2;
                 if (*terms == SUM_TERMS) return 0;
                 plan->term[(*terms)++] = scale * (real && (k1 != 0 || n->k2 != 0) ? 2.0 * c : c);
-                if (fabs(c) > 1e-18 * most) end = *terms;
+                if (fabs(c) > 1e-18 * most)
+                    end = *terms;
+                else if (end == begin)
+                    *terms = begin;
             }
             *terms = end;
             row.count = end - begin;
@@ -206,7 +209,7 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
     static const double none[2] = {0.0, 0.0};
-    int rows = 0, terms = 0, fits = 1;
+    int rows = 0, terms = 0;
     double most = 0.0;
     for (int j = 0; j < 2; j++)
         for (int i = 0; i < t->terms.count; i++)
@@ -214,7 +217,7 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
     plan->wide[0] = plan->wide[1] = 1;
     widen(plan, t->terms.wide);
     for (int j = 0; j < 2; j++)
-        fits &= append_rows(plan, t, spinor_sums[j], j, 1.0 / most, &rows, &terms);
+        if (!append_rows(plan, t, spinor_sums[j], j, 1.0 / most, &rows, &terms)) return 0;
     t->misfit = 0.0;
     for (int sum = SUM_P; sum < SUMS; sum++) {
         const int *const two = velocity_sums[sum == SUM_R], which = sum != SUM_P;
@@ -224,9 +227,9 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
             fill_columns(t, two, ALL_SAMPLES);
         }
         find_velocity(t, two, which);
-        fits &= append_rows(plan, t, sum, which, 1.0 / most, &rows, &terms);
+        if (!append_rows(plan, t, sum, which, 1.0 / most, &rows, &terms)) return 0;
     }
-    return fits;
+    return 1;
 }
 /* Appends a dual sum to the solution, row by row. Returns 0 if the array of terms or the array of
  * rows is full. */
@@ -290,13 +293,13 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
     static const double none[2] = {0.0, 0.0};
     const double pi = 3.14159265358979323846;
-    int rows = 0, terms = 0, fits = 1;
+    int rows = 0, terms = 0;
     plan->dual = 1;
     memcpy(plan->bend, d->bend, sizeof plan->bend);
     memcpy(plan->wide, d->wide, sizeof plan->wide);
     for (int j = 0; j < 2; j++) {
         plan->twist[j] = -(d->bend[j] * beta[0] + d->bend[1 + j] * beta[1]) / (pi * pi);
-        fits &= append_dual_rows(plan, t, d, spinor_sums[j], &rows, &terms);
+        if (!append_dual_rows(plan, t, d, spinor_sums[j], &rows, &terms)) return 0;
     }
     size_dual_terms(d, none);
     t->misfit = 0.0;
@@ -304,9 +307,9 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
         const int *const two = velocity_sums[sum == SUM_R], which = sum != SUM_P;
         if (which == 0 || sum == SUM_R) fill_dual_columns(t, d, two, ALL_SAMPLES);
         find_velocity(t, two, which);
-        fits &= append_dual_rows(plan, t, d, sum, &rows, &terms);
+        if (!append_dual_rows(plan, t, d, sum, &rows, &terms)) return 0;
     }
-    return fits;
+    return 1;
 }
 /* Returns the largest of several error estimates for the theta sums. The estimates include the
  * residual of the fitted angular velocity, the asymmetry of B and the error of the heading rate. */

@@ -111,7 +111,7 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
         gsl_set_error_handler_off();
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
-        if (!use->step || !use->control) { /* untaken: unless an allocation in GSL fails */
+        if (!use->step || !use->control) {
             release_tools(motion);
             return KR_ERR_MEMORY;
         }

@@ -117,7 +117,8 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
         if (ahead == 0.0 && behind == 0.0) continue;
-        if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
+        if (!(fabs(k.hi) >= KR_LEAST_FACTOR))
+            k = dd_of(k.hi < 0.0 ? -KR_LEAST_FACTOR : KR_LEAST_FACTOR);
         s[0].k[i + 1] = k.hi;
         s[1].k[i + 1] = k.lo;
         set_shift(s, i + 1, ahead, A[i], k);
@@ -298,7 +299,7 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
  * table. */
 static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
-    if (!kernels) return 0; /* untaken: if the tables are built */
+    if (!kernels) return 0;
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
