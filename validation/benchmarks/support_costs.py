@@ -48,17 +48,17 @@ def make_ensemble(scene):
 
 
 def time_single(scene, digits, share):
-    """Return the processor time [s] per step for a single top."""
-    begin = time.process_time()
+    """Return the run time [s] per step for a single top."""
+    begin = time.perf_counter()
     path = kr.solve(scene, share * SPAN[digits], "taylor", digits=digits)
-    return (time.process_time() - begin) / path.stats.steps
+    return (time.perf_counter() - begin) / path.stats.steps
 
 
 def time_members(tops, digits, share):
-    """Return the processor time [s] per step of one top in an ensemble."""
-    begin = time.process_time()
+    """Return the run time [s] per step of one top in an ensemble."""
+    begin = time.perf_counter()
     paths = kr.solve(tops, share * SPAN[digits], "taylor", digits=digits, threads=1)
-    return (time.process_time() - begin) / paths.steps.sum()
+    return (time.perf_counter() - begin) / paths.steps.sum()
 
 
 def find_ratios(measure, plain, others, rounds):
