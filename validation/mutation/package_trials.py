@@ -22,6 +22,7 @@ ELSEWHERE = (
     "test_recipes.py",
     "test_parts.py",
     "test_readme_pictures.py",
+    "test_site_pages.py",
 )
 SLACK = 5  # time limit, as a multiple of the time without a mutation under line tracing
 MOST_FIRST = 40  # number of the tests that run first
