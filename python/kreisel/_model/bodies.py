@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -13,7 +14,6 @@ from .._core import bodies as bodies_of
 from .._utils.errors import make_frozen_class_decorator, warn_user
 from .._utils.validation import Array, as_array, freeze_array, short_repr
 from .batch import BatchBase
-from .bodies_constructors import BodiesConstructors
 from .body import Body
 from .broadcasting import (
     BatchParameter,
@@ -27,19 +27,23 @@ from .broadcasting import (
     name_varying_dimensions,
     split_components,
     stack_components,
+    validate_non_negative_parameter,
     validate_parameter,
+    validate_positive_parameter,
 )
 from .inertia import (
     describe_unphysical_inertia,
     validate_inertia_tensor,
     validate_inertia_tolerance,
 )
+from .shape_constructors import ShapeConstructors, ShapeFunction
+from .shapes import check_mass_xor_density
 
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @make_frozen_class_decorator("construct new bodies with another {}")
-class Bodies(BodiesConstructors, BatchBase[Body]):
+class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
     """An array of bodies whose parameters broadcast to a common shape.
 
     mass          [M], a number or an array
@@ -258,23 +262,62 @@ class Bodies(BodiesConstructors, BatchBase[Body]):
         )
 
     @classmethod
-    def _from_moments_about_com(
+    def _validate_positive(cls, name: str, value: ArrayLike) -> BatchParameter:
+        return validate_positive_parameter(name, value)
+
+    @classmethod
+    def _validate_non_negative(cls, name: str, value: ArrayLike) -> BatchParameter:
+        return validate_non_negative_parameter(name, value)
+
+    @classmethod
+    def _validate_half_lengths(cls, half: ArrayLike) -> BatchParameter:
+        lengths = validate_parameter("half", half, (3,))
+        bad = ~(lengths.values > 0.0).all(axis=-1)
+        lengths.raise_error_of_first_bad_value(bad, lambda _, x: Body._validate_half_lengths(x))
+        return lengths
+
+    @classmethod
+    def _validate_tube_radii(
+        cls, inner: ArrayLike, outer: ArrayLike
+    ) -> tuple[BatchParameter, BatchParameter]:
+        hole, r = validate_parameter("inner", inner), validate_positive_parameter("outer", outer)
+        compute_common_parameter_shape(hole, r)
+        both = BatchParameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
+        bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
+        both.raise_error_of_first_bad_value(bad, lambda _, x: Body._validate_tube_radii(*x))
+        return hole, r
+
+    @classmethod
+    def _build_from_shape(
         cls,
-        make: Callable[..., Body],
-        words: Sequence[BatchParameter],
-        mass: Array,
-        moments: tuple[Array, Array, Array],
-        height: Array,
-        pivot: BatchParameter,
+        compute_shape: ShapeFunction,
+        sizes: Sequence[BatchParameter],
+        pivot: ArrayLike,
+        mass: ArrayLike | None,
+        density: ArrayLike | None,
+        **options: bool,
     ) -> Self:
-        """Build bodies from their moments of inertia about the centre of mass."""
+        compute_common_parameter_shape(*sizes)
         with np.errstate(all="ignore"):
-            nothing = np.zeros_like(height)
-            com = stack_components(nothing, nothing, height) - pivot.values
+            values = [split_components(x.values) if x.value else x.values for x in sizes]
+            shape = compute_shape(*values, **options)
+        check_mass_xor_density(shape, mass, density)
+        at = validate_parameter("pivot", pivot, (3,))
+        name, given = ("mass", mass) if density is None else ("density", density)
+        weight = validate_positive_parameter(name, given)
+        words = [*sizes, at, weight]
+        compute_common_parameter_shape(*words)
+        with np.errstate(all="ignore"):
+            total = weight.values if density is None else shape.compute_mass(weight.values)
+            if density is not None:
+                validate_positive_parameter(f"mass of the {shape.name}", total)
+            moments, zero = shape.compute_moments(total), np.zeros_like(shape.height)
+            com = stack_components(zero, zero, shape.height) - at.values
             tensor = add_inertia_of_point_masses(
-                BatchParameter("inertia", stack_components(*moments), (3,)), mass, com
+                BatchParameter("inertia", stack_components(*moments), (3,)), total, com
             )
-        return cls.__new__(cls)._store_parameters(make, words, mass, tensor, com)
+        make = partial(getattr(Body, compute_shape.__name__), **options)
+        return cls.__new__(cls)._store_parameters(make, words, total, tensor, com)
 
     @property
     def mass(self) -> Array:

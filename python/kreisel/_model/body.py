@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
 from struct import unpack
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,11 +20,11 @@ from .._utils.validation import (
     Vector,
     as_bool,
     as_float,
+    as_non_negative,
     as_positive,
     as_three_floats,
 )
 from ..quaternion import turn, unit
-from .body_constructors import BodyConstructors
 from .inertia import (
     add_point_mass_inertia,
     convert_tensor_to_moments_or_rows,
@@ -36,7 +37,8 @@ from .inertia import (
     validate_inertia_tensor,
     validate_inertia_tolerance,
 )
-from .shapes import compute_central_inertia, compute_shape_mass, rod
+from .shape_constructors import ShapeConstructors, ShapeFunction
+from .shapes import compute_shape_mass, rod
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
 
 @make_frozen_class_decorator("dataclasses.replace(body, {}=...) returns a new body")
 @dataclass(frozen=True, init=False)
-class Body(BodyConstructors):
+class Body(ShapeConstructors[float, float | Vector]):
     """A rigid body that rotates about the origin of the frame in which it is described.
 
     mass          [M], positive
@@ -132,53 +134,6 @@ class Body(BodyConstructors):
         kept["unphysical"] = unphysical or not can_be
 
     @classmethod
-    def cuboid(
-        cls,
-        half: ArrayLike,
-        pivot: ArrayLike,
-        density: float | None = None,
-        *,
-        mass: float | None = None,
-    ) -> Self:
-        """Build a homogeneous cuboid from its half-edge lengths [L] and its density or mass.
-
-        half     half the lengths of the edges along the three axes [L]
-        pivot    the fixed point, relative to the centre [L]; it may lie outside the cuboid
-        density  [M L^-3], 1 by default; alternatively, mass [M]
-        """
-        a, b, c = (as_positive("half", x) for x in as_three_floats("half", half))
-        if mass is not None and density is not None:
-            raise ValueError("give mass or density of the cuboid, not both")
-        if mass is None:
-            heavy = 8.0 * as_positive("density", 1.0 if density is None else density) * a * b * c
-            whole = as_positive("mass of the cuboid", heavy)
-        else:
-            whole = as_positive("mass", mass)
-        third = whole / 3.0
-        xx, yy, zz = third * a * a, third * b * b, third * c * c
-        return cls.from_com(whole, (yy + zz, zz + xx, xx + yy), (0.0, 0.0, 0.0), pivot)
-
-    @classmethod
-    def rod(cls, length: float, pivot: ArrayLike, *, mass: float) -> Body:
-        """Build a thin straight rod of given length [L] and mass [M] along the third axis.
-
-        pivot  the fixed point, relative to the middle of the rod [L]. A rod has no moment of
-               inertia about its own line. If the pivot lies on this line, the rod can only be added
-               to another body
-
-        >>> import kreisel as kr
-        >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
-        (3.0, 4.0, 1.0)
-        """
-        shape = rod(as_positive("length", length))
-        heavy, at = (
-            compute_shape_mass(shape, mass, None),
-            np.subtract(0.0, as_three_floats("pivot", pivot)),
-        )
-        tensor = add_point_mass_inertia(compute_central_inertia(shape, heavy), heavy, at)
-        return _build_body_from_parts(heavy, tensor, at, np.zeros(3))
-
-    @classmethod
     def symmetric(
         cls,
         mass: float,
@@ -218,6 +173,45 @@ class Body(BodyConstructors):
         a = np.subtract(as_three_floats("com", com), as_three_floats("pivot", pivot))
         moved = add_point_mass_inertia(tensor, as_positive("mass", mass), a)
         return cls(mass, moved, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
+
+    @classmethod
+    def _validate_positive(cls, name: str, value: float) -> float:
+        return as_positive(name, value)
+
+    @classmethod
+    def _validate_non_negative(cls, name: str, value: float) -> float:
+        return as_non_negative(name, value)
+
+    @classmethod
+    def _validate_half_lengths(cls, half: ArrayLike) -> Vector:
+        a, b, c = (as_positive("half", x) for x in as_three_floats("half", half))
+        return a, b, c
+
+    @classmethod
+    def _validate_tube_radii(cls, inner: float, outer: float) -> tuple[float, float]:
+        hole, r = as_float("inner", inner), as_positive("outer", outer)
+        if not 0.0 <= hole <= r:
+            raise ValueError(f"inner must lie between 0 and outer = {r!r}, not {hole!r}")
+        return hole, r
+
+    @classmethod
+    def _build_from_shape(
+        cls,
+        compute_shape: ShapeFunction,
+        sizes: Sequence[float | Vector],
+        pivot: ArrayLike,
+        mass: float | None,
+        density: float | None,
+        **options: bool,
+    ) -> Self:
+        shape = compute_shape(*sizes, **options)
+        total = compute_shape_mass(shape, mass, density)
+        moments, com = shape.compute_moments(total), (0.0, 0.0, shape.height)
+        if compute_shape is not rod:
+            return cls.from_com(total, moments, com, pivot)
+        lever = np.subtract(com, as_three_floats("pivot", pivot))
+        tensor = add_point_mass_inertia(np.diag(moments), total, lever)
+        return cast(Self, _build_body_from_parts(total, tensor, lever, np.zeros(3)))
 
     def __add__(self, other: Body) -> Body:
         """Join two bodies that are described in the same frame and share the fixed point."""

@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import KIND_RTOL, values
+from .._core import values
 from .._utils.validation import Array, as_bool
 from ..quaternion import conjugate, multiply
 from .bodies import Bodies
@@ -37,10 +37,11 @@ from .environment import PhysicalEnvironment, validate_ensemble_environment
 from .euler_angles import (
     cos,
     find_symmetry_moments,
+    find_symmetry_moments_of_body,
     is_steady_precession_requested,
     quaternion_from_euler,
     refuse_rotor_in_steady_precession,
-    sin,
+    solve_steady_precession,
     validate_tilt_angle,
     velocity_from_euler,
 )
@@ -212,24 +213,16 @@ def find_symmetry_moments_of_bodies(body: Body | Bodies) -> tuple[Array, Array]:
 
     Raises ValueError with the index of the first body that is not symmetric about its apex.
     """
-    if isinstance(body, Body):
-        across, along = find_symmetry_moments(body)
-        return np.asarray(across), np.asarray(along)
-    m, com = body.moments, np.abs(body.principal_com)
-    reach, largest = com.max(axis=-1), m.max(axis=-1)
-    within = KIND_RTOL * largest
-    off = np.where(reach[..., None] > 0.0, com > KIND_RTOL * reach[..., None], [False, False, True])
-    k = off.argmax(axis=-1)
-    i, j, lone = (np.take_along_axis(m, ((k + d) % 3)[..., None], -1)[..., 0] for d in (2, 1, 0))
-    is_round = largest - m.min(axis=-1) <= within
-    bad = ~(is_round | ((off.sum(axis=-1) == 1) & (np.abs(i - j) <= within)))
-    if bad.any():
-        at = tuple(map(int, np.unravel_index(int(bad.argmax()), bad.shape)))
+    across, along, is_symmetric = find_symmetry_moments(
+        np.asarray(body.moments), np.asarray(body.principal_com)
+    )
+    if not is_symmetric.all():
+        at = tuple(map(int, np.unravel_index(int(is_symmetric.argmin()), is_symmetric.shape)))
         try:
-            find_symmetry_moments(body._select_member(at))
+            find_symmetry_moments_of_body(body if isinstance(body, Body) else body[at])
         except ValueError as error:
-            raise ValueError(f"body{list(at)}: {error}") from None
-    return np.where(is_round, m[..., 2], 0.5 * (i + j)), np.where(is_round, m[..., 2], lone)
+            raise ValueError(f"body{list(at)}: {error}" if at else str(error)) from None
+    return across, along
 
 
 def compute_steady_precession_rates(
@@ -252,19 +245,9 @@ def compute_steady_precession_rates(
     with np.errstate(all="ignore"):
         lever = np.hypot(np.hypot(x, y), z) if isinstance(body, Bodies) else math.hypot(x, y, z)
         torque = np.asarray(body.mass) * gravity * lever
-        cosine = cos(angle)
-        a = np.where(np.abs(cosine) > 1e-15, across * cosine, 0.0)
-        b = along * rate
-        root = 2.0 * np.sqrt(np.abs(a)) * np.sqrt(np.abs(torque))
-        hangs, size = a * torque <= 0.0, np.abs(b)
-        apart = np.sqrt(np.maximum(size - root, 0.0)) * np.sqrt(size + root)
-        larger = 0.5 * np.copysign(size + np.where(hangs, np.hypot(b, root), apart), b)
-        rates = larger / a if fast else np.where(larger != 0.0, torque / larger, 0.0)
-        none = ~hangs & (size < root * (1.0 - 1e-12)) | (larger == 0.0) & (torque != 0.0)
-        bad = none | (a == 0.0) if fast else none
-    at_pole = np.abs(sin(angle)) < 1e-15
-    bad = np.broadcast_to(bad & ~at_pole, shape)
-    if bad.any():
-        at = tuple(map(int, np.unravel_index(int(bad.argmax()), shape)))
+    rates, exists = solve_steady_precession(across, along, torque, rate, angle, fast)
+    exists = np.broadcast_to(exists, shape)
+    if not exists.all():
+        at = tuple(map(int, np.unravel_index(int(exists.argmin()), shape)))
         raise make_invalid_member_error(body, parameters, one, shape, at)
-    return np.where(at_pole, 0.0, rates)
+    return rates

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core import KIND_RTOL, cosine, sine, values
 from .._utils.validation import (
@@ -21,6 +22,8 @@ from .._utils.validation import (
 from ..quaternion import conjugate, multiply
 from .broadcasting import BatchParameter
 from .environment import PhysicalEnvironment
+
+BoolArray = npt.NDArray[np.bool_]
 
 if TYPE_CHECKING:
     from .bodies import Bodies
@@ -114,26 +117,80 @@ def refuse_rotor_in_steady_precession(body: Body | Bodies) -> None:
         raise ValueError("steady=True does not support bodies with rotors")
 
 
-def find_symmetry_moments(body: Body) -> tuple[float, float]:
+def find_symmetry_moments(moments: Array, com: Array) -> tuple[Array, Array, BoolArray]:
+    """Return the transverse and axial moments of inertia of bodies, and which are symmetric.
+
+    `moments` and `com` have the shape (..., 3), along the principal axes. The third result is True
+    for bodies that are symmetric about their apex, or without gravity about the third axis.
+    """
+    distances = np.abs(com)
+    reach, largest = distances.max(axis=-1), moments.max(axis=-1)
+    within = KIND_RTOL * largest
+    is_along = np.where(
+        reach[..., None] > 0.0, distances > KIND_RTOL * reach[..., None], [False, False, True]
+    )
+    k = is_along.argmax(axis=-1)[..., None]
+    i, j, axial = (np.take_along_axis(moments, (k + d) % 3, -1)[..., 0] for d in (2, 1, 0))
+    is_round = largest - moments.min(axis=-1) <= within
+    is_symmetric = is_round | ((is_along.sum(axis=-1) == 1) & (np.abs(i - j) <= within))
+    third = moments[..., 2]
+    across, along = np.where(is_round, third, 0.5 * (i + j)), np.where(is_round, third, axial)
+    return across, along, is_symmetric
+
+
+def find_symmetry_moments_of_body(body: Body) -> tuple[float, float]:
     """Return the transverse and axial moments of inertia of a symmetric body.
 
     Raises ValueError for a body that is not symmetric about its apex.
     """
-    moments, com = body.moments, body.principal_com
-    reach = max(map(abs, com))
-    along = [abs(x) > KIND_RTOL * reach for x in com] if reach else [False, False, True]
-    within = KIND_RTOL * max(moments)
-    if max(moments) - min(moments) <= within:
-        return moments[2], moments[2]
-    if sum(along) == 1:
-        k = along.index(True)
-        i, j = moments[k - 1], moments[k - 2]
-        if abs(i - j) <= within:
-            return 0.5 * (i + j), moments[k]
-    raise ValueError(
-        "spinning needs a symmetric body whose centre of mass lies on its axis (without gravity: "
-        f"whose axis is the third): moments {moments}, com {com} in principal axes are not"
+    across, along, is_symmetric = find_symmetry_moments(
+        np.array(body.moments), np.array(body.principal_com)
     )
+    if not is_symmetric:
+        raise ValueError(
+            "spinning needs a symmetric body whose centre of mass lies on its axis (without "
+            f"gravity: whose axis is the third): moments {body.moments}, com "
+            f"{body.principal_com} in principal axes are not"
+        )
+    return float(across), float(along)
+
+
+def solve_steady_precession(
+    across: Array, along: Array, torque: Array, spin: Array, tilt: Array, fast: bool
+) -> tuple[Array, BoolArray]:
+    """Return the rates W of steady precession, and for which tops one exists.
+
+    W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
+    and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
+    gravity. The larger root of this quadratic equation is computed without cancellation, and the
+    smaller one from the product of the roots. All arguments are arrays that broadcast.
+    """
+    a, b, root = _compute_precession_coefficients(across, along, torque, spin, tilt)
+    with np.errstate(all="ignore"):
+        hangs, size = a * torque <= 0.0, np.abs(b)
+        apart = np.sqrt(np.maximum(size - root, 0.0)) * np.sqrt(size + root)
+        larger = 0.5 * np.copysign(size + np.where(hangs, np.hypot(b, root), apart), b)
+        rates = larger / a if fast else np.where(larger != 0.0, torque / larger, 0.0)
+    is_too_slow = ~hangs & _is_spin_too_slow(b, root)
+    is_missing = is_too_slow | (larger == 0.0) & (torque != 0.0)
+    at_pole = np.abs(sin(tilt)) < 1e-15
+    exists = at_pole | ~(is_missing | (a == 0.0) if fast else is_missing)
+    return np.where(at_pole, 0.0, rates), exists
+
+
+def _compute_precession_coefficients(
+    across: Array, along: Array, torque: Array, spin: Array, tilt: Array
+) -> tuple[Array, Array, Array]:
+    """Return I1 cos(tilt), I3 spin, and the absolute value of I3 spin at which both roots agree."""
+    cosine = cos(tilt)
+    with np.errstate(all="ignore"):
+        a = np.where(np.abs(cosine) > 1e-15, across * cosine, 0.0)
+        return a, along * spin, 2.0 * np.sqrt(np.abs(a)) * np.sqrt(np.abs(torque))
+
+
+def _is_spin_too_slow(axial_momentum: Array, least: Array) -> BoolArray:
+    is_slow: BoolArray = np.abs(axial_momentum) < least * (1.0 - 1e-12)
+    return is_slow
 
 
 def compute_steady_precession_rate(
@@ -145,34 +202,21 @@ def compute_steady_precession_rate(
     fast: bool,
     degrees: bool,
 ) -> float:
-    """Return the rate W of steady precession.
+    """Return the rate of steady precession of one top.
 
-    W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
-    and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
-    gravity. The larger root of this quadratic equation is computed without cancellation, and the
-    smaller one from the product of the roots. Raises ValueError, with the least possible spin in
-    the message, if no steady precession exists.
+    Raises ValueError, with the least possible spin in the message, if no steady precession exists.
     """
-    if abs(math.sin(tilt)) < 1e-15:
-        return 0.0
-    cosine = math.cos(tilt)
-    a, b = across * cosine if abs(cosine) > 1e-15 else 0.0, along * spin
-    root = 2.0 * math.sqrt(abs(a)) * math.sqrt(abs(torque))
-    if a * torque <= 0.0:
-        root = float(np.hypot(b, root))
-    elif abs(b) < root * (1.0 - 1e-12):
-        given, least = (math.degrees(x) if degrees else x for x in (spin, root / along))
+    i1, i3, pull, rate, angle = (np.asarray(x) for x in (across, along, torque, spin, tilt))
+    precession, exists = solve_steady_precession(i1, i3, pull, rate, angle, fast)
+    if exists:
+        return float(precession)
+    a, b, root = _compute_precession_coefficients(i1, i3, pull, rate, angle)
+    if a * torque > 0.0 and _is_spin_too_slow(b, root):
+        given, least = (math.degrees(x) if degrees else x for x in (spin, float(root) / along))
         raise ValueError(
             f"there is no steady precession at this tilt with spin = {given!r}: the smallest "
             f"spin with one is {least!r}"
         )
-    else:
-        root = math.sqrt(max(abs(b) - root, 0.0)) * math.sqrt(abs(b) + root)
-    larger = 0.5 * math.copysign(abs(b) + root, b)
     if fast and a == 0.0:
         raise ValueError("a horizontal axis has only one steady precession: leave out fast")
-    if larger == 0.0 and torque != 0.0:
-        raise ValueError("a horizontal axis without spin falls: there is no steady precession")
-    if fast:
-        return larger / a
-    return torque / larger if larger else 0.0
+    raise ValueError("a horizontal axis without spin falls: there is no steady precession")

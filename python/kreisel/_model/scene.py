@@ -23,7 +23,7 @@ from .euler_angles import (
     attitude_from_euler,
     compute_steady_precession_rate,
     convert_vector_to_radians,
-    find_symmetry_moments,
+    find_symmetry_moments_of_body,
     is_steady_precession_requested,
     refuse_rotor_in_steady_precession,
     validate_tilt_angle,
@@ -355,7 +355,7 @@ class Scene:
         >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
         True
         """
-        across, along = find_symmetry_moments(check_type("body", body, Body))
+        across, along = find_symmetry_moments_of_body(check_type("body", body, Body))
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
         angle = validate_tilt_angle(tilt, in_degrees)

@@ -8,14 +8,16 @@ moments of inertia about the centre of mass are then mass * (s_y + s_z) and its 
 from __future__ import annotations
 
 import math
-from typing import Generic, NamedTuple
+from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 
-from .._utils.validation import Array, R, as_positive
+from .._utils.validation import R, as_positive
 
 
-class ShapeMoments(NamedTuple, Generic[R]):
+@dataclass(frozen=True)
+class ShapeMoments(Generic[R]):
     """Volume, second moments and centre of mass of a shape."""
 
     name: str
@@ -23,41 +25,81 @@ class ShapeMoments(NamedTuple, Generic[R]):
     squares: tuple[R, R, R]  # means of x^2, y^2, z^2 about the centre of mass [L^2]
     height: R  # height of the centre of mass above the origin of the pivot's coordinates [L]
 
+    @property
+    def has_volume(self) -> bool:
+        """True unless the shape, or each shape of an array, is thin."""
+        return bool(np.any(self.volume))
 
-def compute_moments_about_com(shape: ShapeMoments[R], mass: R) -> tuple[R, R, R]:
-    """Return the three moments of inertia about the centre of mass."""
-    x, y, z = shape.squares
-    xx, yy, zz = mass * x, mass * y, mass * z
-    return yy + zz, zz + xx, xx + yy
+    def compute_mass(self, density: R) -> R:
+        """Return the mass of the shape with the given density."""
+        return density * self.volume
+
+    def compute_moments(self, mass: R) -> tuple[R, R, R]:
+        """Return the three moments of inertia about the centre of mass."""
+        x, y, z = self.squares
+        xx, yy, zz = mass * x, mass * y, mass * z
+        return yy + zz, zz + xx, xx + yy
+
+
+@dataclass(frozen=True)
+class CuboidMoments(Generic[R]):
+    """Volume and second moments of a cuboid, with the same order of operations as in the core."""
+
+    half: tuple[R, R, R]  # half the lengths of the edges [L]
+
+    @property
+    def name(self) -> str:
+        """The name of the shape in messages."""
+        return "cuboid"
+
+    @property
+    def has_volume(self) -> bool:
+        """True, because the edges of a cuboid are positive."""
+        return True
+
+    @property
+    def height(self) -> R:
+        """The height of the centre of mass above the origin of the pivot's coordinates, zero."""
+        return 0.0 * self.half[2]
+
+    def compute_mass(self, density: R) -> R:
+        """Return the mass of the cuboid with the given density."""
+        a, b, c = self.half
+        return 8.0 * density * a * b * c
+
+    def compute_moments(self, mass: R) -> tuple[R, R, R]:
+        """Return the three moments of inertia about the centre of mass."""
+        a, b, c = self.half
+        third = mass / 3.0
+        xx, yy, zz = third * a * a, third * b * b, third * c * c
+        return yy + zz, zz + xx, xx + yy
 
 
 def compute_shape_mass(
-    shape: ShapeMoments[float], mass: float | None, density: float | None
+    shape: ShapeMoments[float] | CuboidMoments[float], mass: float | None, density: float | None
 ) -> float:
     """Return the mass of a shape from exactly one of `mass` and `density`."""
-    check_mass_xor_density(shape.name, mass, density)
+    check_mass_xor_density(shape, mass, density)
     if density is None:
         return as_positive("mass", mass)
-    if not shape.volume:
-        raise ValueError(density_without_volume_message(shape.name))
-    return as_positive(f"mass of the {shape.name}", as_positive("density", density) * shape.volume)
+    whole = shape.compute_mass(as_positive("density", density))
+    return as_positive(f"mass of the {shape.name}", whole)
 
 
-def check_mass_xor_density(name: str, mass: object, density: object) -> None:
-    """Raise ValueError unless exactly one of `mass` and `density` is given."""
+def check_mass_xor_density(
+    shape: ShapeMoments[R] | CuboidMoments[R], mass: object, density: object
+) -> None:
+    """Raise ValueError unless a shape has a mass or, if it has a volume, a density."""
     if (mass is None) == (density is None):
         both = "not both" if mass is not None else "not none"
-        raise ValueError(f"give exactly one of mass and density of the {name}, {both}")
+        raise ValueError(f"give exactly one of mass and density of the {shape.name}, {both}")
+    if density is not None and not shape.has_volume:
+        raise ValueError(f"the {shape.name} is thin and has no volume: give its mass")
 
 
-def density_without_volume_message(name: str) -> str:
-    """Return the error message for specifying the density of a shape without volume."""
-    return f"the {name} is thin and has no volume: give its mass"
-
-
-def compute_central_inertia(shape: ShapeMoments[float], mass: float) -> Array:
-    """Return the tensor of inertia about the centre of mass."""
-    return np.diag(compute_moments_about_com(shape, mass))
+def cuboid(half: tuple[R, R, R]) -> CuboidMoments[R]:
+    """Return the shape of a solid cuboid with the half-edge lengths `half`."""
+    return CuboidMoments(half)
 
 
 def cylinder(radius: R, height: R) -> ShapeMoments[R]:
@@ -73,11 +115,6 @@ def tube(inner: R, outer: R, height: R) -> ShapeMoments[R]:
     side = (r * r + hole * hole) / 4.0
     volume = math.pi * (r - hole) * (r + hole) * h
     return ShapeMoments("tube", volume, (side, side, h * h / 12.0), 0.0 * h)
-
-
-def tube_radii_error_message(inner: float, outer: float) -> str:
-    """Return the error message for invalid radii of a tube."""
-    return f"inner must lie between 0 and outer = {outer!r}, not {inner!r}"
 
 
 def disk(radius: R) -> ShapeMoments[R]:
@@ -100,8 +137,9 @@ def sphere(radius: R, shell: bool) -> ShapeMoments[R]:
     return ShapeMoments("shell" if shell else "sphere", volume, (side, side, side), 0.0 * r)
 
 
-def ellipsoid(a: R, b: R, c: R) -> ShapeMoments[R]:
-    """Return the shape of a solid ellipsoid with the semi-axes a, b, c."""
+def ellipsoid(half: tuple[R, R, R]) -> ShapeMoments[R]:
+    """Return the shape of a solid ellipsoid with the semi-axes `half`."""
+    a, b, c = half
     volume = 4.0 / 3.0 * math.pi * a * b * c
     return ShapeMoments("ellipsoid", volume, (a * a / 5.0, b * b / 5.0, c * c / 5.0), 0.0 * c)
 
