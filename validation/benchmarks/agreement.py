@@ -48,8 +48,8 @@ def make_body(moments, com):
 
 
 def make_scene(rng, body, **parameters):
-    given = {"momentum": rng.normal(size=3) * 2, "attitude": random_attitude(rng)} | parameters
-    return kr.Scene(body, **given)
+    state = {"momentum": rng.normal(size=3) * 2, "attitude": random_attitude(rng)} | parameters
+    return kr.Scene(body, **state)
 
 
 def general_damped(rng):
@@ -180,8 +180,8 @@ def check_tangents(reference):
     truth = reference.path.tangents
     scale = np.abs(truth).max(axis=(1, 2), keepdims=True)
     relative = np.abs(path.tangents - truth).max(axis=(1, 2)) / scale[:, 0, 0]
-    allowed = 1e-12 + reference.allowed * np.maximum(1.0, scale[:, 0, 0])
-    yield "tangents", float((relative / allowed).max())
+    limits = 1e-12 + reference.allowed * np.maximum(1.0, scale[:, 0, 0])
+    yield "tangents", float((relative / limits).max())
 
 
 def check_events(reference):
@@ -191,14 +191,14 @@ def check_events(reference):
     truth = kr.solve(scene, end, events=events, digits=20).events
     rate = max(1.0, float(np.abs(np.linalg.norm(kr.solve(scene, [0.0]).velocity))))
     # The smaller the range of the height, the more one rounding of the height moves its extrema.
-    allowed = 100 * reference.allowed.max() + (1e-12 + 1e-15 / apex_range(scene)) / rate
+    limit = 100 * reference.allowed.max() + (1e-12 + 1e-15 / apex_range(scene)) / rate
     if len(found.t) == len(truth.t):
-        yield "events", float(np.abs(found.t - truth.t).max(initial=0.0)) / allowed
+        yield "events", float(np.abs(found.t - truth.t).max(initial=0.0)) / limit
         return
     # If the height barely reaches an extremum, rounding decides whether an event is found.
     extra = [t for t in found.t if np.abs(truth.t - t).min(initial=np.inf) > 1e-3]
-    missed = [t for t in truth.t if np.abs(found.t - t).min(initial=np.inf) > 1e-3]
-    yield "events: number", 2.0 if (extra or missed) and is_generic(scene) else 0.0
+    missing = [t for t in truth.t if np.abs(found.t - t).min(initial=np.inf) > 1e-3]
+    yield "events: number", 2.0 if (extra or missing) and is_generic(scene) else 0.0
 
 
 def apex_range(scene):
@@ -225,8 +225,8 @@ def check_section(reference):
     ).events
     error = kr.attitude_error(section.q, truth.q) / (FLOOR + SLACK * truth.conditioning)
     yield "section: states", float(error.max())
-    allowed = 1e-11 + 1e3 * float(truth.conditioning.max())
-    yield "section: times", float(np.abs(section.t - low.t[: len(section.t)]).max()) / allowed
+    limit = 1e-11 + 1e3 * float(truth.conditioning.max())
+    yield "section: times", float(np.abs(section.t - low.t[: len(section.t)]).max()) / limit
 
 
 def check_growth(reference, family):

@@ -82,8 +82,8 @@ def gsl_flags():
     """Return the linker flags for GSL if the library was built with GSL."""
     if "gsl_bsimp" not in kr.methods:
         return []
-    asked = subprocess.run(["pkg-config", "--libs", "gsl"], capture_output=True, text=True)
-    return asked.stdout.split()
+    result = subprocess.run(["pkg-config", "--libs", "gsl"], capture_output=True, text=True)
+    return result.stdout.split()
 
 
 def time_call(interpreter, call, folder):
@@ -110,9 +110,9 @@ def main(argv=None):
         for name, call in calls.items():
             samples = [[] for _ in interpreters]
             for _ in range(words.rounds):
-                for interpreter, got in zip(interpreters, samples, strict=True):
-                    got.append(time_call(interpreter, call, folder))
-            print(format_row(name, own.get(name), [median(got) for got in samples]))
+                for interpreter, times in zip(interpreters, samples, strict=True):
+                    times.append(time_call(interpreter, call, folder))
+            print(format_row(name, own.get(name), [median(times) for times in samples]))
 
 
 def format_row(name, own, calls):

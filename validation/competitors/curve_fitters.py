@@ -52,7 +52,7 @@ def compute_velocities(t, weight, parameters):
 def fit_by_scipy(scene, t, values, sigma):
     """Return the fitted parameters, their standard errors, and all warning messages."""
     weight = scene.body.mass * scene.gravity
-    with warnings.catch_warnings(record=True) as heard:
+    with warnings.catch_warnings(record=True) as caught_warnings:
         warnings.simplefilter("always")
         found, covariance = curve_fit(
             lambda t, *x: compute_velocities(t, weight, x).ravel(),
@@ -62,7 +62,7 @@ def fit_by_scipy(scene, t, values, sigma):
             np.full(values.size, sigma),
             absolute_sigma=True,
         )
-    return found, np.sqrt(np.diag(covariance)), [str(one.message) for one in heard]
+    return found, np.sqrt(np.diag(covariance)), [str(one.message) for one in caught_warnings]
 
 
 def fit_by_lmfit(scene, t, values, sigma):

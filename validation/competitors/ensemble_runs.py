@@ -85,9 +85,11 @@ def make_ensemble_call(tops, setting, threads):
         done = hy.ensemble_propagate_until_batch(
             top, tops.end, iterations, begin, max_workers=threads
         )
-        for led, *_ in done:
-            check_end_time(led.propagate_res)
-        return np.concatenate([led.state[:4] for led, *_ in done], axis=1)[:, : len(tops)].T
+        for integrator, *_ in done:
+            check_end_time(integrator.propagate_res)
+        return np.concatenate([integrator.state[:4] for integrator, *_ in done], axis=1)[
+            :, : len(tops)
+        ].T
 
     return move
 
@@ -164,7 +166,7 @@ def select_movers(tops, each=1):
     """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [
-        replace(who, settings=who.settings[::-each][::-1])
-        for who in (*closed, SERIES, *PEERS)
-        if who.name in kr.methods or not who.name.startswith("gsl_")
+        replace(mover, settings=mover.settings[::-each][::-1])
+        for mover in (*closed, SERIES, *PEERS)
+        if mover.name in kr.methods or not mover.name.startswith("gsl_")
     ]

@@ -22,10 +22,8 @@ def make_panels(rows, columns, height, **more):
     return figure, axes.flat
 
 
-def draw_dots(axes, across, up, colour, title, size=0.45):
-    axes.scatter(
-        across, up, c=colour, s=size, cmap="viridis", linewidths=0, rasterized=True, alpha=0.9
-    )
+def draw_dots(axes, x, y, colour, title, size=0.45):
+    axes.scatter(x, y, c=colour, s=size, cmap="viridis", linewidths=0, rasterized=True, alpha=0.9)
     axes.set_title(title)
     axes.set_xticks(*TURN)
     axes.set_xlim(-np.pi, np.pi)
@@ -78,9 +76,9 @@ def draw_regions(borders, points, greatest, highest, close):
             near.plot(g, h, color=INK, linewidth=0.8)
         (left, low), (right, high) = close
         for number, (g, h) in enumerate(points, 1):
-            where = near if left < g < right and low < h < high else axes
-            where.plot(g, h, ".", color=COLOURS[1], markersize=4)
-            where.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points")
+            panel = near if left < g < right and low < h < high else axes
+            panel.plot(g, h, ".", color=COLOURS[1], markersize=4)
+            panel.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points")
         near.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
         axes.indicate_inset_zoom(near, edgecolor=FAINT)
         axes.set(xlim=(0.0, greatest), ylim=(-1.1, highest))

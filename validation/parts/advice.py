@@ -48,7 +48,7 @@ def describe_group(rows, method, problems):
     """Return a row of the table of recommended methods."""
     scenes = [problem.name for problem in problems]
     races = list(fastest.run_races(rows, scenes))
-    won = [own for *_, own, _ in races if own and own.method == method]
+    wins = [own for *_, own, _ in races if own and own.method == method]
     ratios = [
         peer.seconds / own.seconds
         for *_, own, peer in races
@@ -62,13 +62,13 @@ def describe_group(rows, method, problems):
         for scene, target, own, peer in races
         if not own and not peer
     ]
-    times = [format_milliseconds(bound(row.seconds for row in won)) for bound in (min, max)]
+    times = [format_milliseconds(bound(row.seconds for row in wins)) for bound in (min, max)]
     return {
         "kinds": describe_kinds(problems),
         "method": method,
         "scenes": join_words(scenes),
         "times": " to ".join(dict.fromkeys(times)),
-        "wins": len(won),
+        "wins": len(wins),
         "rivals": join_words(rivals),
         "unreached": join_words(missing) if missing else "",
         "cases": len(races),

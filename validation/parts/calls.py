@@ -109,8 +109,8 @@ def sample_in_turn(calls, rounds):
             for call in calls
         ]
         for _ in range(rounds):
-            for call, number, got in zip(calls, numbers, samples, strict=True):
-                got.append(processor_time(call, number))
+            for call, number, times in zip(calls, numbers, samples, strict=True):
+                times.append(processor_time(call, number))
     return samples
 
 
@@ -126,8 +126,8 @@ def make_ladder(runs, truth):
 def select_bracket(ladder, target):
     """Return the runs whose errors are just above and just below `target`."""
     i = next((i for i, (_, error) in enumerate(ladder) if error <= target), len(ladder) - 1)
-    above = ladder[i - 1][1] if i else None
-    return [*[step for step in ladder if step[1] == above][:1], ladder[i]]
+    previous = ladder[i - 1][1] if i else None
+    return [*[step for step in ladder if step[1] == previous][:1], ladder[i]]
 
 
 def interpolate(bracket, samples, target):
@@ -233,8 +233,8 @@ def count_paying_runs(band):
 def list_tasks(problems, budget, store):
     rounds = 3 * budget.rounds
     for name in QUICK if budget.quick else ENDS:
-        make = partial(measure_scene, name, rounds, quick=budget.quick)
-        yield Task(f"calls/{name}/{rounds}", make, 2.0 if budget.quick else 10.0, until=0.9)
+        measure = partial(measure_scene, name, rounds, quick=budget.quick)
+        yield Task(f"calls/{name}/{rounds}", measure, 2.0 if budget.quick else 10.0, until=0.9)
 
 
 def load_findings(problems, store):
@@ -272,26 +272,26 @@ def describe_payment(found):
     bands = [band for _, band in list_bands(found)]
     seconds = [band["compiling"] for band in bands]
     runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)
-    took = f"heyoka compiles an integrator for {min(seconds):.2f} to {max(seconds):.2f} s."
+    text = f"heyoka compiles an integrator for {min(seconds):.2f} to {max(seconds):.2f} s."
     if not runs:
-        return f"{took} This is never paid, since its runs take longer than kr.solve."
+        return f"{text} This is never paid, since its runs take longer than kr.solve."
     return (
-        f"{took} This is paid in {len(runs)} of {len(bands)} rows, after at least {runs[0]:.1e} "
+        f"{text} This is paid in {len(runs)} of {len(bands)} rows, after at least {runs[0]:.1e} "
         "runs; in the others kr.solve is faster."
     )
 
 
 def conclude(found):
     bands = [band for _, band in list_bands(found)]
-    said = []
-    for name, what in ((SOLVE, "kr.solve"), (RUN, "a kr.Run used again")):
+    sentences = []
+    for name, title in ((SOLVE, "kr.solve"), (RUN, "a kr.Run used again")):
         ratios = [compare(band, name)[0] for band in bands]
-        said.append(
+        sentences.append(
             f"heyoka's integrator, used again, takes {format_brief(median(ratios))} times as long "
-            f"as {what} in the median of {len(bands)} rows, and {min(ratios):.2f} to "
+            f"as {title} in the median of {len(bands)} rows, and {min(ratios):.2f} to "
             f"{max(ratios):.2f} times in each."
         )
-    return join_sentences(*said, describe_payment(found))
+    return join_sentences(*sentences, describe_payment(found))
 
 
 def build_context(found):
@@ -306,9 +306,9 @@ def build_context(found):
 
 def list_rows(found):
     for scene, band in list_bands(found):
-        known = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
+        columns = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
         for name, seconds in band["seconds"].items():
-            yield known | {
+            yield columns | {
                 "program": name,
                 "seconds_median": f"{median(seconds):.4g}",
                 "seconds_least": f"{min(seconds):.4g}",
@@ -318,7 +318,7 @@ def list_rows(found):
             }
         if band["function"] is not None:
             alone = f"{band['function']:.4g}"
-            yield known | {"program": FUNCTION, "seconds_median": alone, "seconds_least": alone}
+            yield columns | {"program": FUNCTION, "seconds_median": alone, "seconds_least": alone}
 
 
 PART = Part(

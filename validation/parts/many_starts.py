@@ -51,8 +51,8 @@ COLUMNS = ("scene", "start", "program", "tol", "seconds", "attitude_error")
 
 def list_programs():
     """Return a dictionary that maps the name of each program to its title."""
-    known = {*kr.methods, *(peer.name for peer in PEERS)}
-    return {OWN: OWN} | fastest.list_references(known)
+    names = {*kr.methods, *(peer.name for peer in PEERS)}
+    return {OWN: OWN} | fastest.list_references(names)
 
 
 def rotate_start(problem, random):
@@ -80,22 +80,24 @@ def draw_starts(problem, number):
 def make_runs(starts, end, tol):
     """Yield each integrator with its runs for all initial states and its compile time [s]."""
     setting = Setting(tol=tol)
-    compiled = HeyokaRun(starts[0], end, setting)
+    compiled_run = HeyokaRun(starts[0], end, setting)
     for name in list_programs():
         if name == OWN:
             yield name, [KreiselRun("auto", start, end, setting) for start in starts], None
         elif name in kr.methods:
             yield name, [KreiselRun(name, start, end, setting) for start in starts], None
         elif name == PEERS[0].name:
-            yield name, [restart(compiled, start) for start in starts], compiled.setup
+            yield name, [restart(compiled_run, start) for start in starts], compiled_run.setup
         elif tol >= SCIPY_LEAST:
             yield name, [ScipyRun(start, end, setting) for start in starts], None
 
 
-def restart(compiled, start):
+def restart(compiled_run, start):
     """Return a run that reuses the compiled integrator for another initial state."""
     run = object.__new__(HeyokaRun)
-    vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
+    vars(run).update(
+        vars(compiled_run), start=equations.round_to(equations.start_state(start), float)
+    )
     return run
 
 
@@ -131,12 +133,12 @@ def measure_scene(problem, budget):
         compiling += [setup for *_, setup in programs if setup is not None]
         for i, truth in enumerate(truths):
             for name, runs, _ in programs:
-                if (measured := measure_run(runs[i], truth)) is not None:
-                    known = dict(zip(COLUMNS, (problem.name, i, name, tol), strict=False))
-                    seconds, error = measured
-                    found.append(known | {"seconds": seconds, "attitude_error": error})
-    counted = {"scene": problem.name, "starts": len(starts)}
-    return counted | {"compiling": compiling, "precise": precise, "runs": found}
+                if (measurement := measure_run(runs[i], truth)) is not None:
+                    columns = dict(zip(COLUMNS, (problem.name, i, name, tol), strict=False))
+                    seconds, error = measurement
+                    found.append(columns | {"seconds": seconds, "attitude_error": error})
+    header = {"scene": problem.name, "starts": len(starts)}
+    return header | {"compiling": compiling, "precise": precise, "runs": found}
 
 
 def list_tasks(problems, budget, store):
@@ -231,13 +233,13 @@ def compare_medians(found, target):
     A program is omitted if it fails to reach the error for more than a quarter of the initial
     states. If kreisel is omitted, the median run time is None.
     """
-    known = {}
+    medians = {}
     for program, title in list_programs().items():
         times = times_to_error(found, program, target)
         if np.isfinite(compute_quantile(times, BAND[1])):
-            known[title] = compute_quantile(times, 0.5)
-    own = known.pop(list_programs()[OWN], None)
-    return own, {title: middle / own for title, middle in known.items()} if own else {}
+            medians[title] = compute_quantile(times, 0.5)
+    own = medians.pop(list_programs()[OWN], None)
+    return own, {title: middle / own for title, middle in medians.items()} if own else {}
 
 
 def describe_group(title, found, target):

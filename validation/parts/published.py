@@ -114,8 +114,8 @@ def load_simo_wong(entry):
 def load_problems():
     entries = json.loads(PROBLEMS.read_text())["published"]
     return [
-        make(entries[name])
-        for name, make in (
+        make_problem(entries[name])
+        for name, make_problem in (
             ("bruels_cardona_heavy_top", load_bruels_cardona),
             ("gni_asymmetric_heavy_top", load_gni),
             ("simo_wong_fast_top", load_simo_wong),
@@ -123,10 +123,10 @@ def load_problems():
     ]
 
 
-def list_settings(who, steps, quick):
-    if who.steered == "step":
+def list_settings(contender, steps, quick):
+    if contender.steered == "step":
         return [Setting(step=h) for h in (steps[:1] if quick else steps)]
-    if who.steered == "tol":
+    if contender.steered == "tol":
         return [Setting(tol=tol) for tol in TOLERANCES[: 1 if quick else 2]]
     return [Setting()]
 
@@ -138,10 +138,15 @@ def energy_times(problem, setting):
     return step * np.arange(0, count + 1, max(1, count // 1000))
 
 
-def measure_run(published, problem, who, setting):
-    row = {"problem": published.name, "by": who.name, "setting": str(setting), "t": published.end}
+def measure_run(published, problem, contender, setting):
+    row = {
+        "problem": published.name,
+        "by": contender.name,
+        "setting": str(setting),
+        "t": published.end,
+    }
     try:
-        short = who.make(problem, published.end, setting)
+        short = contender.make(problem, published.end, setting)
         q, m = short.record(np.array([0.0, published.end]))
         row["attitude_error"] = attitude_error(q[-1], published.reference["q"])
         row["seconds"] = min(timing.time_once(short.solve) for _ in range(3))
@@ -150,7 +155,7 @@ def measure_run(published, problem, who, setting):
             row["velocity_error"] = abs(
                 initial_velocity(end)[1] - published.reference["w_space"][1]
             )
-        long = who.make(problem, published.energy_end, setting)
+        long = contender.make(problem, published.energy_end, setting)
         row["energy_error"] = relative_energy_error(
             problem, *long.record(energy_times(published, setting))
         )
@@ -176,18 +181,18 @@ def measure_problem(published, quick=False):
         {"problem": published.name} | row | {"by": f"{row['by']} (published)"}
         for row in published.literature
     ]
-    for who in (*single_runs.list_contenders(problem), *(() if quick else single_runs.PEERS)):
+    for contender in (*single_runs.list_contenders(problem), *(() if quick else single_runs.PEERS)):
         rows += [
-            measure_run(published, problem, who, setting)
-            for setting in list_settings(who, published.steps, quick)
+            measure_run(published, problem, contender, setting)
+            for setting in list_settings(contender, published.steps, quick)
         ]
     return rows
 
 
 def list_tasks(_, budget, store):
     for published in load_problems():
-        make = partial(measure_problem, published, budget.quick)
-        yield Task(f"published/{published.name}", make, 0.3 if budget.quick else 4.0, until=1.0)
+        measure = partial(measure_problem, published, budget.quick)
+        yield Task(f"published/{published.name}", measure, 0.3 if budget.quick else 4.0, until=1.0)
 
 
 def load_findings(_, store):
@@ -218,16 +223,18 @@ def problem_context(problem, rows):
 
 
 def conclude(rows):
-    said = [words for _, own in group_by_problem(rows) if (words := compare_with_literature(own))]
-    return "; ".join(said) + "." if said else ""
+    comparisons = [
+        words for _, own in group_by_problem(rows) if (words := compare_with_literature(own))
+    ]
+    return "; ".join(comparisons) + "." if comparisons else ""
 
 
 def compare_with_literature(rows):
     """Compare the energy errors of kreisel with published errors."""
-    known = [row for row in rows if row.get("energy_error") is not None]
-    literature = [row for row in known if "published" in row["by"]]
+    complete_rows = [row for row in rows if row.get("energy_error") is not None]
+    literature = [row for row in complete_rows if "published" in row["by"]]
     settings = {row["setting"] for row in literature}
-    ours = [row for row in known if row not in literature and row["setting"] in settings]
+    ours = [row for row in complete_rows if row not in literature and row["setting"] in settings]
     if not ours:
         return ""
     best = min(ours, key=lambda row: row["energy_error"])

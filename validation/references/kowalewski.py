@@ -60,12 +60,12 @@ def region_borders(greatest):
     """Return the curves that divide the plane of g and h into regions, up to g = `greatest`."""
     g = np.linspace(1e-3, greatest, 400)
     t = np.linspace(0.3, np.sqrt(2.0), 200)
-    kept = g**2 > 1e-2
+    is_outside = g**2 > 1e-2
     curves = [
         (g, g**2 / 2.0 - 1.0),
         (g, g**2 / 2.0 + 1.0),
         (g, g**2),
-        (g[kept], g[kept] ** 2 + 1.0 / (2.0 * g[kept] ** 2)),
+        (g[is_outside], g[is_outside] ** 2 + 1.0 / (2.0 * g[is_outside] ** 2)),
         (g[g < 0.75**-0.75], 1.5 * g[g < 0.75**-0.75] ** (2.0 / 3.0)),
         ((1.0 + t**4 / 4.0) / t, 0.75 * t**2 + 1.0 / t**2),
     ]

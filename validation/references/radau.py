@@ -125,8 +125,8 @@ def cross(a, b):
 def fixed_in_space(q, v):
     """Return q* v q for quaternions of any length."""
     size = (q[:, :1] ** 2 - (q[:, 1:] ** 2).sum(1)[:, None]) * v
-    along = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
-    return size + along - 2 * q[:, :1] * cross(q[:, 1:], v)
+    projection = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
+    return size + projection - 2 * q[:, :1] * cross(q[:, 1:], v)
 
 
 def derive_fixed_in_space(v):
@@ -188,14 +188,16 @@ def integrate(problem, times, tol=TOL, **effects):
     for end in map(Real, times):
         while t < end:
             h = min(step, end - t)
-            taken = solve_stages(top, state, t, h)
-            error = np.inf if taken is None else truncation_size(top, last @ taken, taken)
+            stages = solve_stages(top, state, t, h)
+            error = np.inf if stages is None else truncation_size(top, last @ stages, stages)
             if error > tol:
-                step = h / 4 if taken is None else h * max(0.2, 0.8 * (tol / error) ** (1 / STAGES))
+                step = (
+                    h / 4 if stages is None else h * max(0.2, 0.8 * (tol / error) ** (1 / STAGES))
+                )
                 if t + step == t:
                     raise ArithmeticError(f"no step is small enough at t = {float(t):g}")
                 continue
-            state, t = taken[-1], t + h if h < end - t else end
+            state, t = stages[-1], t + h if h < end - t else end
             growth = 0.8 * (tol / max(error, 1e-30)) ** (1 / STAGES)
             step = max(step, h * min(GROWTH, growth)) if h < step else h * min(GROWTH, growth)
         q = state[:4] / np.sqrt((state[:4] ** 2).sum())

@@ -83,19 +83,19 @@ def main(argv=None):
     )
     parser.add_argument("--scenes", type=int, default=100)
     parser.add_argument("--seed", type=int, default=5)
-    asked = parser.parse_args(argv)
-    found = collect_ratios(asked.scenes, asked.seed)
+    options = parser.parse_args(argv)
+    found = collect_ratios(options.scenes, options.seed)
     print(
         f"  {'path.error / true error':30}{'paths':>6}{'least':>9}{'median':>9}{'most':>9}  beyond"
     )
     for (family, way), ratios in found.items():
         print_row(f"{family}, {way}", ratios)
-    kept = True
+    is_good = True
     for way in WAYS:
-        ratios = [r for (_, w), some in found.items() if w == way for r in some]
-        kept &= print_row(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
+        ratios = [r for (_, w), values in found.items() if w == way for r in values]
+        is_good &= print_row(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
     print(f"  beyond: not within a factor of {FACTOR:g}; errors at rounding level are left out")
-    return int(not kept)
+    return int(not is_good)
 
 
 if __name__ == "__main__":

@@ -24,11 +24,11 @@ def compile_library(folder, terms):
     return compile_core(folder, SOURCE)
 
 
-def read_list(give):
+def read_list(get_number):
     """Return the values of `give(i)` for i = 0, 1, 2 and so on, before the first false value."""
     found = []
-    while this := give(len(found)):
-        found.append(this)
+    while number := get_number(len(found)):
+        found.append(number)
     return found
 
 

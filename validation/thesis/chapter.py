@@ -69,13 +69,13 @@ class ExperimentResults:
     loose: dict
 
 
-def run_experiments(say):
-    say("experiment 6.1, to t = 600")
+def run_experiments(report):
+    report("experiment 6.1, to t = 600")
     four = experiments.run_four_tops()
-    say("experiment 6.2, to t = 3200")
+    report("experiment 6.2, to t = 3200")
     timed = experiments.run_equal_time()
     crossings = experiments.find_crossings(timed)
-    say("the failing one, 6.3, the fourth integrals, the forms of the equations")
+    report("the failing one, 6.3, the fourth integrals, the forms of the equations")
     return ExperimentResults(
         four,
         experiments.run_failing(),
@@ -138,7 +138,7 @@ def check_sentences(results):
 
 def compute_errata():
     """Check all errata of the thesis by computation, in the order of their numbers."""
-    return [made() for made in ERRATA]
+    return [make_erratum() for make_erratum in ERRATA]
 
 
 def draw_forms(forms, scene):
@@ -183,14 +183,14 @@ def describe_run(results, seconds):
 
 
 def render_chapter(results, seconds):
-    said = check_sentences(results)
+    sentences = check_sentences(results)
     return page.load_template(TEMPLATE, HERE).render(
         about=describe_run(results, seconds),
         six=draw_chapter6(results),
         five=draw_chapter5(results),
-        sentences=said,
+        sentences=sentences,
         errata=compute_errata(),
-        held=sum(sentence.holds for sentence in said),
+        held=sum(sentence.holds for sentence in sentences),
         forms=[draw_forms(results.forms, scene) for scene in ("thesis", "asymmetric")],
         rows=results.forms,
         frozen=results.frozen,
@@ -202,7 +202,7 @@ def render_chapter(results, seconds):
 
 def main(out):
     begin = time.perf_counter()
-    results = run_experiments(lambda what: print(what, flush=True))
+    results = run_experiments(lambda message: print(message, flush=True))
     print("figures, sentences, errata", flush=True)
     text = render_chapter(results, time.perf_counter() - begin)
     out.mkdir(parents=True, exist_ok=True)

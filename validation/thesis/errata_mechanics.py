@@ -53,8 +53,13 @@ def products():
 def moving(h=1e-4, t=3.0):
     """Return the rotation Phi, the frame and their time derivatives at time `t`."""
     path = solve_truth(SCENE, [t - h, t, t + h]).path
-    before, now, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
-    return now, (after - before) / (2 * h), path.frame[1], (path.frame[2] - path.frame[0]) / (2 * h)
+    before, middle, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
+    return (
+        middle,
+        (after - before) / (2 * h),
+        path.frame[1],
+        (path.frame[2] - path.frame[0]) / (2 * h),
+    )
 
 
 @register_erratum(

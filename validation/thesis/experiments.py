@@ -147,14 +147,14 @@ class EqualTime(Comparison):
 
     @cached_property
     def L(self):
-        named = {
+        courses = {
             "BS": self.blue,
             "Ext": self.green,
             "equal": self.equal,
             "BS 0.01": self.red,
             **self.improved,
         }
-        errors = {name: compute_frame_error(course, self.true) for name, course in named.items()}
+        errors = {name: compute_frame_error(course, self.true) for name, course in courses.items()}
         return errors | {"BS text": compute_frame_error(self.blue, self.red)}
 
 
@@ -168,12 +168,14 @@ def solve_in_periods(substeps, end, method=None):
     )
 
 
-def time_period(green, rounds=9, some=40):
+def time_period(green, rounds=9, count=40):
     """Return the run times [s] of the Bobenko-Suris and extrap methods over five units of time.
 
     The overhead of a Python call is subtracted. The shortest run time of all rounds is used.
     """
-    starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
+    starts = [
+        green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, count).astype(int)
+    ]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
     ext = {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST}
 
@@ -181,7 +183,7 @@ def time_period(green, rounds=9, some=40):
         return lambda: [kr.solve(scene, [t], **words) for scene in starts]
 
     calls = [of_all(t, words) for words in (bs, ext) for t in (PERIOD, 0.0)]
-    best = [seconds / some for seconds in timing.best_times(calls, rounds)]
+    best = [seconds / count for seconds in timing.best_times(calls, rounds)]
     return {"BS": best[0] - best[1], "Ext": best[2] - best[3]}
 
 
@@ -214,8 +216,8 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
             else solve_with_restarts(SCENE, PERIOD, end, tol, FINE_FIRST)
         )
         error = compute_frame_error(green, timed.true)
-        above = np.flatnonzero(error > timed.L["BS"])
-        rows.append((tol, float(timed.t[above[0]]) if above.size else None, float(error[-1])))
+        indices = np.flatnonzero(error > timed.L["BS"])
+        rows.append((tol, float(timed.t[indices[0]]) if indices.size else None, float(error[-1])))
     return rows
 
 

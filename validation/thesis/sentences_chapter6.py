@@ -28,10 +28,10 @@ def explain_experiment1(loose):
     )
 
 
-def explain_experiment2(crossed, wanted=900.0):
+def explain_experiment2(crossed, target=900.0):
     """Describe the tolerances for which the curves of experiment 6.2 cross as in the thesis."""
-    late = [tol for tol, t, _ in crossed if t is None or t > wanted]
-    early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
+    late = [tol for tol, t, _ in crossed if t is None or t > target]
+    early = [tol for tol, t, _ in crossed if t is not None and t <= target]
     return (
         f"this would hold for a tolerance between {max(late):.0e} and {min(early):.0e}; the "
         "program's own Extrap is not available"
@@ -105,8 +105,8 @@ def check_frame_errors(four, loose):
 
 
 def slope_from_200_to_300(four, name):
-    kept = (four.t >= 200) & (four.t <= 300)
-    return np.polyfit(four.t[kept], np.maximum.accumulate(four.L[name])[kept], 1)[0]
+    selection = (four.t >= 200) & (four.t <= 300)
+    return np.polyfit(four.t[selection], np.maximum.accumulate(four.L[name])[selection], 1)[0]
 
 
 def check_momenta(four):
@@ -145,12 +145,12 @@ def check_energies(four):
         small > large / 10,
         "it grows, but at 600 it is negligible compared with the oscillation",
     )
-    off = abs(four.term - blue).max()
+    difference = abs(four.term - blue).max()
     yield Sentence(
         "6.1.4",
         f"H_{EPS} stays constant: the energy error is {EPS}/2 <a {TIMES} m, p>",
-        f"it is -I1 times that, less its start, to {off:.0e}",
-        off < 1e-11,
+        f"it is -I1 times that, less its start, to {difference:.0e}",
+        difference < 1e-11,
     )
     at_once, best, delay = correlate_errors(four)
     yield Sentence(
@@ -169,9 +169,9 @@ def correlate_errors(four, end=200.0):
     The oscillating part of the frame error L is represented by L / t. Only lags of less than half a
     nutation period are considered.
     """
-    kept = (four.t > 20) & (four.t <= end)
-    swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]
-    first = int(np.argmax(kept))
+    selection = (four.t > 20) & (four.t <= end)
+    swing = (four.L["BS"][1:] / four.t[1:])[selection[1:]]
+    first = int(np.argmax(selection))
     later = [four.blue.energy_error[first + k : first + k + len(swing)] for k in range(21)]
     found = [np.corrcoef(energy, swing)[0, 1] for energy in later]
     best = int(np.argmax(found))
@@ -213,7 +213,7 @@ def check_strong_settings(rows):
     )
 
 
-def check_settings(timed, tested):
+def check_settings(timed, errors):
     yield Sentence(
         "6.2.1",
         "The step 0.01 resembles the continuous motion",
@@ -228,11 +228,11 @@ def check_settings(timed, tested):
         "erratum 12",
     )
     yield from check_execution(timed)
-    low, high = min(tested.values()), max(tested.values())
+    low, high = min(errors.values()), max(errors.values())
     yield Sentence(
         "6.2.1",
         "Changing h = 1.5 within its order of magnitude shows practically no change",
-        f"L at 1000 for h = {', '.join(f'{h:g}' for h in tested)}: {low:.1e} .. {high:.1e} rad",
+        f"L at 1000 for h = {', '.join(f'{h:g}' for h in errors)}: {low:.1e} .. {high:.1e} rad",
         high < 3 * low,
         "the errors keep their size, but h determines the positions of the steps",
     )
@@ -256,12 +256,12 @@ def check_execution(timed):
         "equal time",
     )
     intervals = len(timed.t) - 1
-    steps, lost = timed.green.steps / intervals, timed.green.rejected / intervals
+    steps, rejected = timed.green.steps / intervals, timed.green.rejected / intervals
     yield Sentence(
         "6.2.1",
         "An average of 7 steps are calculated for an interval",
-        f"{steps:.1f} accepted and {lost:.1f} rejected",
-        abs(steps + lost - 7) < 1,
+        f"{steps:.1f} accepted and {rejected:.1f} rejected",
+        abs(steps + rejected - 7) < 1,
     )
 
 
@@ -315,13 +315,13 @@ def check_crossing(timed, crossed):
         describe_errors(timed, 400),
         ext < bs / 10,
     )
-    met = "; ".join(
+    crossings = "; ".join(
         f"tolerance {tol:.0e}: {'never' if t is None else f'{t:g}'}" for tol, t, _ in crossed
     )
     yield Sentence(
         "6.20",
         "After about 900 time units the numerical error equals the integrable one",
-        f"first above it: {met}",
+        f"first above it: {crossings}",
         crossed[0][1] is not None and 600 < crossed[0][1] < 1200,
         worse,
     )

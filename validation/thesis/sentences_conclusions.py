@@ -19,11 +19,11 @@ def check_runge_kutta(by_step):
         min(ratios) > 1,
     )
     wrong = {h: find_divergence(each) for h, each in by_step.items()}
-    said = ", ".join(f"{h:g}: {'not' if t is None else f'{t:.3g}'}" for h, t in wrong.items())
+    times = ", ".join(f"{h:g}: {'not' if t is None else f'{t:.3g}'}" for h, t in wrong.items())
     yield Sentence(
         "6.3",
         "For larger eps2 the results diverge very soon",
-        f"L of Runge-Kutta exceeds 0.5 at: {said}",
+        f"L of Runge-Kutta exceeds 0.5 at: {times}",
         wrong[0.1] is None and wrong[0.6] is not None and wrong[0.6] < 15,
     )
 
@@ -89,11 +89,11 @@ def check_conclusions(four, timed):
 def check_equal_time(timed):
     same, ext = largest_errors(timed, 3200, ("equal", "Ext"))
     meet = find_overtaking(timed)
-    since = f"; Extrap is less accurate from t = {meet:g} on" if meet else ""
+    remark = f"; Extrap is less accurate from t = {meet:g} on" if meet else ""
     yield Sentence(
         "6.4, A",
         "The same, with equal execution time here and today",
-        f"{timed.substeps} sub-steps: {same:.2g} against {ext:.2g} rad at 3200{since}",
+        f"{timed.substeps} sub-steps: {same:.2g} against {ext:.2g} rad at 3200{remark}",
         same < ext,
         "the machine was busy, or steps of Bobenko-Suris are more expensive relative to Extrap",
     )
