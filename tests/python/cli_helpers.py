@@ -6,8 +6,8 @@ from click.testing import CliRunner
 from internals import cli
 
 
-def call(line, *more, code=0, given=None):
-    done = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=given)
+def call(line, *more, code=0, text=None):
+    done = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=text)
     assert done.exit_code == code and (code == 0 or done.exc_info[0] is SystemExit), done.output
     return done.output
 

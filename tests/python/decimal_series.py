@@ -168,9 +168,9 @@ class Series:
             goal = Decimal(float(t))
             while self.t != goal:
                 q, m = self._expand()
-                left = goal - self.t
-                span = min(self._choose_step(q, m), abs(left)).copy_sign(left)
-                self.t = goal if span == left else self.t + span
+                remaining = goal - self.t
+                span = min(self._choose_step(q, m), abs(remaining)).copy_sign(remaining)
+                self.t = goal if span == remaining else self.t + span
                 powers = [span**n for n in range(ORDER + 1)]
 
                 def end(row, powers=powers):

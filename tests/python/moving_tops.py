@@ -141,9 +141,9 @@ def compare_methods(scene, end, fewest):
     for method in suited:
         step = {} if method.adaptive or method.exact else {"step": 0.005}
         path = kr.solve(scene, [0.0, end], method.name, **step)
-        allowed = tolerance[method.order]
-        assert kr.attitude_error(path.q[-1], q) < allowed, method.name
-        assert np.abs(path.m[-1] - m).max() < allowed, method.name
+        limit = tolerance[method.order]
+        assert kr.attitude_error(path.q[-1], q) < limit, method.name
+        assert np.abs(path.m[-1] - m).max() < limit, method.name
 
 
 def integral_of(values, t):
@@ -189,8 +189,8 @@ def compare_tangents(scene, end, columns, digits=16, step=1e-6):
     expected = []
     for _, change in columns:
         one, other = (kr.solve(change(s * step), [0.0, end], "taylor") for s in (1.0, -1.0))
-        turned = 2 * np.array(multiply(back, tuple((one.q[-1] - other.q[-1]) / (2 * step))))[1:]
-        expected.append([*turned, *((one.m[-1] - other.m[-1]) / (2 * step))])
+        rotation = 2 * np.array(multiply(back, tuple((one.q[-1] - other.q[-1]) / (2 * step))))[1:]
+        expected.append([*rotation, *((one.m[-1] - other.m[-1]) / (2 * step))])
     assert np.abs(path.tangents[-1] - np.array(expected).T).max() < 1e-7
 
 
@@ -200,8 +200,8 @@ def unit_changes(scene, name, tangent=None):
 
     def change(k):
         def vary(by):
-            moved = value + by * np.eye(len(value))[k]
-            return scene.replace(**{name: moved if len(value) > 1 else float(moved[0])})
+            vector = value + by * np.eye(len(value))[k]
+            return scene.replace(**{name: vector if len(value) > 1 else float(vector[0])})
 
         return vary
 

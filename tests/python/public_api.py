@@ -112,8 +112,8 @@ def functions(space):
     for name in getattr(space, "__all__", None) or vars(space):
         thing = getattr(space, name)
         own = space is kr or getattr(thing, "__module__", "") == space.__name__
-        made = inspect.isclass(thing) or inspect.isroutine(thing)
-        if name[0] != "_" and own and name not in NAMES and made:
+        is_callable = inspect.isclass(thing) or inspect.isroutine(thing)
+        if name[0] != "_" and own and name not in NAMES and is_callable:
             yield name, thing
 
 

@@ -76,10 +76,10 @@ def test_members_equal_single_bodies_bitwise(name, pivots):
     bodies, words = MAKERS[name](pivots)
     assert bodies.shape == (4, 3)
     for i, j in np.ndindex(4, 3):
-        *listed, last = words(i, j, pivots[j])
-        named = last if isinstance(last, dict) else {}
-        listed += [] if named else [last]
-        assert_same(bodies, (i, j), getattr(kr.Body, name)(*listed, **named))
+        *args, last = words(i, j, pivots[j])
+        kwargs = last if isinstance(last, dict) else {}
+        args += [] if kwargs else [last]
+        assert_same(bodies, (i, j), getattr(kr.Body, name)(*args, **kwargs))
 
 
 @pytest.mark.parametrize("word", ["inertia", "inertia_about_com"])
@@ -173,10 +173,10 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("said", REFUSED)
-def test_the_first_invalid_body_is_named(said):
-    with pytest.raises(ValueError, match=said):
-        REFUSED[said]()
+@pytest.mark.parametrize("message", REFUSED)
+def test_the_first_invalid_body_is_named(message):
+    with pytest.raises(ValueError, match=message):
+        REFUSED[message]()
 
 
 def test_other_types_are_refused():

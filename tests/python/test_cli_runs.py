@@ -59,8 +59,8 @@ def test_resume_with_one_time_returns_the_state_at_this_time(tmp_path):
     run = tmp_path / "run"
     call("solve thesis --t 5 --save", run)
     assert rows(call(f"resume {run} --t 7 --csv -"))[:, 0].tolist() == [7]
-    shown = call(f"resume - --t 7 --json {tmp_path}/a.json", given=run.read_bytes())
-    assert "1 states by exact" in shown
+    output = call(f"resume - --t 7 --json {tmp_path}/a.json", text=run.read_bytes())
+    assert "1 states by exact" in output
 
 
 @pytest.mark.parametrize(
@@ -85,8 +85,8 @@ def test_invalid_resumptions_are_refused(tmp_path, words, message):
     names = {"run": tmp_path / "run", "toml": tmp_path / "top.toml"}
     call("solve thesis --t 5 --save", names["run"])
     TOP.to_toml(names["toml"])
-    told = call(words.format(**names), code=2)
-    assert message in join_lines(told) and told.count("\n") == 1
+    output = call(words.format(**names), code=2)
+    assert message in join_lines(output) and output.count("\n") == 1
 
 
 def test_a_failed_run_keeps_its_states_and_can_be_resumed(tmp_path):
@@ -169,17 +169,17 @@ def test_a_signal_keeps_the_computed_states(tmp_path, name, how):
 
 @signals
 def test_a_signal_during_writing_ends_the_run_after_complete_rows(tmp_path, monkeypatch):
-    add, sent = outputs.CsvOutput.add_path_piece, [signal.SIGTERM]
+    add, numbers = outputs.CsvOutput.add_path_piece, [signal.SIGTERM]
 
     def add_and_signal(csv, piece):
-        if sent:
-            os.kill(os.getpid(), sent.pop())
+        if numbers:
+            os.kill(os.getpid(), numbers.pop())
         add(csv, piece)
 
     monkeypatch.setattr(outputs.CsvOutput, "add_path_piece", add_and_signal)
-    told = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
+    output = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
     last = rows((tmp_path / "part.csv").read_text())[-1, 0]
-    assert join_lines(told).endswith(f"Error: interrupted at t = {last:g} ")
+    assert join_lines(output).endswith(f"Error: interrupted at t = {last:g} ")
 
 
 @signals
@@ -214,21 +214,24 @@ def test_ignored_ctrl_c_stays_ignored(tmp_path):
 def test_the_archive_of_a_stopped_run_with_events_can_be_loaded(tmp_path):
     line = "solve asymmetric --t 0:50:1 --events nutation --max-steps 20 --npz"
     call(line, tmp_path / "a.npz", code=1)
-    with pytest.raises(kr.Error) as failed:
+    with pytest.raises(kr.Error) as error:
         kr.solve(TOP, np.arange(51.0), events=[kr.events.nutation()], max_steps=20)
-    path, again = failed.value.path, kr.load(tmp_path / "a.npz")
+    path, again = error.value.path, kr.load(tmp_path / "a.npz")
     assert np.array_equal(again.states, path.states) and len(again.events) == len(path.events) > 0
     assert np.array_equal(again.events.states, path.events.states)
 
 
 def test_a_run_with_events_is_saved_and_resumed(tmp_path):
-    run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
-    whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
-    first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()
+    run, event_options = (
+        tmp_path / "run",
+        "--events nutation --events crossing:apex_x --events-csv -",
+    )
+    whole = call(f"solve asymmetric --t 40 {event_options}").splitlines()
+    first = call(f"solve asymmetric --t 17 {event_options} --save", run).splitlines()
     then = call(f"resume {run} --t 40 --events-csv -").splitlines()
     assert first[0] == then[0] == whole[0] and len(whole) > 10
-    met = [row.partition(",")[2] for row in [*first[1:], *then[1:]]]
-    assert met == [row.partition(",")[2] for row in whole[1:]]
+    event_rows = [row.partition(",")[2] for row in [*first[1:], *then[1:]]]
+    assert event_rows == [row.partition(",")[2] for row in whole[1:]]
 
 
 def test_geometric_refuses_events():
@@ -243,8 +246,8 @@ def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
         raise kr.CompareInterrupted("interrupted: one of two methods", table)
 
     monkeypatch.setattr(cli.compare, "compared", stop_comparison)
-    told = call("compare asymmetric --t 1", code=130)
-    assert "taylor" in told and "Error: interrupted: one of two" in join_lines(told)
+    output = call("compare asymmetric --t 1", code=130)
+    assert "taylor" in output and "Error: interrupted: one of two" in join_lines(output)
 
 
 # Boundary values
@@ -261,14 +264,16 @@ def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
 )
 def test_exceptions_end_a_command_with_one_line_and_an_exit_code(monkeypatch, error, code, words):
     monkeypatch.setattr(cli.compare, "compared", make_raiser(error))
-    told = call(COMPARED, code=code)
-    assert words in told and told.count("\n") == (1 if words else 0)
+    output = call(COMPARED, code=code)
+    assert words in output and output.count("\n") == (1 if words else 0)
 
 
 @pytest.mark.parametrize("line", ["scenes", "solve asymmetric --t 1"])
 def test_a_command_runs_in_another_thread_too(line):
-    ran = []
-    thread = threading.Thread(target=lambda: ran.append(CliRunner().invoke(cli.main, line.split())))
+    results = []
+    thread = threading.Thread(
+        target=lambda: results.append(CliRunner().invoke(cli.main, line.split()))
+    )
     thread.start()
     thread.join()
-    assert ran[0].exit_code == 0 and join_lines(ran[0].output) == join_lines(call(line))
+    assert results[0].exit_code == 0 and join_lines(results[0].output) == join_lines(call(line))

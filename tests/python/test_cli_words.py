@@ -107,8 +107,8 @@ def test_events_equal_those_of_python(word, event, tmp_path):
     assert [float(row[1]) for row in rows] == path.events.t.tolist()
     assert [int(row[2]) for row in rows] == path.events.direction.tolist()
     assert {row[0] for row in rows} <= {word}
-    told = json.loads((tmp_path / "a.json").read_text())
-    assert told["events"]["t"] == path.events.t.tolist() and told["t"] == path.t.tolist()
+    data = json.loads((tmp_path / "a.json").read_text())
+    assert data["events"]["t"] == path.events.t.tolist() and data["t"] == path.t.tolist()
 
 
 def test_events_are_shown_with_the_wanted_quantities(tmp_path):
@@ -182,8 +182,10 @@ def test_invalid_events_are_refused(word, message):
     ],
 )
 def test_errors_take_one_line(line, message):
-    told = call(line, code=2)
-    assert message in join_lines(told) and told.count("\n") == 1 and told.startswith("Error: ")
+    output = call(line, code=2)
+    assert (
+        message in join_lines(output) and output.count("\n") == 1 and output.startswith("Error: ")
+    )
 
 
 def test_an_endless_device_is_refused_as_a_scene():
@@ -191,8 +193,8 @@ def test_an_endless_device_is_refused_as_a_scene():
 
 
 def test_errors_in_a_scene_from_standard_input_name_standard_input():
-    assert "SCENE: standard input: " in call("solve - --t 1", given="a = [", code=2)
-    assert "standard input" in call("compare - --t 1", given="[body]\nmass = 1\n", code=2)
+    assert "SCENE: standard input: " in call("solve - --t 1", text="a = [", code=2)
+    assert "standard input" in call("compare - --t 1", text="[body]\nmass = 1\n", code=2)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
@@ -222,12 +224,12 @@ def test_completion_can_be_switched_on(shell):
 )
 def test_names_are_completed(line, found):
     words = ["kreisel", *line.split()]
-    asked = {
+    environment = {
         "_KREISEL_COMPLETE": "bash_complete",
         "COMP_WORDS": " ".join(words),
         "COMP_CWORD": str(len(words) - 1),
     }
-    done = CliRunner().invoke(cli.main, prog_name="kreisel", env=asked)
+    done = CliRunner().invoke(cli.main, prog_name="kreisel", env=environment)
     assert f"plain,{found}" in done.output.splitlines()
 
 

@@ -55,12 +55,14 @@ def test_compare_includes_all_methods_that_apply():
 
 def test_compare_continues_after_a_failure():
     scene = kr.Scene(CORNER, momentum=(1e3, -2e3, 1e3))
-    blown, fine = kr.compare(scene, 50, ["rk4", "strang"], steps=[1.0], truth="strang", repeats=1)
-    assert (
-        "finite" in blown.failure
-        and np.isnan([blown.seconds, blown.attitude_error, blown.energy_error]).all()
+    failed_row, good_row = kr.compare(
+        scene, 50, ["rk4", "strang"], steps=[1.0], truth="strang", repeats=1
     )
-    assert fine.failure == "" and fine.seconds > 0
+    assert (
+        "finite" in failed_row.failure
+        and np.isnan([failed_row.seconds, failed_row.attitude_error, failed_row.energy_error]).all()
+    )
+    assert good_row.failure == "" and good_row.seconds > 0
 
 
 # Boundary values

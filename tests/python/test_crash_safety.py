@@ -93,8 +93,8 @@ def run_writers(moment, folder):
 
 
 def test_each_writer_writes(tmp_path):
-    ends, said = run_writers("none", tmp_path)
-    assert set(ends.values()) == {0}, said
+    ends, output = run_writers("none", tmp_path)
+    assert set(ends.values()) == {0}, output
     for writer in WRITERS:
         (file,) = (tmp_path / writer).iterdir()
         assert file.stem == "file" and file.stat().st_size > 50
@@ -102,16 +102,16 @@ def test_each_writer_writes(tmp_path):
 
 @pytest.mark.parametrize("moment", ["fsync", "replace"])
 def test_a_killed_writer_leaves_the_old_file(tmp_path, moment):
-    ends, said = run_writers(moment, tmp_path)
-    assert set(ends.values()) == {-signal.SIGKILL}, said
+    ends, output = run_writers(moment, tmp_path)
+    assert set(ends.values()) == {-signal.SIGKILL}, output
     for writer in WRITERS:
         new, file = sorted((tmp_path / writer).iterdir())
         assert file.read_bytes() == b"old" and JUNK.fullmatch(new.name)
 
 
 def test_a_full_disk_leaves_the_old_file_and_raises(tmp_path):
-    ends, said = run_writers("half", tmp_path)
-    assert set(ends.values()) == {3} and said.count("File too large") == len(WRITERS), said
+    ends, output = run_writers("half", tmp_path)
+    assert set(ends.values()) == {3} and output.count("File too large") == len(WRITERS), output
     for writer in WRITERS:
         (file,) = (tmp_path / writer).iterdir()
         assert file.read_bytes() == b"old"
@@ -184,20 +184,20 @@ def kill_writer(file, ways, seconds):
 
     Return True if the child process was still running when it was killed.
     """
-    told, tell = os.pipe()
+    read_end, write_end = os.pipe()
     child = os.fork()
     if not child:
         try:
-            os.write(tell, b"begun")
+            os.write(write_end, b"begun")
             for write in itertools.cycle(ways):
                 write(file)
         finally:
             os._exit(1)
-    os.read(told, 5)
+    os.read(read_end, 5)
     time.sleep(seconds)
     os.kill(child, signal.SIGKILL)
-    os.close(told)
-    os.close(tell)
+    os.close(read_end)
+    os.close(write_end)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
 
 
@@ -251,8 +251,8 @@ def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
 
 def example():
     """Return the last example in the docstring of kreisel.start, with a shorter duration."""
-    told = inspect.getdoc(kr.start)
-    code = textwrap.dedent(told[told.index('    file, begun = pathlib.Path("run.kreisel")') :])
+    text = inspect.getdoc(kr.start)
+    code = textwrap.dedent(text[text.index('    file, begun = pathlib.Path("run.kreisel")') :])
     assert "1e6, every=100" in code
     return code.replace("1e6, every=100", f"{END}, every=5, chunk={CHUNK}")
 
@@ -290,5 +290,5 @@ def test_every_state_is_stored_once(kill, tmp_path):
     whole = kr.solve(kr.scenes.asymmetric, END, "strang", step=0.01, every=5)
     chunks = -(-len(whole) // CHUNK)
     assert count_processes(tmp_path, kill) > chunks / 3
-    kept = np.fromfile(tmp_path / "states").reshape(-1, 8)
-    assert np.array_equal(kept, whole.states)
+    states = np.fromfile(tmp_path / "states").reshape(-1, 8)
+    assert np.array_equal(states, whole.states)

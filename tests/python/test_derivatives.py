@@ -88,8 +88,8 @@ def test_tangents_agree_with_differences_for_every_order_of_axes(name):
     for column, (word, component) in enumerate(list_columns()):
         if word == "damping" and not any(scene.damping):
             continue  # no damping below zero
-        told = differences(scene, word, component, values_at)
-        assert np.abs(told - fine.tangents[:, :, column]).max() < 1e-10 * size
+        expected = differences(scene, word, component, values_at)
+        assert np.abs(expected - fine.tangents[:, :, column]).max() < 1e-10 * size
     for digits in (None, 16, 20):
         path = kr.solve(scene, TIMES, "taylor", digits=digits, tangents=ALL)
         assert np.abs(path.tangents - fine.tangents).max() < 1e-13 * size
@@ -169,7 +169,7 @@ def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
     tops, by = members(), ("start", "damping", "com")
     paths = kr.solve(tops, TIMES, digits=digits, tangents=by, threads=threads).check()
     assert paths.tangents.shape == (3, 2, 2, 6, 12) == paths.tangents_low.shape
-    moved = paths.derivative("body_acceleration")
+    derivatives = paths.derivative("body_acceleration")
     for index in np.ndindex(tops.shape):
         alone = kr.solve(tops[index], TIMES, "taylor", digits=digits, tangents=by)
         one = paths[index]
@@ -178,7 +178,7 @@ def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
         assert np.array_equal(paths.states[index], alone.states)
         assert np.array_equal(paths.tangents_low[index], alone.tangents_low)
         assert paths.tangents_rest[index] == alone.tangents_rest == one.tangents_rest
-        assert np.array_equal(moved[index], alone.derivative("body_acceleration"))
+        assert np.array_equal(derivatives[index], alone.derivative("body_acceleration"))
     assert np.array_equal(paths[1:, 0].tangents, paths.tangents[1:, 0])
     assert np.array_equal(pickle.loads(pickle.dumps(paths)).tangents, paths.tangents)
     with pytest.raises(AttributeError, match="solve with tangents='start'"):
@@ -216,9 +216,11 @@ def test_a_failed_top_of_an_ensemble_keeps_its_valid_tangents():
     assert np.array_equal(finite, np.isfinite(paths.derivative("spin")).all(axis=-1))
     one = paths[1, 1]
     assert len(one) == done[1, 1] == len(one.tangents) == len(one.derivative("q"))
-    with pytest.raises(kr.Error) as caught:
+    with pytest.raises(kr.Error) as error:
         paths.check()
-    assert len(caught.value.path.tangents) == done[0, 0]
+    assert len(error.value.path.tangents) == done[0, 0]
     upright = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0)).vary(gravity=[1.0, 2.0])
-    grown = kr.solve(upright, np.arange(0.0, 4000.0, 10.0), tangents="start")
-    assert (grown.status_names == "ERR_TANGENT").all() and len(grown[0].tangents) > 10
+    unstable_paths = kr.solve(upright, np.arange(0.0, 4000.0, 10.0), tangents="start")
+    assert (unstable_paths.status_names == "ERR_TANGENT").all() and len(
+        unstable_paths[0].tangents
+    ) > 10

@@ -88,14 +88,14 @@ def test_the_grid_contains_exactly_the_possible_starts():
     )
     can_be = effective_potential(TURNED, 1.0, 0.8, P) <= 0.6
     assert 0 < can_be.sum() < 80 and len(found) == 4 * can_be.sum()
-    seen = np.array([matrix(scene.attitude).T @ (0, 0, 1) for scene in found])
-    np.testing.assert_allclose(seen, np.repeat(P[can_be], 4, axis=0), atol=1e-15)
+    verticals = np.array([matrix(scene.attitude).T @ (0, 0, 1) for scene in found])
+    np.testing.assert_allclose(verticals, np.repeat(P[can_be], 4, axis=0), atol=1e-15)
 
 
 def least_energy(body, **words):
-    with pytest.raises(ValueError, match=r"no start has energy = -100\.0") as caught:
+    with pytest.raises(ValueError, match=r"no start has energy = -100\.0") as error:
         kr.starts(body, energy=-100, n=3, **words)
-    return float(re.search(r"this value is ([-+.\de]+)$", str(caught.value))[1])
+    return float(re.search(r"this value is ([-+.\de]+)$", str(error.value))[1])
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER, ROUND])
@@ -106,9 +106,9 @@ def test_impossible_energies_raise_with_the_least_energy(body, vertical, gravity
     rng = np.random.default_rng(8)
     P = rng.normal(size=(200000, 3))
     P /= np.linalg.norm(P, axis=1)[:, None]
-    sampled = effective_potential(body, gravity, vertical, P).min()
-    size = max(abs(sampled), body.mass * abs(gravity) * np.linalg.norm(body.com), 0.01)
-    assert least <= sampled + 1e-14 * size and sampled - least < 1e-3 * size
+    minimum = effective_potential(body, gravity, vertical, P).min()
+    size = max(abs(minimum), body.mass * abs(gravity) * np.linalg.norm(body.com), 0.01)
+    assert least <= minimum + 1e-14 * size and minimum - least < 1e-3 * size
     assert len(kr.starts(body, energy=least + 0.01 * size, n=3, **words)) == 3
 
 
@@ -118,8 +118,8 @@ def test_the_least_energy_is_the_same_in_any_unit_of_length():
         for unit in (1e-3, 1e3):
             inertia, com = np.array(TURNED.inertia) * unit**2, np.array(TURNED.com) * unit
             other = kr.Body(TURNED.mass, inertia.tolist(), com.tolist())
-            told = least_energy(other, vertical=vertical * unit, gravity=0.7 / unit)
-            assert told == pytest.approx(least, rel=1e-13)
+            energy = least_energy(other, vertical=vertical * unit, gravity=0.7 / unit)
+            assert energy == pytest.approx(least, rel=1e-13)
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE])
@@ -174,13 +174,13 @@ def test_invalid_arguments_are_refused(words, exception, message):
 
 
 def test_a_start_with_exactly_the_least_energy_exists():
-    asked = {"body": TOP.body, "vertical": 1.0, "n": 0}
-    with pytest.raises(ValueError, match="the smallest energy with this value is") as refused:
-        kr.starts(energy=-5.0, **asked)
-    least = float(str(refused.value).split()[-1])
-    assert kr.starts(energy=least, **asked).shape == (0,)
+    arguments = {"body": TOP.body, "vertical": 1.0, "n": 0}
+    with pytest.raises(ValueError, match="the smallest energy with this value is") as error:
+        kr.starts(energy=-5.0, **arguments)
+    least = float(str(error.value).split()[-1])
+    assert kr.starts(energy=least, **arguments).shape == (0,)
     with pytest.raises(ValueError, match="no start has energy"):
-        kr.starts(energy=math.nextafter(least, -9.0), **asked)
+        kr.starts(energy=math.nextafter(least, -9.0), **arguments)
     level = kr.starts(BALL, energy=1.0 + 1e-12, vertical=1.0, n=3)
     np.testing.assert_allclose(level.momentum, [(0, 0, 1)] * 3, atol=2e-6)
 
@@ -193,10 +193,10 @@ def test_zero_starts_may_be_requested():
 
 
 def test_starts_do_not_depend_on_the_block_size(monkeypatch):
-    asked = {"energy": 2.0, "vertical": 1.0, "n": 11, "seed": 6}
-    whole = kr.starts(TOP.body, **asked)
+    arguments = {"energy": 2.0, "vertical": 1.0, "n": 11, "seed": 6}
+    whole = kr.starts(TOP.body, **arguments)
     monkeypatch.setattr(starts, "_ROWS", 4)
-    parts = kr.starts(TOP.body, **asked)
+    parts = kr.starts(TOP.body, **arguments)
     assert np.array_equal(parts.momentum, whole.momentum)
     assert np.array_equal(parts.attitude, whole.attitude)
 
@@ -260,9 +260,9 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
 def test_the_least_energy_is_the_lower_of_two_minima():
     for side in (1.0, -1.0):
         body = kr.Body(1.0, (1.0, 2.0, 2.5), (0.0, 0.0, side * 1e-5))
-        with pytest.raises(ValueError, match="the smallest energy with this value is") as refused:
+        with pytest.raises(ValueError, match="the smallest energy with this value is") as error:
             kr.starts(body, energy=-5.0, vertical=1.0, n=1)
-        least = float(str(refused.value).split()[-1])
+        least = float(str(error.value).split()[-1])
         assert least == pytest.approx(1.0 / 5.0 - 9.81e-5, abs=2e-7) or least == pytest.approx(
             1.0 / 5.0 - 1e-5, abs=1e-12
         )

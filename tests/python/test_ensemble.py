@@ -69,9 +69,9 @@ def test_attitudes_are_accepted_in_every_form():
         kr.Ensemble(CORNER, velocity=M, attitude_xyzw=Q, damping=0.3),
         lambda at: kr.Scene(CORNER, velocity=M[at], attitude_xyzw=Q[at[1]], damping=0.3),
     )
-    made_unit = kr.Ensemble(CORNER, momentum=M, attitude=single).attitude
-    np.testing.assert_allclose(np.linalg.norm(made_unit, axis=-1), 1, rtol=0, atol=3e-16)
-    np.testing.assert_allclose(made_unit[0], Q, rtol=0, atol=1e-7)
+    attitudes = kr.Ensemble(CORNER, momentum=M, attitude=single).attitude
+    np.testing.assert_allclose(np.linalg.norm(attitudes, axis=-1), 1, rtol=0, atol=3e-16)
+    np.testing.assert_allclose(attitudes[0], Q, rtol=0, atol=1e-7)
 
 
 @pytest.mark.parametrize("n", [(), (3,), (2, 3), (3, 3), (4, 1, 3), (0,), (2, 0)])
@@ -210,20 +210,20 @@ def test_shared_values_are_stored_once():
     m = np.random.default_rng(1).normal(size=(n, 3))
     tracemalloc.start()
     tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.1, 0.1))
-    held = tracemalloc.get_traced_memory()[0]
+    memory = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
-    assert held < 30 * n and tops.attitude.strides[0] == tops.gravity.strides[0] == 0
+    assert memory < 30 * n and tops.attitude.strides[0] == tops.gravity.strides[0] == 0
     assert len(pickle.dumps(tops[::2])) < 15 * n
     drag = kr.Ensemble(CORNER, momentum=m, damping=[[0.1]])
     assert pickle.loads(pickle.dumps(drag)) == drag and drag.damping.strides == (0, 0)
-    seen = np.broadcast_to(np.ones(3), (n, 3))
-    assert kr.Ensemble(CORNER, momentum=seen).momentum.strides[0] == 0
+    momentum = np.broadcast_to(np.ones(3), (n, 3))
+    assert kr.Ensemble(CORNER, momentum=momentum).momentum.strides[0] == 0
 
 
 def test_ensembles_are_immutable():
-    given = M.copy()
-    tops = kr.Ensemble(CORNER, momentum=given)
-    given[:] = np.nan
+    momentum = M.copy()
+    tops = kr.Ensemble(CORNER, momentum=momentum)
+    momentum[:] = np.nan
     assert np.array_equal(tops.momentum, M)
     for field in (tops.momentum, tops.attitude, tops.gravity, tops.damping, FULL[[0]].momentum):
         with pytest.raises(ValueError, match="read-only"):
@@ -260,10 +260,10 @@ def test_the_core_refuses_columns_of_another_shape():
 
 def test_the_nesting_of_lists_is_limited():
     def nest_list(depth):
-        made = THESIS
+        nested_list = THESIS
         for _ in range(depth):
-            made = [made]
-        return made
+            nested_list = [nested_list]
+        return nested_list
 
     assert kr.Ensemble.of(nest_list(32)).shape == (1,) * 32
     for depth in (33, 34):

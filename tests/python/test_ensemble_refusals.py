@@ -118,9 +118,9 @@ def test_functions_of_one_top_refuse_ensembles():
 def test_no_tops_and_no_times_give_empty_results():
     none = MIXED[:0]
     for words in ({}, {"digits": 20}, {"events": kr.events.loop()}, {"want": ["apex"]}):
-        told = []
-        paths = kr.solve(none, TIMES, progress=told.append, **words).check()
-        assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and told == [1.0]
+        reports = []
+        paths = kr.solve(none, TIMES, progress=reports.append, **words).check()
+        assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and reports == [1.0]
     assert kr.reduce(none, 1.0, SPIN)["spin"]["max"].shape == (0,)
     assert kr.solve(none, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
     assert kr.exact(none)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(none, 1.0)) == []
@@ -159,10 +159,10 @@ def test_ctrl_c_keeps_finished_members(words):
     paths = stop.value.paths
     done = paths.status == 0
     assert 0 < done.sum() < 400 and set(paths.status_names[~done]) == {"ERR_INTERRUPTED"}
-    told = paths.nutation
-    assert np.isfinite(told[done]).all() and np.isnan(told[~done][:, -1]).all()
+    nutation = paths.nutation
+    assert np.isfinite(nutation[done]).all() and np.isnan(nutation[~done][:, -1]).all()
     finished = kr.solve(TOPS[done], short_and_long_times(400)[done], "taylor", **words)
-    assert np.array_equal(finished.nutation, told[done])
+    assert np.array_equal(finished.nutation, nutation[done])
     first = int(paths.failed[0])
     assert stop.value.status == "ERR_INTERRUPTED" and stop.value.path.t[-1] == paths.reached[first]
 
@@ -207,19 +207,19 @@ def test_ctrl_c_ends_the_work_of_an_executor(pool):
 
 
 def test_progress_rises_to_one_and_may_stop_the_call():
-    told = []
+    reports = []
 
     def stop(part):
-        told.append(part)
-        if len(told) == 3:
+        reports.append(part)
+        if len(reports) == 3:
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
         kr.solve(TOPS, short_and_long_times(400), progress=stop)
-    assert told == sorted(told) and 0.0 <= told[0] <= told[-1] < 1.0
-    told.clear()
-    kr.solve(TOPS, 1.0, progress=told.append)
-    assert told[-1] == 1.0
+    assert reports == sorted(reports) and 0.0 <= reports[0] <= reports[-1] < 1.0
+    reports.clear()
+    kr.solve(TOPS, 1.0, progress=reports.append)
+    assert reports[-1] == 1.0
 
 
 def test_several_threads_may_solve_at_once():

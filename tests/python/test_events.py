@@ -53,13 +53,13 @@ def test_no_event_is_missed_or_found_twice(seed, damping):
     """Compare events with the sign changes on a very dense time grid."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
-    wanted = make_all_events(scene)
-    path = kr.solve(scene, end, events=wanted)
+    specifications = make_all_events(scene)
+    path = kr.solve(scene, end, events=specifications)
     times = np.linspace(0, end, 1000 * path.stats.steps)
     dense = kr.solve(scene, times, "taylor")
     found = path.events
     assert len(found) > 15
-    for i, event in enumerate(wanted):
+    for i, event in enumerate(specifications):
         values = event.value(dense)
         if event.extremum:
             before, into = changes(np.diff(values), times[1:])
@@ -148,16 +148,18 @@ def test_a_terminal_event_ends_the_path():
     times = np.linspace(0, 50, 501)
     whole = kr.solve(GENERAL, times, events=[events.nutation(), events.loop()])
     third = np.flatnonzero(whole.events.which == 0)[2]
-    cut = kr.solve(
+    short_path = kr.solve(
         GENERAL, times, events=[events.nutation(max_count=3, terminal=True), events.loop()]
     )
-    assert np.array_equal(cut.events.states, whole.events.states[: third + 1])
-    end = cut.events.t[-1]
-    assert cut.t[-1] == end and np.array_equal(cut.states[-1], cut.events.states[-1])
-    assert np.array_equal(cut.states[:-1], whole.states[times < end])
-    on = kr.solve(cut.end, 50 - end, events=[events.nutation()]).events
+    assert np.array_equal(short_path.events.states, whole.events.states[: third + 1])
+    end = short_path.events.t[-1]
+    assert short_path.t[-1] == end and np.array_equal(
+        short_path.states[-1], short_path.events.states[-1]
+    )
+    assert np.array_equal(short_path.states[:-1], whole.states[times < end])
+    later_events = kr.solve(short_path.end, 50 - end, events=[events.nutation()]).events
     rest = whole.events.t[(whole.events.which == 0) & (whole.events.t > end)]
-    assert len(on) == len(rest) and np.abs(on.t + end - rest).max() < 1e-11
+    assert len(later_events) == len(rest) and np.abs(later_events.t + end - rest).max() < 1e-11
 
 
 def test_max_count_limits_the_events():
@@ -176,18 +178,18 @@ def test_where_selects_events():
     both = kr.solve(
         GENERAL, 60, events=[events.plane((1, 0, 0)), events.plane((1, 0, 0), where=high)]
     ).events
-    wanted = both.path.apex[:, 2] > -0.4
-    assert 0 < (both.which == 1).sum() == wanted[both.which == 0].sum() < (both.which == 0).sum()
+    selection = both.path.apex[:, 2] > -0.4
+    assert 0 < (both.which == 1).sum() == selection[both.which == 0].sum() < (both.which == 0).sum()
 
 
 def test_a_constant_of_motion_has_no_events():
     vertical = {f"body_vertical_{i}*body_momentum_{i}": 1 for i in "xyz"}
-    wanted = [
+    specifications = [
         events.crossing({"m_z": 1}, 1.46),
         events.extremum({"m_z": 1}),
         events.extremum(vertical),
     ]
-    assert len(kr.solve(GENERAL, 100, events=wanted).events) == 0
+    assert len(kr.solve(GENERAL, 100, events=specifications).events) == 0
     assert len(kr.solve(GENERAL, 10, events=[]).events) == len(kr.solve(GENERAL, 10).events) == 0
 
 
@@ -313,8 +315,8 @@ except kr.Interrupted as stopped:
 """
     done = python(code)
     assert done.returncode == 0, done.stderr
-    found, reached = map(float, done.stdout.split())
-    assert found == 10 and 0 < reached < 1e7
+    found, end = map(float, done.stdout.split())
+    assert found == 10 and 0 < end < 1e7
 
 
 def test_events_do_not_depend_on_threads():
@@ -333,10 +335,10 @@ def test_events_do_not_depend_on_threads():
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
 def test_events_do_not_depend_on_wanted_quantities(want):
-    looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
+    specifications = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
-    whole = kr.solve(GENERAL, times, events=looked_for)
-    some = kr.solve(GENERAL, times, events=looked_for, want=want)
+    whole = kr.solve(GENERAL, times, events=specifications)
+    some = kr.solve(GENERAL, times, events=specifications, want=want)
     assert len(whole.events) > 4 and some.want == want
     assert np.array_equal(some.events.states, whole.events.states)
     assert np.array_equal(some.events.which, whole.events.which)
@@ -358,13 +360,13 @@ def test_components_are_events_by_name(name):
     values = kr.solve(GENERAL, [0.0, 0.9], want=(quantity.name,))
     column = quantity.components.index(name)
     level = getattr(values, quantity.name).reshape(2, -1)[:, column].mean()
-    met = kr.solve(GENERAL, 0.9, events=events.crossing(name, level)).events
+    found = kr.solve(GENERAL, 0.9, events=events.crossing(name, level)).events
     if name == "m_z":  # a constant has no events
-        assert len(met) == 0
+        assert len(found) == 0
         return
-    assert len(met) >= 1 and met.which.tolist() == [0] * len(met)
-    there = getattr(met.path, quantity.name).reshape(len(met), -1)[:, column]
-    np.testing.assert_allclose(there, level, rtol=0, atol=1e-13)
+    assert len(found) >= 1 and found.which.tolist() == [0] * len(found)
+    level_values = getattr(found.path, quantity.name).reshape(len(found), -1)[:, column]
+    np.testing.assert_allclose(level_values, level, rtol=0, atol=1e-13)
 
 
 def test_a_single_event_counts_as_a_list():
@@ -383,10 +385,12 @@ def test_thin_bodies_have_all_energy_crossings(least):
     body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
-    looked = events.kinetic(0.1), events.extremum(twice)
-    path = kr.solve(scene, 40, "taylor", events=looked)
+    specifications = events.kinetic(0.1), events.extremum(twice)
+    path = kr.solve(scene, 40, "taylor", events=specifications)
     kinetic = kr.solve(scene, np.linspace(0, 40, 4001)).kinetic
-    passed, turned = (
+    crossings, extrema = (
         int(np.count_nonzero(np.diff(np.sign(g)))) for g in (kinetic - 0.1, np.diff(kinetic))
     )
-    assert list(np.bincount(path.events.which, minlength=2)) == [passed, turned] and turned > 20
+    assert (
+        list(np.bincount(path.events.which, minlength=2)) == [crossings, extrema] and extrema > 20
+    )

@@ -110,14 +110,17 @@ def test_motions_without_closed_form_are_refused_by_name(form):
 def test_the_error_of_a_path_includes_the_mismatch(form):
     t = [10.0, 3000.0]
     bodies = form.body(), form.body((form.ratio * 0.1, form.ratio * 0.1, 0.1 * (1.0 + 6e-15)))
-    exact, missed = (form.scene.replace(body=body, gravity=0.1) for body in bodies)
-    assert kr.exact(exact).mismatch == 0.0 and kr.solve(exact, t, method="exact").error < 5e-14
-    mismatch, path = kr.exact(missed).mismatch, kr.solve(missed, t, method="exact")
+    exact_scene, near_scene = (form.scene.replace(body=body, gravity=0.1) for body in bodies)
+    assert (
+        kr.exact(exact_scene).mismatch == 0.0
+        and kr.solve(exact_scene, t, method="exact").error < 5e-14
+    )
+    mismatch, path = kr.exact(near_scene).mismatch, kr.solve(near_scene, t, method="exact")
     assert 5e-15 < mismatch < 7e-15
-    true = kr.solve(missed, t, digits=20)
+    true = kr.solve(near_scene, t, digits=20)
     assert path.error == pytest.approx(kr.attitude_error(path.q, true.q).max(), rel=1e-3)
-    turned = 3000.0 * np.linalg.norm(path.velocity[0])
-    assert 0.05 < path.error / (mismatch * turned) < 5.0
+    angle = 3000.0 * np.linalg.norm(path.velocity[0])
+    assert 0.05 < path.error / (mismatch * angle) < 5.0
 
 
 def test_the_closed_form_survives_pickling(form):

@@ -27,9 +27,9 @@ def size_of_columns(tangents):
 
 def assert_near(tangents, truth, within):
     """Assert that two arrays of tangents agree, except for tangents that are NaN."""
-    known = ~np.isnan(tangents).any(axis=(0, 1))
-    miss = size_of_columns((tangents - truth)[:, :, known])
-    assert (miss <= within * size_of_columns(truth[:, :, known])).all()
+    is_number = ~np.isnan(tangents).any(axis=(0, 1))
+    miss = size_of_columns((tangents - truth)[:, :, is_number])
+    assert (miss <= within * size_of_columns(truth[:, :, is_number])).all()
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -44,10 +44,10 @@ def test_tangents_agree_with_30_digits(scene):
 @pytest.mark.parametrize("scene", SCENES)
 def test_only_the_column_of_vertical_momentum_has_no_closed_form(scene):
     path = kr.exact(scene)([0.0, 3.0], tangents=BY)
-    lost = np.isnan(path.tangents).any(axis=(0, 1))
-    assert lost.tolist() == [i == 5 and scene is LEVEL for i in range(8)]
-    kept = ~lost[:6]
-    assert np.abs(path.tangents[0, :, :6] - np.eye(6))[:, kept].max() < 1e-11
+    is_missing = np.isnan(path.tangents).any(axis=(0, 1))
+    assert is_missing.tolist() == [i == 5 and scene is LEVEL for i in range(8)]
+    is_present = ~is_missing[:6]
+    assert np.abs(path.tangents[0, :, :6] - np.eye(6))[:, is_present].max() < 1e-11
     assert np.abs(path.tangents[0, :, 6:]).max() < 1e-11
 
 
@@ -83,8 +83,10 @@ def test_tangents_of_known_changes_are_right_at_late_times(scene):
         assert (miss < 1e-10 * sizes).all()
     faster = path.t[:, None] * flow
     faster[:, 3:] += path.m
-    told = start[:, :, 3:] @ np.array(scene.momentum)[: n - 3] + 2.0 * scene.gravity * gravity
-    assert (np.abs(told - faster).max(axis=1) < 1e-10 * (sizes + np.abs(path.t))).all()
+    change_rate = (
+        start[:, :, 3:] @ np.array(scene.momentum)[: n - 3] + 2.0 * scene.gravity * gravity
+    )
+    assert (np.abs(change_rate - faster).max(axis=1) < 1e-10 * (sizes + np.abs(path.t))).all()
 
 
 @pytest.mark.parametrize(("ratio", "momentum"), [(2.0, (0.3, 1.1, 0.8)), (4.0, (0.9, 2.1, 0.0))])

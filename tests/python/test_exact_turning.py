@@ -121,22 +121,22 @@ TURNED = {  # the same motion upside down, and with a body whose axis points the
 }
 
 
-@pytest.mark.parametrize("turned", TURNED)
+@pytest.mark.parametrize("description", TURNED)
 @pytest.mark.parametrize("course", COURSES)
-def test_motion_types_do_not_depend_on_the_description(course, turned):
-    plain, top = kr.exact(COURSES[course]), kr.exact(TURNED[turned](COURSES[course]))
+def test_motion_types_do_not_depend_on_the_description(course, description):
+    plain, top = kr.exact(COURSES[course]), kr.exact(TURNED[description](COURSES[course]))
     assert plain.motion_type == top.motion_type == course
-    want = plain.least_nutation, plain.greatest_nutation, plain.t_least, plain.t_greatest
-    if turned == "gravity upwards":
-        want = math.pi - want[1], math.pi - want[0], want[3], want[2]
-    got = top.least_nutation, top.greatest_nutation, top.t_least, top.t_greatest
-    assert got == pytest.approx(want, abs=1e-14)
+    expected = plain.least_nutation, plain.greatest_nutation, plain.t_least, plain.t_greatest
+    if description == "gravity upwards":
+        expected = math.pi - expected[1], math.pi - expected[0], expected[3], expected[2]
+    limits = top.least_nutation, top.greatest_nutation, top.t_least, top.t_greatest
+    assert limits == pytest.approx(expected, abs=1e-14)
 
 
 @pytest.mark.parametrize("course", COURSES)
-@pytest.mark.parametrize("turned", TURNED)
-def test_the_path_stays_between_turning_points_and_reaches_them(course, turned):
-    scene = TURNED[turned](COURSES[course])
+@pytest.mark.parametrize("description", TURNED)
+def test_the_path_stays_between_turning_points_and_reaches_them(course, description):
+    scene = TURNED[description](COURSES[course])
     top = kr.exact(scene)
     nutation = kr.solve(scene, np.linspace(0, 10, 4001), method="taylor").nutation
     assert nutation.min() > top.least_nutation - 1e-12
@@ -166,14 +166,14 @@ def test_on_the_separatrix_the_upright_position_is_never_reached():
 
 
 @pytest.mark.parametrize("name", ["loops", "cusps", "waves", "steady", "circle", "pendulum"])
-@pytest.mark.parametrize("turned", TURNED)
-def test_the_potential_is_energy_minus_kinetic_energy_of_nutation(name, turned):
-    scene = TURNED[turned](COURSES[name])
+@pytest.mark.parametrize("description", TURNED)
+def test_the_potential_is_energy_minus_kinetic_energy_of_nutation(name, description):
+    scene = TURNED[description](COURSES[name])
     top, path = kr.exact(scene), kr.solve(scene, np.linspace(0.1, 7.1, 50))
     inertia = scene.body.moments[0]
     rate = np.cross(path.velocity, path.apex)[:, 2] / np.sin(path.nutation)
-    left = path.energy - inertia * rate**2 / 2
-    assert top.potential(path.nutation) == pytest.approx(left, rel=1e-12)
+    potential = path.energy - inertia * rate**2 / 2
+    assert top.potential(path.nutation) == pytest.approx(potential, rel=1e-12)
     ends = top.potential([top.least_nutation, top.greatest_nutation])
     if name != "pendulum":
         assert ends == pytest.approx([path.energy[0]] * 2, rel=1e-13)

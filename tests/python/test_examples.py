@@ -26,20 +26,22 @@ def examples(name):
 def test_examples_print_the_documented_output(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
-    said = []
+    messages = []
     for test in examples(name):
-        doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(test, out=said.append)
-    assert said == [], "".join(said)
+        doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(
+            test, out=messages.append
+        )
+    assert messages == [], "".join(messages)
 
 
 def test_the_main_functions_have_examples():
-    having = {test.name for name in ["kreisel", *MODULES] for test in examples(name)}
+    names_with_examples = {test.name for name in ["kreisel", *MODULES] for test in examples(name)}
     for what in (kr.solve, kr.plan, kr.compare, kr.rod, kr.attitude_error, kr.stream):
-        assert f"{what.__module__}.{what.__qualname__}" in having, what
+        assert f"{what.__module__}.{what.__qualname__}" in names_with_examples, what
 
 
 def test_a_wrong_example_is_detected():
     test = doctest.DocTestParser().get_doctest(">>> 1\n2\n", {}, "wrong", None, None)
-    said = []
-    doctest.DocTestRunner().run(test, out=said.append)
-    assert said
+    messages = []
+    doctest.DocTestRunner().run(test, out=messages.append)
+    assert messages

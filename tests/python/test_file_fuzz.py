@@ -113,13 +113,13 @@ def corrupt_header(draw, head):
     return head
 
 
-def read_and_use(read, use):
+def read_and_use(load, use):
     """Read a file, use its contents, and check that error messages are short."""
     try:
-        found = read()
+        found = load()
         use(found)
-    except (TypeError, ValueError, MemoryError, OSError, kr.Error) as refused:
-        assert len(str(refused)) < LETTERS
+    except (TypeError, ValueError, MemoryError, OSError, kr.Error) as error:
+        assert len(str(error)) < LETTERS
 
 
 def use_scene(scene):
@@ -217,8 +217,6 @@ def test_a_damaged_archive_has_a_short_message(file):
         2, "little"
     )  # the first name is followed by letters that are part of numbers
     file.write_bytes(data)
-    with pytest.raises(
-        ValueError, match="the archive is damaged: File name in directory"
-    ) as refused:
+    with pytest.raises(ValueError, match="the archive is damaged: File name in directory") as error:
         kr.load(file)
-    assert len(str(refused.value)) < 400
+    assert len(str(error.value)) < 400

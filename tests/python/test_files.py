@@ -41,9 +41,9 @@ def test_a_failing_disk_leaves_only_the_old_file(tmp_path, monkeypatch, i):
 @pytest.mark.parametrize("i", range(4))
 def test_a_missing_folder_is_named_as_given(tmp_path, i):
     file = tmp_path / "no" / "file"
-    with pytest.raises(FileNotFoundError) as refused:
+    with pytest.raises(FileNotFoundError) as error:
         writers()[i](file)
-    assert refused.value.filename == str(file)
+    assert error.value.filename == str(file)
 
 
 def test_two_threads_can_save_one_file(tmp_path):

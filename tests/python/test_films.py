@@ -61,10 +61,10 @@ def test_a_gif_has_at_most_128_colours(tmp_path):
 
 def test_a_gif_shows_the_colours_of_its_film(tmp_path):
     film = PATH.animate(tmp_path / "top.gif", speed=255, fps=1, size=200)
-    drawn = np.asarray(next(made._render_film_images(film)).convert("RGB")).astype(int)
+    frame = np.asarray(next(made._render_film_images(film)).convert("RGB")).astype(int)
     with Image.open(tmp_path / "top.gif") as image:
-        shown = np.asarray(image.convert("RGB")).astype(int)
-    assert np.abs(shown - drawn).max() <= 80 and np.abs(shown - drawn).mean() < 0.5
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    assert np.abs(pixels - frame).max() <= 80 and np.abs(pixels - frame).mean() < 0.5
 
 
 def test_an_html_film_has_the_requested_frame_rate():

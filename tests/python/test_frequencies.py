@@ -97,11 +97,11 @@ def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
     t = np.linspace(0, 60 * exact.period, 4001)
     through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
     assert largest_relative_error(through, exact) < 1e-12
-    kept = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "strang", step=0.01, every=5))
-    assert largest_relative_error(kept, exact) < 1e-5
-    drifted = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "rk4", step=0.01, every=5))
-    assert math.isnan(drifted.precession) and math.isnan(drifted.spin)
-    assert drifted.nutation == pytest.approx(math.tau / exact.period, rel=1e-5)
+    accurate = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "strang", step=0.01, every=5))
+    assert largest_relative_error(accurate, exact) < 1e-5
+    inaccurate = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "rk4", step=0.01, every=5))
+    assert math.isnan(inaccurate.precession) and math.isnan(inaccurate.spin)
+    assert inaccurate.nutation == pytest.approx(math.tau / exact.period, rel=1e-5)
 
 
 def test_a_pendulum_through_both_poles_has_no_precession():
@@ -189,8 +189,8 @@ def test_a_top_released_at_rest_has_the_frequency_of_a_slow_one():
     assert rest.nutation == pytest.approx(slow.nutation, rel=1e-9) and rest.nutation > 1.0
     assert rest.precession == pytest.approx(0.0, abs=1e-12)
     # without a lever, gravity has no effect
-    held = kr.Scene(kr.Body(1.0, (1.0, 1.5, 2.0), (0, 0, 0)), (0, 0, 0))
-    still = kr.frequencies(kr.solve(held, t, "taylor"))
+    resting = kr.Scene(kr.Body(1.0, (1.0, 1.5, 2.0), (0, 0, 0)), (0, 0, 0))
+    still = kr.frequencies(kr.solve(resting, t, "taylor"))
     assert math.isnan(still.precession) and still.nutation == 0.0
 
 
@@ -207,7 +207,7 @@ EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
 
 
 @pytest.mark.parametrize(
-    ("path", "n", "said"),
+    ("path", "n", "message"),
     [
         (EVEN.t, 12, "path must be a kreisel.Path"),
         (EVEN, 0, "n must be at least 1"),
@@ -219,8 +219,8 @@ EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
         (kr.solve(GENERAL, np.linspace(0, 1, 80), want=["energy"]), 2, "want"),
     ],
 )
-def test_invalid_arguments_are_refused(path, n, said):
-    with pytest.raises((TypeError, ValueError, AttributeError), match=said):
+def test_invalid_arguments_are_refused(path, n, message):
+    with pytest.raises((TypeError, ValueError, AttributeError), match=message):
         kr.frequencies(path, n)
 
 
@@ -241,9 +241,9 @@ def test_frequencies_need_enough_states():
 @pytest.mark.parametrize("name", ["cusps", "thesis", "kowalewski"])
 def test_a_turntable_is_subtracted_from_the_precession(name, t):
     scene, rate = getattr(kr.scenes, name), 0.37
-    carried = scene.replace(turning=(0, 0, rate))
+    turning_scene = scene.replace(turning=(0, 0, rate))
     for method in ("taylor", "exact"):
-        rest, found = (kr.frequencies(kr.solve(top, t, method)) for top in (scene, carried))
+        rest, found = (kr.frequencies(kr.solve(top, t, method)) for top in (scene, turning_scene))
         assert found.exact == rest.exact
         precession = rest.precession - rate
         assert found.precession == pytest.approx(precession, abs=1e-12, nan_ok=True)
@@ -253,7 +253,7 @@ def test_a_turntable_is_subtracted_from_the_precession(name, t):
 
 
 @pytest.mark.parametrize(
-    "words, said",
+    "words, message",
     [
         (
             {"turning": (0.1, 0, 0)},
@@ -264,7 +264,7 @@ def test_a_turntable_is_subtracted_from_the_precession(name, t):
         ({"turning": (0, 0, 0.1), "gravity": 0}, "replace.turning=None. gives the same motion"),
     ],
 )
-def test_supports_without_constant_rates_are_refused(words, said):
+def test_supports_without_constant_rates_are_refused(words, message):
     path = kr.solve(kr.scenes.cusps.replace(**words), np.linspace(0, 10, 100))
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         kr.frequencies(path)

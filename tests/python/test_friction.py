@@ -45,8 +45,8 @@ def test_the_spin_of_a_symmetric_top_in_closed_form(damping):
         stop = math.log1p(2.0 * damping / 0.1) / rate if damping else 1.7 * 2.0 / 0.1
         path = kr.solve(top, np.linspace(0.0, 1.5 * stop, 301))
         decay = np.exp(-rate * path.t)
-        slowed = 0.1 * (1.0 - decay) / damping if damping else 0.1 * path.t / 1.7
-        expected = -np.maximum(2.0 * decay - slowed, 0.0)
+        loss = 0.1 * (1.0 - decay) / damping if damping else 0.1 * path.t / 1.7
+        expected = -np.maximum(2.0 * decay - loss, 0.0)
         assert np.abs(path.spin - expected).max() < 1e-12
         found = kr.solve(top, 1.5 * stop, events=[kr.events.stopped()]).events
         assert found.t == pytest.approx([stop], rel=1e-13)
@@ -97,9 +97,9 @@ def test_backward_in_time_a_stopped_top_has_no_unique_past():
     back = kr.solve(fast, [0.0, -3.0])
     assert np.abs(back.spin - (2.0 + 0.1 / 1.7 * 3.0))[-1] < 1e-13
     assert kr.attitude_error(kr.solve(back.end, [3.0]).q[-1], fast.attitude) < 1e-13
-    stopped = kr.solve(fast, 60.0)
+    path = kr.solve(fast, 60.0)
     with pytest.raises((kr.Error, ValueError), match="stopped"):
-        kr.solve(stopped.end, [-1.0])
+        kr.solve(path.end, [-1.0])
 
 
 def test_runs_are_resumed_across_a_stop():
@@ -142,7 +142,7 @@ def test_invalid_friction_is_refused(friction):
 
 def test_functions_without_friction_refuse_it():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
-    for refused in (
+    for call in (
         *list_unsupported_calls(HEAVY, path),
         lambda: kr.exact(SPUN.replace(friction=0.1)),
         lambda: kr.solve(SPUN.replace(friction=0.1), 1.0, "exact"),
@@ -152,4 +152,4 @@ def test_functions_without_friction_refuse_it():
         lambda: kr.solve(make_scene("free", friction=0.1), 1.0, tangents=("start", "com")),
     ):
         with pytest.raises(ValueError, match="friction"):
-            refused()
+            call()

@@ -11,35 +11,35 @@ WORDS = {"methods": ["rk4", "strang", "taylor"], "steps": [0.1, 0.05], "repeats"
 
 
 def test_a_comparison_reports_progress():
-    told = []
-    table = kr.compare(TOP, 1.0, progress=told.append, **WORDS)
-    assert len(table) == 5 and told == [pytest.approx(i / 10) for i in range(1, 11)]
-    assert told[-1] == 1.0
+    reports = []
+    table = kr.compare(TOP, 1.0, progress=reports.append, **WORDS)
+    assert len(table) == 5 and reports == [pytest.approx(i / 10) for i in range(1, 11)]
+    assert reports[-1] == 1.0
     with pytest.raises(TypeError, match="progress must be a function"):
         kr.compare(TOP, 1.0, progress=3, **WORDS)
 
 
-@pytest.mark.parametrize("made", [1, 3, 5, 7])
-def test_an_interrupted_comparison_keeps_its_rows(made):
-    told = []
+@pytest.mark.parametrize("count", [1, 3, 5, 7])
+def test_an_interrupted_comparison_keeps_its_rows(count):
+    reports = []
 
     def stop(part):
-        told.append(part)
-        if len(told) == made:
+        reports.append(part)
+        if len(reports) == count:
             raise KeyboardInterrupt
 
-    with pytest.raises(kr.CompareInterrupted) as stopped:
+    with pytest.raises(kr.CompareInterrupted) as interruption:
         kr.compare(TOP, 1.0, progress=stop, **WORDS)
-    rows = min(made, 5)
-    assert str(stopped.value) == f"interrupted: {rows} of 5 runs were completed"
+    rows = min(count, 5)
+    assert str(interruption.value) == f"interrupted: {rows} of 5 runs were completed"
     whole = kr.compare(TOP, 1.0, **WORDS)
-    again = pickle.loads(pickle.dumps(stopped.value))
-    for table in (stopped.value.table, again.table):
+    again = pickle.loads(pickle.dumps(interruption.value))
+    for table in (interruption.value.table, again.table):
         assert len(table) == rows
         for row, full in zip(table, whole, strict=False):
             assert (row.method, row.step, row.steps) == (full.method, full.step, full.steps)
             assert row.attitude_error == full.attitude_error and row.seconds > 0
-    assert isinstance(stopped.value, KeyboardInterrupt)
+    assert isinstance(interruption.value, KeyboardInterrupt)
 
 
 SEND = """

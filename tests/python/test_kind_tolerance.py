@@ -73,7 +73,7 @@ def test_differences_above_rounding_change_the_kind(what, off):
     assert scene.body.kind == "general"
     assert kr.solve(scene, 1).method == "taylor"
     assert "'lagrange' only up to" in kr.plan(scene).why
-    for asked in (
+    for call in (
         lambda: kr.exact(scene),
         lambda: kr.exact([scene]),
         lambda: kr.solve(scene, 1, "exact"),
@@ -81,7 +81,7 @@ def test_differences_above_rounding_change_the_kind(what, off):
         lambda: kr.exact(scene, map="bobenko_suris", step=0.01),
     ):
         with pytest.raises(ValueError, match="'lagrange' only up to"):
-            asked()
+            call()
 
 
 @pytest.mark.parametrize("what", NEARLY)

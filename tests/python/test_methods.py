@@ -14,14 +14,14 @@ from validation.references.orders import BODIES, measure_order
 from validation.references.orders import tilt_scene as scene
 
 
-def cases(wanted=lambda name, body: True, **flags):
+def cases(is_member=lambda name, body: True, **flags):
     """Return all pairs (method, body) in which the method has the given properties."""
     return [
         (name, body)
         for name, method in kr.methods.items()
         if all(getattr(method, flag) == value for flag, value in flags.items())
         for body in BODIES
-        if method.applies_to(BODIES[body]) and wanted(name, body)
+        if method.applies_to(BODIES[body]) and is_member(name, body)
     ]
 
 
@@ -180,10 +180,10 @@ def test_fourth_integrals_are_constant():
     path = kr.solve(level, np.linspace(0, 50, 101), method="extrap", tol=1e-13)
     assert np.abs(path.goryachev_chaplygin).max() > 1e-3
     assert np.ptp(path.goryachev_chaplygin) < 1e-9
-    raised = kr.solve(
+    other_path = kr.solve(
         scene("goryachev_chaplygin"), np.linspace(0, 50, 101), method="extrap", tol=1e-13
     )
-    assert np.ptp(raised.goryachev_chaplygin) > 1e-2
+    assert np.ptp(other_path.goryachev_chaplygin) > 1e-2
 
 
 @pytest.mark.parametrize(

@@ -50,11 +50,11 @@ def test_from_com_agrees_with_the_cuboid():
     a, b, c = half = (0.6, 0.8, 1.0)
     mass = 8 * a * b * c
     about_com = mass / 3 * np.array([b * b + c * c, c * c + a * a, a * a + b * b])
-    moved = kr.Body.from_com(mass, about_com, com=(5, 6, 7), pivot=(5.1, 5.8, 6))
+    body = kr.Body.from_com(mass, about_com, com=(5, 6, 7), pivot=(5.1, 5.8, 6))
     np.testing.assert_allclose(
-        moved.inertia, kr.Body.cuboid(half, pivot=(0.1, -0.2, -1)).inertia, rtol=1e-14
+        body.inertia, kr.Body.cuboid(half, pivot=(0.1, -0.2, -1)).inertia, rtol=1e-14
     )
-    np.testing.assert_allclose(moved.com, CORNER.com, rtol=1e-14)
+    np.testing.assert_allclose(body.com, CORNER.com, rtol=1e-14)
 
 
 def test_a_symmetric_body_equals_a_body_with_three_moments():
@@ -83,10 +83,10 @@ def test_a_rotated_lagrange_top_has_its_axis_as_third_principal_axis():
 def test_equal_moments_keep_the_given_axes():
     body = kr.Body(mass=1, inertia=(2, 2, 2), com=(0.1, 0.2, 0.3))
     assert body.kind == "lagrange" and body.axes == (1, 0, 0, 0)
-    turned = kr.Body(
+    other_body = kr.Body(
         mass=1, inertia=matrix(TILT) @ (2 * np.eye(3)) @ matrix(TILT).T, com=(0.1, 0.2, 0.3)
     )
-    np.testing.assert_allclose(turned.moments, (2, 2, 2), rtol=1e-15)
+    np.testing.assert_allclose(other_body.moments, (2, 2, 2), rtol=1e-15)
 
 
 # Scenes
@@ -107,9 +107,9 @@ def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
     body = next(body for body in bodies if kr.methods[name].applies_to(body))
     axes = matrix(turn)
     tensor = axes @ np.diag(body.inertia) @ axes.T
-    turned = kr.Body(body.mass, tensor, axes @ body.com, unphysical=body.unphysical)
+    other_body = kr.Body(body.mass, tensor, axes @ body.com, unphysical=body.unphysical)
     attitude = unit(quaternion.multiply(TILT, quaternion.conjugate(turn)))
-    scenes = [kr.Scene(b, GENERAL.momentum, q) for b, q in ((body, TILT), (turned, attitude))]
+    scenes = [kr.Scene(b, GENERAL.momentum, q) for b, q in ((body, TILT), (other_body, attitude))]
     how = {"tol": 1e-13} if name == "extrap" else {"step": 0.01}
     own, other = (kr.solve(scene, [1, 2], name, **how) for scene in scenes)
     for quantity in ("m", "velocity", "torque", "apex", "energy"):

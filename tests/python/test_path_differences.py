@@ -57,8 +57,8 @@ def test_without_attitudes_the_apexes_are_compared():
     expected = np.arccos(np.clip((one.apex * rough.apex).sum(axis=1), -1.0, 1.0))
     assert found.what == "apexes" and found.angle == pytest.approx(expected, abs=2e-8)
     assert kr.plot(one, ROUGH)[6].get_title() == "angle between the apexes"
-    stored = kr.solve(GENERAL, T, want=(*want, "q"))
-    assert compute_angle_between_paths(stored, FINE).what == "attitudes"
+    full_path = kr.solve(GENERAL, T, want=(*want, "q"))
+    assert compute_angle_between_paths(full_path, FINE).what == "attitudes"
 
 
 def test_equal_paths_and_paths_without_common_times_are_labelled():

@@ -59,9 +59,9 @@ def test_the_precession_is_interrupted_where_it_jumps(back):
     passes = np.abs(t[gaps - 1] + t[gaps + 1]) / 2
     assert passes == pytest.approx(kr.exact(path.scene).period * np.arange(8), abs=0.03)
     assert np.nanmax(np.abs(np.diff(around))) < 0.5
-    kept = np.isfinite(t)
-    assert np.array_equal(t[kept], path.t)
-    turns = (around[kept] - path.precession_angle) / (2 * np.pi)
+    is_finite = np.isfinite(t)
+    assert np.array_equal(t[is_finite], path.t)
+    turns = (around[is_finite] - path.precession_angle) / (2 * np.pi)
     assert turns == pytest.approx(np.rint(turns), abs=1e-12)
 
 
@@ -108,10 +108,10 @@ def test_circles_on_the_globe_are_the_turning_points():
     top, e = kr.exact(CUSPS.scene), np.radians(20)
     for circle, angle in zip(circles, [top.least_nutation, top.greatest_nutation], strict=True):
         x, y = (np.array(part) for part in circle.get_data())
-        seen = np.isfinite(y)
-        away = (y[seen] - np.cos(angle) * np.cos(e)) / np.sin(e)
-        assert seen.sum() > 50
-        assert np.hypot(x[seen], away) == pytest.approx(np.sin(angle), abs=1e-12)
+        is_visible = np.isfinite(y)
+        away = (y[is_visible] - np.cos(angle) * np.cos(e)) / np.sin(e)
+        assert is_visible.sum() > 50
+        assert np.hypot(x[is_visible], away) == pytest.approx(np.sin(angle), abs=1e-12)
 
 
 def test_a_picture_leaves_no_empty_space():
@@ -177,8 +177,8 @@ def test_invalid_drawings_are_refused():
 
 def test_the_wanted_quantities_suffice_for_a_plot():
     path = kr.solve(GENERAL, [0.0, 1.0], want=("apex", "nutation", "precession_angle"))
-    drawn = kr.plot(path, degrees=False)[1].lines[0].get_ydata()
-    assert np.array_equal(drawn, path.nutation)
+    y = kr.plot(path, degrees=False)[1].lines[0].get_ydata()
+    assert np.array_equal(y, path.nutation)
 
 
 def test_pyplot_is_not_imported():
@@ -287,18 +287,18 @@ def test_ctrl_c_leaves_the_old_file(name, old, tmp_path, monkeypatch):
     file = tmp_path / name
     if old:
         file.write_bytes(old)
-    draw, drawn = Figure.savefig, []
+    draw, frames = Figure.savefig, []
 
     def stops(figure, *args, **words):
-        drawn.append(1)
-        if len(drawn) == 3:
+        frames.append(1)
+        if len(frames) == 3:
             raise KeyboardInterrupt
         return draw(figure, *args, **words)
 
     monkeypatch.setattr(Figure, "savefig", stops)
     with pytest.raises(KeyboardInterrupt):
         CUSPS.animate(file, fps=1, size=50)
-    assert len(drawn) == 3 and list(scratch.iterdir()) == []
+    assert len(frames) == 3 and list(scratch.iterdir()) == []
     assert file.read_bytes() == old if old else not file.exists()
     assert len(list(tmp_path.iterdir())) == (2 if old else 1)
 
@@ -324,9 +324,9 @@ def test_invalid_arguments_are_refused_before_anything_is_drawn(words, error, te
 
 
 def test_the_suggested_speed_is_accepted():
-    with pytest.raises(ValueError) as refused:
+    with pytest.raises(ValueError) as error:
         CUSPS.animate(speed=1e-4)
-    speed = float(str(refused.value).split("speed = ")[1].split(",")[0])
+    speed = float(str(error.value).split("speed = ")[1].split(",")[0])
     assert len(CUSPS.animate(speed=1.01 * speed)) <= 1165
 
 
@@ -382,9 +382,9 @@ def test_the_tube_of_a_rod_has_the_thickness_of_its_section(section):
     centre = np.stack([along, np.zeros(5), np.zeros(5)], axis=-1)
     normals = np.tile(np.eye(3)[[1, 2]], (5, 1, 1))  # away from the eye, and upwards
     draw_tube(centre, normals, section, axes, elevation=0.0)
-    drawn = axes.collections[0].get_paths()
-    heights = np.concatenate([path.vertices[:, 1] for path in drawn])
-    assert len(drawn) and np.ptp(heights) == pytest.approx(0.1 * section[1])
+    outlines = axes.collections[0].get_paths()
+    heights = np.concatenate([path.vertices[:, 1] for path in outlines])
+    assert len(outlines) and np.ptp(heights) == pytest.approx(0.1 * section[1])
 
 
 def test_paths_may_be_separate_arguments():
@@ -416,8 +416,8 @@ BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 def corners_of_film(film):
     """Return the projected vertices of the body in the first frame of an animation."""
-    drawn = next(film._draw_frames()).axes[0].collections
-    (solid,) = [part for part in drawn if isinstance(part, PolyCollection)]
+    collections = next(film._draw_frames()).axes[0].collections
+    (solid,) = [part for part in collections if isinstance(part, PolyCollection)]
     return np.concatenate([path.vertices for path in solid.get_paths()])
 
 
@@ -497,16 +497,18 @@ def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
 
 
 def test_an_isotropic_rod_is_round_and_its_sides_do_not_turn_with_the_spin(monkeypatch):
-    drawn = []
-    monkeypatch.setattr(solids, "draw_solid_faces", lambda axes, faces, *_: drawn.append(faces))
+    face_lists = []
+    monkeypatch.setattr(
+        solids, "draw_solid_faces", lambda axes, faces, *_: face_lists.append(faces)
+    )
     rod = kr.rod(CUSPS)
     rod.plot(thickness=0.1)
     n = len(rod.centre)
-    faces = drawn[0]
+    faces = face_lists[0]
     corners = len(faces) // n  # the side faces of n - 1 segments, and two ends with fewer faces
     rims = faces[: (n - 1) * corners, 0].reshape(n - 1, corners, 3) - rod.centre[:-1, None]
     assert np.linalg.norm(rims, axis=-1) == pytest.approx(0.05, rel=1e-12)
-    bent = np.linalg.norm(np.diff(rod.frame[:-1, 2], axis=0), axis=-1)
-    moved = np.linalg.norm(np.diff(rims, axis=0), axis=-1).max(axis=1)
-    assert (moved <= 0.05 * bent * 1.001).all()
-    assert (np.linalg.norm(np.diff(rod.frame[:-1, 0], axis=0), axis=-1) > 2 * bent).any()
+    tangent_changes = np.linalg.norm(np.diff(rod.frame[:-1, 2], axis=0), axis=-1)
+    rim_changes = np.linalg.norm(np.diff(rims, axis=0), axis=-1).max(axis=1)
+    assert (rim_changes <= 0.05 * tangent_changes * 1.001).all()
+    assert (np.linalg.norm(np.diff(rod.frame[:-1, 0], axis=0), axis=-1) > 2 * tangent_changes).any()

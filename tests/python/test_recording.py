@@ -115,17 +115,17 @@ def test_quantities_agree_with_their_definitions():
 
 @pytest.mark.parametrize("name", COMPUTED)
 def test_quantities_are_computed_on_first_access(name, monkeypatch):
-    called, original = [], state_quantities.values
+    calls, original = [], state_quantities.values
     monkeypatch.setattr(
         state_quantities,
         "values",
-        lambda word, *words: called.append(word) or original(word, *words),
+        lambda word, *words: calls.append(word) or original(word, *words),
     )
     path = kr.solve(GENERAL, 1, "strang", step=0.1, every=1)
     repr(path), len(path), path.t, path.q, path.m, path.end
-    assert called == []
+    assert calls == []
     getattr(path, name), getattr(path, name)
-    assert called == [name]
+    assert calls == [name]
 
 
 def test_unknown_names_get_a_hint():

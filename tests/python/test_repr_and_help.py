@@ -46,9 +46,9 @@ def test_dir_lists_the_quantities_of_a_path(words):
 
 
 def test_the_repr_of_a_trace_is_one_line():
-    shown = repr(kr.apex(kr.solve(kr.scenes.thesis, [0.0, 1.0, 100.0])))
-    assert shown.startswith("<kreisel.Apex: 3 points, t = 0 .. 100; heights 0.")
-    assert shown.endswith("kind 'lagrange'>")
+    text = repr(kr.apex(kr.solve(kr.scenes.thesis, [0.0, 1.0, 100.0])))
+    assert text.startswith("<kreisel.Apex: 3 points, t = 0 .. 100; heights 0.")
+    assert text.endswith("kind 'lagrange'>")
     assert "no points" in repr(kr.apex(kr.solve(kr.scenes.thesis, [])))
 
 
@@ -79,8 +79,8 @@ def test_the_repr_of_an_ensemble_is_one_line():
 
 
 def test_help_describes_the_numbers_of_a_closed_form():
-    told = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
-    assert all(f"{name} " in told for name in ("period", "precession", "spin"))
+    text = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
+    assert all(f"{name} " in text for name in ("period", "precession", "spin"))
 
 
 def test_the_repr_of_an_indicator_is_one_line():

@@ -117,12 +117,12 @@ def test_sections_have_every_event_of_each_top(event):
 
 
 @pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("carried", [-0.9, 0.25, 0.6])
-def test_steady_rotations_are_left_at_the_rate_of_the_formula(axis, carried):
+@pytest.mark.parametrize("rotor", [-0.9, 0.25, 0.6])
+def test_steady_rotations_are_left_at_the_rate_of_the_formula(axis, rotor):
     moments, spin = (1.0, 1.6, 2.1), 1.3
     own, one, other = np.roll(moments, -axis)
-    square = -((own - one) * spin + carried) * ((own - other) * spin + carried) / (one * other)
-    body = kr.Body(1.0, moments, (0, 0, 0), rotor=carried * np.eye(3)[axis])
+    square = -((own - one) * spin + rotor) * ((own - other) * spin + rotor) / (one * other)
+    body = kr.Body(1.0, moments, (0, 0, 0), rotor=rotor * np.eye(3)[axis])
     scene = kr.Scene(body, body_velocity=spin * np.eye(3)[axis], gravity=0.0)
     for sign in (1.0, -1.0):
         turn = 2.0 * np.pi / spin
@@ -167,6 +167,6 @@ def test_the_known_solutions_of_a_gyrostat_have_no_growth():
     start = kr.solve(scene, [0.0])
     flow = [*start.body_velocity[0].tolist(), *start.torque[0].tolist()]
     turn = [*start.body_vertical[0].tolist(), *np.cross((0, 0, 1), start.m[0]).tolist()]
-    for known in (flow, turn):
+    for direction in (flow, turn):
         with pytest.raises(ValueError, match="no tangent in the direction"):
-            kr.megno(scene, 5.0, direction=known)
+            kr.megno(scene, 5.0, direction=direction)

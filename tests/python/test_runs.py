@@ -123,14 +123,14 @@ def test_a_run_without_heading_is_resumed():
 def test_an_interrupted_stream_is_resumed_from_a_file(tmp_path):
     file, words = tmp_path / "run", {"every": 10, "chunk": 100}
     whole = kr.solve(TOP, 100, "strang", step=0.01, every=10)
-    run, got = kr.start(TOP, "strang", step=0.01), []
+    run, states = kr.start(TOP, "strang", step=0.01), []
     for path in itertools.islice(run.stream(100, **words), 4):
-        got.append(path.states)
+        states.append(path.states)
         run.save(file)
     next(run.stream(100, **words))  # the process would be killed here
     for path in kr.resume(file).stream(100, **words):
-        got.append(path.states)
-    assert np.array_equal(np.concatenate(got), whole.states)
+        states.append(path.states)
+    assert np.array_equal(np.concatenate(states), whole.states)
 
 
 def test_a_run_advances_in_one_direction():
@@ -233,14 +233,14 @@ def test_a_new_run_has_no_costs():
 def test_assignment_to_results_and_runs_raises(tmp_path):
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
-    swept = kr.sweep(source, 1.0, folder=tmp_path)
+    sweep = kr.sweep(source, 1.0, folder=tmp_path)
     path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
-    for one, said in [
+    for one, message in [
         (kr.start(TOP), r"kreisel\.start\(path\.end\.replace\(momentum=\.\.\.\)\)"),
         (kr.solve(tops, [1.0]), "solve again"),
         (kr.reduce(tops, [1.0], {"nutation": "max"}), "solve again"),
         (kr.section(tops, n=2), "solve again"),
-        (swept, "kreisel.sweep are read-only"),
+        (sweep, "kreisel.sweep are read-only"),
         (source, "construct a new"),
         (kr.exact(kr.scenes.cusps), "momentum"),
         (path, "momentum"),
@@ -248,7 +248,7 @@ def test_assignment_to_results_and_runs_raises(tmp_path):
         for name in ("momentum", "t", "gravty"):
             with pytest.raises(AttributeError, match=r"cannot assign to field|read.only|no setter"):
                 setattr(one, name, 1.0)
-        with pytest.raises(AttributeError, match=said):
+        with pytest.raises(AttributeError, match=message):
             one.momentum = (0, 0, 9)
 
 

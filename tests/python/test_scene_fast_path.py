@@ -18,10 +18,10 @@ def test_scenes_from_plain_numbers_equal_validated_ones(word, way):
     for _ in range(50):
         row, q = rng.normal(size=3), rng.normal(size=4)
         q /= np.linalg.norm(q)
-        made = kr.Scene(CORNER, **{word: way(row)}, attitude=way(q))
-        looked_at = kr.Scene(CORNER, **{word: list(row)}, attitude_xyzw=[*q[1:], q[0]])
-        assert made == looked_at and made._block == looked_at._block
-        assert all(type(x) is float for x in (*made.momentum, *made.attitude, made.gravity))
+        plain = kr.Scene(CORNER, **{word: way(row)}, attitude=way(q))
+        validated = kr.Scene(CORNER, **{word: list(row)}, attitude_xyzw=[*q[1:], q[0]])
+        assert plain == validated and plain._block == validated._block
+        assert all(type(x) is float for x in (*plain.momentum, *plain.attitude, plain.gravity))
 
 
 def test_numpy_numbers_are_plain_numbers():
@@ -103,10 +103,10 @@ def test_the_core_refuses_invalid_scenes():
 def test_body_frame_quantities_are_rotated_space_frame_quantities():
     path = kr.solve(GENERAL, [0.0, 0.7, 1.9])
     for name, in_space in (("velocity", path.velocity), ("momentum", path.m)):
-        seen = [
+        expected = [
             quaternion.turn_back(tuple(q), tuple(v)) for q, v in zip(path.q, in_space, strict=True)
         ]
-        np.testing.assert_allclose(getattr(path, f"body_{name}"), seen, atol=1e-14)
+        np.testing.assert_allclose(getattr(path, f"body_{name}"), expected, atol=1e-14)
     up = [quaternion.turn_back(tuple(q), (0.0, 0.0, 1.0)) for q in path.q]
     np.testing.assert_allclose(path.body_vertical, up, atol=1e-15)
     np.testing.assert_allclose(path.spin, (path.velocity * path.apex).sum(axis=1), atol=1e-14)
@@ -124,7 +124,7 @@ def test_euler_angles_agree_with_the_apex():
 
 def test_every_quantity_has_a_docstring():
     for name, quantity in QUANTITIES.items():
-        told = getattr(kr.Path, name).__doc__
-        assert told and name in dir(kr.Path), name
+        text = getattr(kr.Path, name).__doc__
+        assert text and name in dir(kr.Path), name
         if quantity.dimension:
-            assert told.rstrip(".").endswith(f"[{quantity.dimension}]") or name in ("q", "m")
+            assert text.rstrip(".").endswith(f"[{quantity.dimension}]") or name in ("q", "m")

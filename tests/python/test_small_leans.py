@@ -52,8 +52,8 @@ def test_upright_bodies_keep_a_small_tilt_along_each_axis(axis, moments):
     ensemble = kr.solve(kr.Ensemble.of([scene]), [31.0], "taylor")
     run = kr.start(scene, "taylor")
     run.to(3.0)
-    resumed = kr.resume(run.checkpoint).to([31.0])
-    for path in (kr.solve(scene, [31.0], "taylor"), ensemble[0], resumed):
+    later_path = kr.resume(run.checkpoint).to([31.0])
+    for path in (kr.solve(scene, [31.0], "taylor"), ensemble[0], later_path):
         assert path.nutation[0] > 0.3
         assert attitude_error(q, path.q[0]) < 1e-11
 

@@ -39,24 +39,30 @@ def runs(tmp_path_factory):
 
 def test_duckdb_queries_the_parts(runs):
     found = kr.read_sweep(runs / "reduced")
-    went = found["status"] == 0
+    is_complete = found["status"] == 0
     sql = """
         SELECT spin, max(nutation_max), count(*) FROM '{}/*.parquet'
         WHERE status = 0 GROUP BY spin ORDER BY spin
     """
     rows = duckdb.sql(sql.format(runs / "reduced")).fetchall()
-    for (spin, largest, count), given, falls, well in zip(
-        rows, np.linspace(0, 9, 12), found["nutation_max"], went, strict=True
+    for (spin, largest, count), expected_spin, nutations, is_row_complete in zip(
+        rows, np.linspace(0, 9, 12), found["nutation_max"], is_complete, strict=True
     ):
-        assert (spin, largest, count) == (given, falls[well].max(), well.sum())
+        assert (spin, largest, count) == (
+            expected_spin,
+            nutations[is_row_complete].max(),
+            is_row_complete.sum(),
+        )
     sql = """
         SELECT top, event_t[1], len(event_t) = events AND events = len(event_q_w)
         FROM '{}/*.parquet' WHERE events > 0 ORDER BY top
     """
     rows = duckdb.sql(sql.format(runs / "watched")).fetchall()
-    met = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14).events
-    first = np.unique(np.ravel_multi_index(met.top.T, SHAPE), return_index=True)
-    assert [(top, t) for top, t, _ in rows] == list(zip(first[0], met.t[first[1]], strict=True))
+    found_events = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14).events
+    first = np.unique(np.ravel_multi_index(found_events.top.T, SHAPE), return_index=True)
+    assert [(top, t) for top, t, _ in rows] == list(
+        zip(first[0], found_events.t[first[1]], strict=True)
+    )
     assert all(alike for *_, alike in rows) and len(rows) > 20
 
 
@@ -73,8 +79,8 @@ def test_polars_queries_the_parts(runs):
 def test_a_part_describes_itself(runs):
     found = kr.read_sweep(runs / "reduced")
     file = parquet.ParquetFile(runs / "reduced" / "part-000002.parquet")
-    told = file.metadata.metadata[b"kreisel"].decode()
-    assert found.hash in told and '"part": 2' in told and f'"{kr.__version__}"' in told
+    metadata = file.metadata.metadata[b"kreisel"].decode()
+    assert found.hash in metadata and '"part": 2' in metadata and f'"{kr.__version__}"' in metadata
     units = {field.name: field.metadata[b"units"].decode() for field in file.schema_arrow}
     assert units == found.units
     assert units["spin"] == "rad T^-1" and units["reached"] == "T" and units["apex_x_mean"] == ""
@@ -118,7 +124,7 @@ def test_states_and_events_equal_those_of_the_ensemble(tmp_path):
     assert len(frame) == 2 * SOURCE.size and frame.attrs["units"]["t"] == "T"
     assert np.array_equal(frame["m_x"], whole.m[..., 0].ravel(), equal_nan=True)
     lists = found.to_arrow()["event_t"].to_pylist()
-    assert [t for met in lists for t in met] == whole.events.t.tolist()
+    assert [t for times in lists for t in times] == whole.events.t.tolist()
 
 
 @pytest.mark.parametrize(
@@ -289,7 +295,7 @@ def test_columns_of_files_are_parameters(tmp_path):
         hashes.add(hash_rows(tmp_path / ending))
     assert len(hashes) == 1
     odd = tmp_path / "odd.parquet"
-    for table, said in {
+    for table, columns in {
         "unknown column 'gravty'; did you mean 'gravity'": {"gravty": down},
         "unknown column 'momentum_x'": {"momentum_x": down, "gravity": down},
         "'gravity' has missing values": {"gravity": [1.0, None]},
@@ -297,7 +303,7 @@ def test_columns_of_files_are_parameters(tmp_path):
         "gravity must be finite": {"gravity": [1.0, np.nan]},
         "must be rows of one length": {"gravity": down[:0]},
     }.items():
-        parquet.write_table(pa.table(said), odd)
+        parquet.write_table(pa.table(columns), odd)
         with pytest.raises((ValueError, TypeError), match=table):
             kr.Source.columns(TOP, odd)
     (tmp_path / "twice.csv").write_text("gravity,spin,gravity\n1,2,3\n")

@@ -23,25 +23,25 @@ def test_parts_up_to_the_last_can_be_requested(tmp_path, parts, done):
 
 
 @pytest.mark.parametrize(
-    ("parts", "said"),
+    ("parts", "message"),
     [(range(-1, 2), "-1 to 2"), (range(3, 5), "3 to 5"), (range(5, 9), "5 to 9")],
 )
-def test_parts_outside_the_plan_raise(tmp_path, parts, said):
-    with pytest.raises(ValueError, match=f"^parts must lie between 0 and 4, not {said}$"):
+def test_parts_outside_the_plan_raise(tmp_path, parts, message):
+    with pytest.raises(ValueError, match=f"^parts must lie between 0 and 4, not {message}$"):
         sweep_small(tmp_path, parts=parts)
     with pytest.raises(TypeError, match="parts must be a range of numbers"):
         sweep_small(tmp_path, parts=range(3, 0, -1))
 
 
 @pytest.mark.parametrize(
-    ("n", "said"),
+    ("n", "message"),
     [
         (9, r"^8 of 9 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8; repeating the call"),
         (10, r"^9 of 10 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8, \.\.\.; repeating the call"),
     ],
 )
-def test_the_error_lists_the_first_eight_missing_parts(tmp_path, n, said):
-    with pytest.raises(ValueError, match=said):
+def test_the_error_lists_the_first_eight_missing_parts(tmp_path, n, message):
+    with pytest.raises(ValueError, match=message):
         sweep_small(tmp_path, n, parts=range(1))["status"]
 
 
@@ -99,8 +99,8 @@ def test_a_part_that_exceeds_the_memory_is_refused(tmp_path, monkeypatch):
     kr.sweep(source, **words, parts=range(0))
     for room, part, need in ((25 * 80 - 1, 25, "2e-06"), (3199, 10**9, "3.2e-06")):
         monkeypatch.setattr(planned_of, "get_total_memory", lambda room=room: room)
-        said = f"^a part of {part} tops with 2 states each needs {need} GB, more"
-        with pytest.raises(MemoryError, match=said):
+        message = f"^a part of {part} tops with 2 states each needs {need} GB, more"
+        with pytest.raises(MemoryError, match=message):
             kr.sweep(source, **words | {"part_size": part})
 
 

@@ -90,9 +90,9 @@ def test_a_client_killed_during_writing_leaves_no_partial_file(tmp_path, complet
     with start_python(KILLED, tmp_path, moment) as run:
         assert run.wait() == -signal.SIGKILL
     assert parts(tmp_path) == ["part-000000.parquet", "part-000001.parquet"]
-    (left,) = tmp_path.glob(".*.new")
+    (partial_file,) = tmp_path.glob(".*.new")
     run_sweep(tmp_path)
-    assert hash_rows(tmp_path) == complete_hash and left.exists()
+    assert hash_rows(tmp_path) == complete_hash and partial_file.exists()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT])
@@ -100,10 +100,10 @@ def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, complete_hash,
     with start_python(SWEEP, tmp_path, "go on") as run:
         assert run.stdout.readline() == "there\n"
         run.send_signal(number)
-        _, said = run.communicate()
+        _, errors = run.communicate()
     assert run.returncode != 0
-    left = re.search(r"SweepInterrupted: interrupted: (\d) of 5 parts are left", said)
-    assert left and len(parts(tmp_path)) == PARTS - int(left[1]), said
+    match = re.search(r"SweepInterrupted: interrupted: (\d) of 5 parts are left", errors)
+    assert match and len(parts(tmp_path)) == PARTS - int(match[1]), errors
     run_sweep(tmp_path)
     assert hash_rows(tmp_path) == complete_hash
 
@@ -111,8 +111,8 @@ def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, complete_hash,
 def test_a_full_disk_raises_and_leaves_no_partial_file(tmp_path, complete_hash):
     run_sweep(tmp_path, parts=range(0))
     with start_python(FULL, tmp_path, 5000) as run:
-        said, wrong = run.communicate()
-    assert "File too large" in said and "part-000000.parquet" in said, wrong
+        output, errors = run.communicate()
+    assert "File too large" in output and "part-000000.parquet" in output, errors
     assert sorted(file.name for file in tmp_path.iterdir()) == ["plan.json"]
     run_sweep(tmp_path)
     assert hash_rows(tmp_path) == complete_hash
@@ -145,13 +145,13 @@ def test_a_part_without_its_checksum_is_damaged_not_foreign(tmp_path):
     found = run_sweep(tmp_path, parts=range(1))
     file = tmp_path / "part-000000.parquet"
     data = file.read_bytes()
-    for lost in (b"kreisel-sha256:", b"kreisel-", b"sha256:"):
-        file.write_bytes(data.replace(lost, b"?" * len(lost)))
+    for mark in (b"kreisel-sha256:", b"kreisel-", b"sha256:"):
+        file.write_bytes(data.replace(mark, b"?" * len(mark)))
         assert found._store.determine_part_status(0) == "damaged"
 
 
 def test_damaged_parts_are_recomputed_with_a_warning(tmp_path):
-    made = run_sweep(tmp_path, WATCHED)
+    sweep = run_sweep(tmp_path, WATCHED)
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     before = [file.read_bytes() for file in files]
     files[0].write_bytes(before[0][:1000])
@@ -159,12 +159,12 @@ def test_damaged_parts_are_recomputed_with_a_warning(tmp_path):
     files[2].write_bytes(b"")
     files[3].unlink()
     with pytest.raises(ValueError, match=r"part-000000.* is damaged"):
-        made.check()
-    assert made.verify() == {"done": [4], "damaged": [0, 1, 2], "missing": [3]}
+        sweep.check()
+    assert sweep.verify() == {"done": [4], "damaged": [0, 1, 2], "missing": [3]}
     with pytest.warns(UserWarning, match="part 0 and 2 more computed again, damaged"):
         run_sweep(tmp_path, WATCHED)
     assert [file.read_bytes() for file in files] == before
-    assert made.check() is made
+    assert sweep.check() is sweep
 
 
 FOREIGN_BYTES = [bytes(4336), b"12345", b"PAX", b"precious", b"PAR1 of another PAR1", b"PAR1PAR1"]
@@ -180,17 +180,17 @@ def test_arbitrary_bytes_in_place_of_a_part_are_replaced(tmp_path, content):
     file.write_bytes(content)
     found = kr.read_sweep(tmp_path)
     assert found.verify() == {"done": [0, 1, 3, 4], "damaged": [2]}
-    for read in (found.check, lambda: found["status"], lambda: found.part(2)):
+    for load in (found.check, lambda: found["status"], lambda: found.part(2)):
         with pytest.raises(ValueError, match=r"part-000002.* repeating the call of kreisel\.sweep"):
-            read()
+            load()
     with pytest.warns(UserWarning, match=r": part 2 computed again, damaged$"):
         run_sweep(tmp_path)
     assert file.read_bytes() == before
 
 
 def test_swapped_parts_are_not_read(tmp_path):
-    made = run_sweep(tmp_path)
-    right = made["nutation_max"]
+    sweep = run_sweep(tmp_path)
+    right = sweep["nutation_max"]
     one, two = (tmp_path / f"part-00000{i}.parquet" for i in (1, 2))
     first, second = one.read_bytes(), two.read_bytes()
     for contents, wrong in (((second, first), [1, 2]), ((first, first), [2])):
@@ -198,9 +198,9 @@ def test_swapped_parts_are_not_read(tmp_path):
         two.write_bytes(contents[1])
         found = kr.read_sweep(tmp_path)
         assert found.verify() == {"done": sorted({*range(PARTS)} - {*wrong}), "damaged": wrong}
-        for read in (lambda found=found: found["nutation_max"], found.check, found.to_xarray):
+        for load in (lambda found=found: found["nutation_max"], found.check, found.to_xarray):
             with pytest.raises(ValueError, match=rf"part-00000{wrong[0]}"):
-                read()
+                load()
         with pytest.warns(UserWarning, match=rf"part {wrong[0]} .*computed again, damaged"):
             run_sweep(tmp_path)
         assert np.array_equal(kr.read_sweep(tmp_path)["nutation_max"], right, equal_nan=True)
@@ -208,8 +208,8 @@ def test_swapped_parts_are_not_read(tmp_path):
 
 
 def test_a_partial_sweep_omits_damaged_parts(tmp_path):
-    made = run_sweep(tmp_path)
-    whole = {name: made[name].reshape(-1) for name in ("top", "status", "nutation_max")}
+    sweep = run_sweep(tmp_path)
+    whole = {name: sweep[name].reshape(-1) for name in ("top", "status", "nutation_max")}
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     files[0].write_bytes(flip_bit(files[0].read_bytes(), 8000))
     with pytest.raises(ValueError, match=r"(?s)part-000000.* is damaged.*; repeating the call"):
@@ -228,38 +228,38 @@ def test_a_partial_sweep_omits_damaged_parts(tmp_path):
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
     """Check that damage to the schema of a Parquet file is detected without a checksum."""
     words = {"t": [1.0, 2.0], "method": "taylor", "part_size": 300}
-    made = run_sweep(tmp_path, words)
+    sweep = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
-    data, whole, refused = file.read_bytes(), made.part(0), 0
+    data, whole, count = file.read_bytes(), sweep.part(0), 0
     begin = data.index(b"ARROW:schema")
     for at in range(8 * begin, 8 * len(data) - 8, 101):
         file.write_bytes(flip_bit(data, at))
         try:
-            found = made.part(0)
+            found = sweep.part(0)
         except ValueError as error:
             assert "damaged" in str(error) or "is not part 0" in str(error), at
-            refused += 1
+            count += 1
         else:
             assert all(
                 np.array_equal(found[n], whole[n], equal_nan=True) for n in whole if n in found
             )
-    assert refused > 100
+    assert count > 100
 
 
 def test_damaged_numbers_are_not_read(tmp_path):
     words = {"t": [1.0], "method": "taylor", "part_size": 300}
-    made = run_sweep(tmp_path, words)
+    sweep = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
     data = file.read_bytes()
-    right, refused = made["q_w"], 0
+    right, count = sweep["q_w"], 0
     for at in [*random.Random(2).sample(range(8 * len(data)), 300), 8 * len(data) - 900]:
         file.write_bytes(flip_bit(data, at))
         try:
-            assert np.array_equal(made["q_w"], right, equal_nan=True), at
+            assert np.array_equal(sweep["q_w"], right, equal_nan=True), at
         except ValueError as error:
             assert "damaged" in str(error) or "no part" in str(error)
-            refused += 1
-    assert 30 < refused < 301  # damage to a column that is not read is not noticed here
+            count += 1
+    assert 30 < count < 301  # damage to a column that is not read is not noticed here
 
 
 def test_a_part_of_another_version_is_recomputed_with_a_warning(tmp_path, monkeypatch):

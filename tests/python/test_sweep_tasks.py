@@ -32,8 +32,8 @@ def ensemble():
 
 @pytest.fixture(scope="module")
 def pool():
-    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as made:
-        yield made
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+        yield executor
 
 
 @pytest.mark.parametrize("task", GROWN)
@@ -88,8 +88,8 @@ def test_results_do_not_depend_on_the_workers(tmp_path, pool, words):
     kr.sweep(SOURCE, folder=tmp_path / "two", part_size=7, threads=2, **words)
     assert len({hash_rows(tmp_path / each) for each in ("processes", "one", "two")}) == 1
     again = kr.read_sweep(tmp_path / "one")
-    told = json.loads((tmp_path / "one" / "plan.json").read_text())["plan"]
-    assert told == json.loads(json.dumps(again.plan))
+    plan = json.loads((tmp_path / "one" / "plan.json").read_text())["plan"]
+    assert plan == json.loads(json.dumps(again.plan))
     with pytest.raises(ValueError, match="is of another plan"):
         kr.sweep(SOURCE, folder=tmp_path / "one", part_size=7, **words | {"tol": 1e-7})
 
@@ -144,7 +144,7 @@ def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path, text, 
 
 
 @pytest.mark.parametrize(
-    ("error", "said", "words"),
+    ("error", "message", "words"),
     [
         (ValueError, "unknown task 'lyapunow'; did you mean 'lyapunov'", {"task": "lyapunow"}),
         (ValueError, "unknown task", {"task": 3}),
@@ -172,8 +172,8 @@ def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path, text, 
         (MemoryError, "smaller parts", {"task": "section", "n": 10**12}),
     ],
 )
-def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, said, words):
-    with pytest.raises(error, match=said):
+def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, message, words):
+    with pytest.raises(error, match=message):
         kr.sweep(SOURCE, folder=tmp_path / "runs", **words)
     assert not (tmp_path / "runs").exists()
 
@@ -192,9 +192,9 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(tmp_path, monkeypat
             raise KeyboardInterrupt
 
     monkeypatch.setattr(runner, "_PROGRESS_SECONDS", 0.0)
-    with pytest.raises(kr.SweepInterrupted, match="repeating the call") as told:
+    with pytest.raises(kr.SweepInterrupted, match="repeating the call") as interruption:
         kr.sweep(SOURCE, folder=tmp_path / "stopped", part_size=4, progress=stop, **words)
-    assert told.value.sweep.present and told.value.sweep.missing
+    assert interruption.value.sweep.present and interruption.value.sweep.missing
     for name in ("stopped", "whole"):
         kr.sweep(SOURCE, folder=tmp_path / name, part_size=4, **words)
     assert hash_rows(tmp_path / "stopped") == hash_rows(tmp_path / "whole")

@@ -41,10 +41,12 @@ def test_runs_are_accurate_to_the_requested_digits():
         thirty.q_low[0, 0] = 1
 
 
-@pytest.mark.parametrize("asked, used", [(1, 16), (16, 16), (17, 20), (20, 20), (21, 30), (30, 30)])
-def test_digits_are_rounded_up(asked, used):
-    path, same = kr.solve(GENERAL, 2, digits=asked), kr.solve(GENERAL, 2, digits=used)
-    assert path.digits == used
+@pytest.mark.parametrize(
+    "digits, expected", [(1, 16), (16, 16), (17, 20), (20, 20), (21, 30), (30, 30)]
+)
+def test_digits_are_rounded_up(digits, expected):
+    path, same = kr.solve(GENERAL, 2, digits=digits), kr.solve(GENERAL, 2, digits=expected)
+    assert path.digits == expected
     assert np.array_equal(path.states, same.states) and np.array_equal(path.q_low, same.q_low)
 
 
@@ -129,7 +131,7 @@ def test_auto_with_digits_chooses_a_method_that_supports_them():
 
 
 def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
-    random, seen = np.random.default_rng(5), []
+    random, errors = np.random.default_rng(5), []
     for i in range(50):
         half, pivot, attitude = (
             random.uniform(0.5, 1.5, 3),
@@ -152,5 +154,5 @@ def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
         )
         true = angle(path, kr.solve(scene, 5, method="taylor", digits=30))
         assert 1e-17 < true < 1e-2 and true / 3 < path.error < true * 3, (i, true, path.error)
-        seen.append(true)
-    assert min(seen) < 1e-13 and max(seen) > 1e-6
+        errors.append(true)
+    assert min(errors) < 1e-13 and max(errors) > 1e-6

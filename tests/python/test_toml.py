@@ -245,9 +245,9 @@ def test_the_length_of_a_scene_is_limited(tmp_path):
         file = tmp_path / "scene.toml"
         file.write_text(text + "#" + " " * ((1 << 20) - len(text) - 2 + over) + "\n")
         assert file.stat().st_size == (1 << 20) + over
-        for read in (kr.Scene.from_toml, kr.load):
+        for load in (kr.Scene.from_toml, kr.load):
             if over:
                 with pytest.raises(ValueError, match=r"at most 1048576 bytes|would be smaller"):
-                    read(file)
+                    load(file)
             else:
-                assert read(file) == THESIS
+                assert load(file) == THESIS

@@ -46,10 +46,10 @@ def count_turns(t, signal):
 @pytest.mark.parametrize("scene", FAR_FROM_THE_POLE)
 def test_rates_agree_with_the_frequency_analysis(scene):
     path = kr.solve(scene, np.linspace(0.0, 600.0, 6001), method="taylor")
-    found, seen = kr.frequencies(exact_path(scene, path.t)), kr.frequencies(path)
-    assert found.exact and not seen.exact
+    found, analysis = kr.frequencies(exact_path(scene, path.t)), kr.frequencies(path)
+    assert found.exact and not analysis.exact
     for rate in ("precession", "nutation", "spin"):
-        assert abs(getattr(found, rate) - getattr(seen, rate)) < 1e-9
+        assert abs(getattr(found, rate) - getattr(analysis, rate)) < 1e-9
 
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
@@ -82,8 +82,8 @@ def test_rates_do_not_depend_on_the_start_or_the_direction_of_time(scene):
     t = np.linspace(0.0, 20.0, 101)
     found = kr.frequencies(exact_path(scene, t))
     later = kr.exact(scene)(777.7)
-    moved = scene.replace(momentum=later.m[0], attitude=later.q[0])
-    for other in (exact_path(scene, -t), exact_path(moved, t)):
+    later_scene = scene.replace(momentum=later.m[0], attitude=later.q[0])
+    for other in (exact_path(scene, -t), exact_path(later_scene, t)):
         again = kr.frequencies(other)
         assert again.exact and again.nutation == pytest.approx(found.nutation, rel=1e-12)
         assert abs(again.precession - found.precession) < 1e-11

@@ -38,11 +38,11 @@ def by_pyright(folder):
     words = ["--project", folder, "--pythonpath", sys.executable, "--outputjson"]
     done = subprocess.run([TOOLS / "basedpyright", *words], capture_output=True, text=True)
     assert done.returncode in (0, 1), done.stdout + done.stderr
-    told = json.loads(done.stdout)["generalDiagnostics"]
+    messages = json.loads(done.stdout)["generalDiagnostics"]
     return {
-        (Path(said["file"]).name, said["range"]["start"]["line"] + 1)
-        for said in told
-        if said["severity"] == "error"
+        (Path(message["file"]).name, message["range"]["start"]["line"] + 1)
+        for message in messages
+        if message["severity"] == "error"
     }
 
 
@@ -59,13 +59,13 @@ def test_a_right_script_runs():
 
 
 def test_type_checkers_know_the_names_of_the_core():
-    known = set(get_args(kr.MethodName))
-    assert known - {"gsl_rk8pd", "gsl_bsimp"} <= {"auto", *kr.methods} <= known
+    names = set(get_args(kr.MethodName))
+    assert names - {"gsl_rk8pd", "gsl_bsimp"} <= {"auto", *kr.methods} <= names
     assert list(get_args(kr.QuantityName)) == ["t", *RECORDABLE]
 
 
 def test_literal_types_agree_with_the_tables():
-    written = (ROOT / "python/kreisel/_utils/quantity_attributes.py").read_text()
-    assert run(ROOT / ".ci/names") == written, (
+    text = (ROOT / "python/kreisel/_utils/quantity_attributes.py").read_text()
+    assert run(ROOT / ".ci/names") == text, (
         "write it: .ci/names >python/kreisel/_utils/quantity_attributes.py"
     )

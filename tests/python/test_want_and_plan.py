@@ -116,12 +116,12 @@ def test_nutation_is_accurate_at_the_poles():
 
 
 def test_failures_keep_wanted_quantities():
-    failed = []
+    paths = []
     for words in ({}, {"want": ("energy",)}):
         with pytest.raises(kr.Error) as failure:
             kr.solve(WILD, [0.5, 50.0], "rk4", step=0.5, **words)
-        failed.append(failure.value.path)
-    whole, part = failed
+        paths.append(failure.value.path)
+    whole, part = paths
     assert np.array_equal(part.energy, whole.energy)
     assert part.t.tolist() == whole.t.tolist() == [0.5]
 
@@ -223,18 +223,18 @@ def test_a_plan_shows_its_total_size():
 
 
 def test_a_plan_measures_tops_at_individual_times(monkeypatch):
-    seen = []
+    calls = []
     lanes = ensemble_plan.LANES
 
     def run_and_note(rows, few, some, begin, end, times, work):
-        seen.append(np.array(times))
+        calls.append(np.array(times))
         return lanes.run(rows, few, some, begin, end, times, work)
 
     monkeypatch.setattr(ensemble_plan, "LANES", lanes._replace(run=run_and_note))
     own = np.arange(1.0, 101.0)[:, None] * np.array([0.001, 0.002])
     kr.plan(THESIS.vary(spin=np.linspace(1.0, 2.0, 100)), own)
     at = np.linspace(0, 99, 16).astype(int)
-    np.testing.assert_array_equal(seen[0], own[at])
+    np.testing.assert_array_equal(calls[0], own[at])
 
 
 def test_low_words_are_recorded_only_for_wanted_quantities():

@@ -26,8 +26,8 @@ def layers():
 
 def files(tree):
     folder = ROOT / tree
-    known = C | PYTHON | SCRIPTS
-    return sorted(file for file in folder.rglob("*") if file.suffix in known and is_ours(file))
+    endings = C | PYTHON | SCRIPTS
+    return sorted(file for file in folder.rglob("*") if file.suffix in endings and is_ours(file))
 
 
 def is_ours(file):

@@ -45,11 +45,11 @@ int main(void)
 EMPTY = "int main(void) { return 0; }\n"
 
 
-def name_functions(omitted=None):
-    """Return the names of all public functions, except those that match `omitted`."""
+def name_functions(pattern=None):
+    """Return the names of all public functions, except those that match `pattern`."""
     header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
     names = sorted(set(re.findall(r"\b(kr_\w+)\(", header)))
-    return [name for name in names if not (omitted and re.search(omitted, name))]
+    return [name for name in names if not (pattern and re.search(pattern, name))]
 
 
 def write_table(names):
@@ -68,9 +68,9 @@ def write_table(names):
     )
 
 
-def write_everything(omitted=None):
+def write_everything(pattern=None):
     """Return a program that uses all public functions, and a similar program that uses none."""
-    names = name_functions(omitted)
+    names = name_functions(pattern)
     return write_table(names), write_table(["main"] * len(names))
 
 
@@ -158,11 +158,11 @@ def measure_column(folder, processor, level, rows=ROWS):
     sizes = []
     for _, programs, options, _ in rows:
         library = compile_library(folder, compiler, level, options)
-        used, empty = (
+        full, empty = (
             sum_sections(link_program(folder, compiler, level, program, library))
             for program in programs
         )
-        sizes.append(round((used - empty) / 1000, 1))
+        sizes.append(round((full - empty) / 1000, 1))
     return sizes
 
 

@@ -150,10 +150,10 @@ def check_heavier(output):
 
 
 def check_game(output):
-    pushed, heavier = check_push(output), check_heavier(output)
+    push_end, heavier_end = check_push(output), check_heavier(output)
     assert "\nrefused: the method does not apply to this body\n" in output
     end = read_game("end", output)
-    np.testing.assert_allclose(end[:2, 2:], [pushed, heavier], rtol=0, atol=1e-4)
+    np.testing.assert_allclose(end[:2, 2:], [push_end, heavier_end], rtol=0, atol=1e-4)
     assert abs(end[2, 1] - solve_lagrange(3.0, momentum=102 * 0.002, **GAME)[0]) < 1e-4
 
 
@@ -251,8 +251,8 @@ def test_cpp_frees_by_a_destructor_and_throws(prefix, tmp_path):
         EXAMPLES / "raii.cpp", prefix, "-std=c++17", compiler="g++", to=tmp_path / "raii"
     )
     assert re.search(f"^caught: {REFUSAL}$", output, re.M)
-    ((t, lost),) = numbers("^t = #: .+, lost energy #", output)
-    assert t == 1.0 and abs(lost) < 1e-14
+    ((t, loss),) = numbers("^t = #: .+, lost energy #", output)
+    assert t == 1.0 and abs(loss) < 1e-14
 
 
 def test_ctypes_calls_the_shared_library(prefix):

@@ -54,8 +54,8 @@ def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
     are tested by .ci/processors.
     """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
-    told = run_with_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")
-    lines = [line.split(maxsplit=1) for line in told.splitlines()]
+    output = run_with_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")
+    lines = [line.split(maxsplit=1) for line in output.splitlines()]
     for name in {isa for isa, _ in lines}:
         own = [line for isa, line in lines if isa == name]
         assert own == [line for line in golden if line.split()[0] == own[0].split()[0]], name

@@ -33,8 +33,8 @@ def examine_case(name, *methods):
     """Return the cells of some methods, or of all methods and other integrators."""
 
     def list_chosen(scene, radians):
-        known = atlas_cells.list_candidates(scene, radians)
-        return [who for who in known if not methods or who.name in methods]
+        candidates = atlas_cells.list_candidates(scene, radians)
+        return [who for who in candidates if not methods or who.name in methods]
 
     return {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name], list_chosen)}
 
@@ -96,7 +96,7 @@ def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
 
 
 @pytest.mark.parametrize(
-    "error, shown, per_turn, expected",
+    "error, estimate, per_turn, expected",
     [
         (1e-13, 0.0, 64, "right"),
         (1e-3, 4e-4, 64, "degraded"),
@@ -113,9 +113,9 @@ def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
         (float("nan"), 0.0, 2, "silent"),
     ],
 )
-def test_verdicts(error, shown, per_turn, expected):
-    shown_by = verdicts.find_sign(error, shown, per_turn, (1e-12, 1e-11, 0.0))
-    assert verdicts.choose_verdict(error, 1e-12, shown_by) == expected
+def test_verdicts(error, estimate, per_turn, expected):
+    sign = verdicts.find_sign(error, estimate, per_turn, (1e-12, 1e-11, 0.0))
+    assert verdicts.choose_verdict(error, 1e-12, sign) == expected
 
 
 def test_attitudes_below_the_conditioning_are_lost_not_right():

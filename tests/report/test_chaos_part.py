@@ -119,17 +119,17 @@ def findings():
 
 
 def test_the_part_shows_its_figures_and_conclusion(findings):
-    shown = part.build_context(findings)
+    context = part.build_context(findings)
     pictures = [
-        shown["order"],
-        shown["regions"],
-        shown["plane"],
-        shown["map"],
-        *shown["layer"],
-        shown["rotation"],
+        context["order"],
+        context["regions"],
+        context["plane"],
+        context["map"],
+        *context["layer"],
+        context["rotation"],
     ]
     assert all(svg.startswith("<svg") and drawing.INK not in svg for svg in pictures)
-    said = part.conclude(findings)
+    conclusion = part.conclude(findings)
     for word in (
         "conserve their energy to",
         "on all ten kinds of sections, within the theoretical bounds on 10 of 10",
@@ -138,7 +138,7 @@ def test_the_part_shows_its_figures_and_conclusion(findings):
         "error of random Lagrange tops",
         "None of 12 starts of the Lagrange top are chaotic",
     ):
-        assert word in said
+        assert word in conclusion
     assert findings["order"]["energy"] < 1e-11 and findings["frequencies"]["off"] < 1e-12
     files = dict(part.list_files(findings, None))
     assert [row["region"] for row in csv.DictReader(io.StringIO(files["kowalewski.csv"]))][
@@ -149,6 +149,6 @@ def test_the_part_shows_its_figures_and_conclusion(findings):
 
 def test_missing_findings_are_omitted(findings):
     few = {"order": findings["order"]}
-    shown = part.build_context(few)
-    assert shown["regions"] is None and shown["layer"] is None and shown["rotation"] is None
+    context = part.build_context(few)
+    assert context["regions"] is None and context["layer"] is None and context["rotation"] is None
     assert part.list_files(few, None) == [] and "Melnikov" not in part.conclude(few)

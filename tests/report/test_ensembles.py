@@ -74,8 +74,8 @@ def test_every_program_returns_the_tops_in_order(kind):
 
 def runs(errors, seconds):
     return [
-        Run("it", str(i), 1, error, error, error, took)
-        for i, (error, took) in enumerate(zip(errors, seconds, strict=True))
+        Run("it", str(i), 1, error, error, error, times)
+        for i, (error, times) in enumerate(zip(errors, seconds, strict=True))
     ]
 
 
@@ -107,10 +107,10 @@ def test_ratios_are_medians_of_rounds():
 
 def test_the_tightest_common_error_is_reached_by_both_programs():
     """Check the smallest common error of two programs whose errors decrease irregularly."""
-    scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
+    uneven = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
-    target = equal_error.tightest_common_error(straight, scattered)
-    assert not isnan(equal_error.time_ratio(scattered, straight, target)[0])
+    target = equal_error.tightest_common_error(straight, uneven)
+    assert not isnan(equal_error.time_ratio(uneven, straight, target)[0])
     assert target == pytest.approx(equal_error.NEAR * 6e-10)
 
 
@@ -157,9 +157,9 @@ def test_the_report_writes_the_programs_to_csv(quick_report):
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == part.COLUMNS
     for kind in KINDS:
-        ran = {row["mover"] for row in rows if row["kind"] == kind}
-        assert {"taylor", ensemble_runs.HEYOKA, ensemble_runs.OWN_CALL, "scipy_dop853"} <= ran
-        assert ("exact" in ran) == (kind == "Lagrange")
+        names = {row["mover"] for row in rows if row["kind"] == kind}
+        assert {"taylor", ensemble_runs.HEYOKA, ensemble_runs.OWN_CALL, "scipy_dop853"} <= names
+        assert ("exact" in names) == (kind == "Lagrange")
     assert all(float(row["microseconds"]) > 0 for row in rows)
 
 

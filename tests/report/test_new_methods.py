@@ -48,13 +48,13 @@ class NewMethod(kr.Method):
 
 @pytest.fixture
 def new_method(monkeypatch):
-    known, solve = kr.methods["suzuki4"], kr.solve
+    suzuki4, solve = kr.methods["suzuki4"], kr.solve
 
     def solve_with_new_method(scene, t, method="auto", **words):
         return solve(scene, t, "suzuki4" if method == NEW else method, **words)
 
     monkeypatch.setattr(kr, "solve", solve_with_new_method)
-    words = {field.name: getattr(known, field.name) for field in fields(known)}
+    words = {field.name: getattr(suzuki4, field.name) for field in fields(suzuki4)}
     monkeypatch.setitem(kr.methods, NEW, NewMethod(**words | {"name": NEW}))
 
 

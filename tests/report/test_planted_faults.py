@@ -73,13 +73,13 @@ FAULTS = {
 SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 
 
-def make_faulty_candidates(led_on):
+def make_faulty_candidates(has_restart):
     """Return a function that lists all methods with all artificial faults."""
 
     def run_of(who):
         def run(problem, scene, times, setting):
             half = len(times) // 2
-            if not led_on:
+            if not has_restart:
                 return who.run(problem, scene, times, setting)
             q, m, *counts = who.run(problem, scene, times[: half + 1], setting)
             rest = kr.solve(scene, times[half], who.name, **setting).end
@@ -110,12 +110,14 @@ def make_faulty_candidates(led_on):
 @cache
 def find_cells(family):
     """Return the results of completed runs, grouped by fault and method."""
-    led_on = family not in FAMILIES
+    has_restart = family not in FAMILIES
     case = (
-        Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
+        Case("planted", "led on", scene_factory(general, **SPUN), 4)
+        if has_restart
+        else FAMILIES[family]
     )
     by_fault = {name: {} for name in FAULTS}
-    for cell in atlas_cells.make_cells(case, make_faulty_candidates(led_on)):
+    for cell in atlas_cells.make_cells(case, make_faulty_candidates(has_restart)):
         fault, method = cell["method"].split("/")
         if "attitude_error" in cell:
             by_fault[fault][method] = cell
@@ -202,8 +204,8 @@ def find_late_cells():
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_faults_of_closed_forms_are_silent_at_late_times(fault):
     """Check that faults are classified as silent errors unless rounding errors explain them."""
-    told_by_data = fault in ("sound", "1e-9", "tenfold")
-    assert is_silent(find_late_cells()[fault]) != told_by_data
+    is_visible = fault in ("sound", "1e-9", "tenfold")
+    assert is_silent(find_late_cells()[fault]) != is_visible
 
 
 def test_all_methods_refuse_unresolvable_times():
@@ -225,8 +227,8 @@ def test_all_methods_refuse_unresolvable_times():
     found = atlas_cells.make_cells(
         BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), goes_on]
     )
-    *ours, lost = found
-    assert lost["verdict"] == "lost" and lost["conditioning"] > 1.0
+    *ours, last_cell = found
+    assert last_cell["verdict"] == "lost" and last_cell["conditioning"] > 1.0
     assert {"exact", "taylor", "strang", "rk4"} <= {cell["method"] for cell in ours}
     for cell in ours:
         assert cell["verdict"] == "refused" and re.search("turns|count", cell["message"]), cell

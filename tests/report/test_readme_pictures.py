@@ -24,7 +24,7 @@ def test_the_sweep_picture_resumes_an_existing_sweep(tmp_path):
     sweep_picture.draw_sweep(
         sweep_picture.run_sweep(tmp_path / "runs", spins, tilts), tmp_path / "map.png"
     )
-    assert all(file.stat().st_mtime_ns == made for file, made in files.items())
+    assert all(file.stat().st_mtime_ns == time for file, time in files.items())
     assert (tmp_path / "map.png").stat().st_size > 10_000
 
 

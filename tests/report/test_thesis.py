@@ -74,10 +74,10 @@ def test_the_page_is_self_contained(page):
 
 
 def test_refuted_sentences_are_listed_as_links(results, page):
-    said = chapter.check_sentences(results)
-    places = [i for i, sentence in enumerate(said, 1) if not sentence.holds]
-    listed = page.split('<h2 id="not">')[1].split("<h2")[0]
-    assert [int(i) for i in re.findall(r'href="#sentence-(\d+)"', listed)] == places
+    sentences = chapter.check_sentences(results)
+    places = [i for i, sentence in enumerate(sentences, 1) if not sentence.holds]
+    links = page.split('<h2 id="not">')[1].split("<h2")[0]
+    assert [int(i) for i in re.findall(r'href="#sentence-(\d+)"', links)] == places
     assert all(page.count(f'id="sentence-{i}"') == 1 for i in places)
 
 
@@ -88,14 +88,14 @@ def test_axe_finds_nothing_on_the_chapter(tmp_path, browser, page):
 
 
 def test_sentences_have_the_expected_verdicts(results):
-    said = chapter.check_sentences(results)
-    assert [sentence.says for sentence in said if not (sentence.holds or sentence.why)] == [], (
-        "each has a reason"
-    )
+    sentences = chapter.check_sentences(results)
+    assert [
+        sentence.says for sentence in sentences if not (sentence.holds or sentence.why)
+    ] == [], "each has a reason"
     for where, begin in REFUTED | CONFIRMED:
         (found,) = [
             sentence
-            for sentence in said
+            for sentence in sentences
             if sentence.where == where and sentence.says.startswith(begin)
         ]
         assert found.holds == ((where, begin) in CONFIRMED), f"{where}, {begin}: {found.found}"

@@ -119,14 +119,14 @@ def reload(page):
 
 def load(page, preset=UPRIGHT, **changes):
     """Load a preset with some changed values, and pause at the initial state."""
-    loaded = page.evaluate(
+    is_loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
         return !!preset && kreisel.page.load({...preset, ...changes});
     }""",
         [preset, changes],
     )
-    assert loaded, f"the viewer has no preset {preset}, or refuses {changes}"
+    assert is_loaded, f"the viewer has no preset {preset}, or refuses {changes}"
 
 
 def advance(page, t):
@@ -201,17 +201,19 @@ def count_colours(page):
     })()""")
 
 
-def scene_in_python(given, second=False):
+def scene_in_python(settings, second=False):
     """Convert a scene of the viewer to a kreisel.Scene."""
-    body = given["body"]
+    body = settings["body"]
     if "half" in body:
-        made = kr.Body.cuboid(**body)
+        top_body = kr.Body.cuboid(**body)
     else:
-        made = kr.Body(
+        top_body = kr.Body(
             body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"], unphysical=True
         )
-    if any(given["rotor"]):
-        made = made.with_rotor(spin=1, inertia=np.linalg.norm(given["rotor"]), axis=given["rotor"])
-    start = given["second"] if second else [*given["attitude"], *given["momentum"]]
-    disturbances = {name: given[name] for name in ("damping", "friction", "turning")}
-    return kr.Scene(made, start[4:], start[:4], given["gravity"], **disturbances)
+    if any(settings["rotor"]):
+        top_body = top_body.with_rotor(
+            spin=1, inertia=np.linalg.norm(settings["rotor"]), axis=settings["rotor"]
+        )
+    start = settings["second"] if second else [*settings["attitude"], *settings["momentum"]]
+    disturbances = {name: settings[name] for name in ("damping", "friction", "turning")}
+    return kr.Scene(top_body, start[4:], start[:4], settings["gravity"], **disturbances)

@@ -136,13 +136,15 @@ def test_the_next_side_button_shows_three_sides(page, flat):
         f"kreisel.page.scene.show.flat = {str(flat).lower()};"
         "kreisel.view.showScene(kreisel.page.scene)"
     )
-    seen = []
+    directions = []
     for _ in range(3):
         page.get_by_role("button", name="View next side").click()
         camera, target = "kreisel.view.camera.position", "kreisel.view.orbit.target"
-        seen.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
+        directions.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
     assert (
-        np.abs(np.sort(seen, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)).max()
+        np.abs(
+            np.sort(directions, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)
+        ).max()
         < 2e-3
     )
 
@@ -194,7 +196,7 @@ def test_buttons_and_keys_control_the_clock(page):
 
 
 def test_icon_buttons_have_a_tooltip(page):
-    read = """(button) => {
+    script = """(button) => {
         const {display, content} = getComputedStyle(button, '::after');
         return [display, content];
     }"""
@@ -203,10 +205,10 @@ def test_icon_buttons_have_a_tooltip(page):
             continue
         name = button.get_attribute("aria-label")
         button.hover()
-        display, words = button.evaluate(read)
+        display, words = button.evaluate(script)
         assert display == "block" and name in words
         page.mouse.move(300, 300)
-        assert button.evaluate(read)[0] == "none"
+        assert button.evaluate(script)[0] == "none"
 
 
 def test_the_strip_of_scenes_scrolls_by_a_button(page):

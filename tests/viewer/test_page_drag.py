@@ -109,11 +109,11 @@ def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
     advance(page, 3)
     before = read_scene(page)
     x, y = page.evaluate("kreisel.locate('corner', 2, 5)")
-    shown = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
+    visibility = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
     page.mouse.dblclick(x, y)
-    assert page.evaluate(shown) == [False, False, True, False]
+    assert page.evaluate(visibility) == [False, False, True, False]
     page.mouse.dblclick(*BESIDE)
-    assert page.evaluate(shown) == [True] * 4
+    assert page.evaluate(visibility) == [True] * 4
     assert read_scene(page) == before and read_clock(page) == 3 * TICKS
 
 
@@ -141,8 +141,8 @@ def test_touch_drags_too(browser):
     page.context.close()
 
 
-@pytest.mark.parametrize("kind, moved", [("tip", slice(5, 8)), ("face", slice(1, 5))])
-def test_two_motions_are_changed_independently(page, kind, moved):
+@pytest.mark.parametrize("kind, component", [("tip", slice(5, 8)), ("face", slice(1, 5))])
+def test_two_motions_are_changed_independently(page, kind, component):
     load(page, "Sleeping top")
     advance(page, 4)
     before = read_states(page)
@@ -154,8 +154,8 @@ def test_two_motions_are_changed_independently(page, kind, moved):
     left, right = read_states(page)
     assert left[1:] == before[0][1:]
     assert (
-        right[moved] != before[1][moved]
+        right[component] != before[1][component]
         and np.linalg.norm(np.subtract(right, before[1])[1:5]) < 0.3
     )
-    kept = slice(1, 5) if kind == "tip" else slice(5, 8)
-    assert right[kept] == before[1][kept]
+    rest = slice(1, 5) if kind == "tip" else slice(5, 8)
+    assert right[rest] == before[1][rest]

@@ -62,9 +62,9 @@ def read_numbers(page):
 @pytest.mark.parametrize("preset", STARTED, **NAMES)
 def test_circles_and_critical_spin_agree_with_python(page, preset):
     load(page, preset["name"])
-    given, limits = read_scene(page), page.evaluate("kreisel.page.tops.map((top) => top.limits)")
+    scene, limits = read_scene(page), page.evaluate("kreisel.page.tops.map((top) => top.limits)")
     for i, top in enumerate(limits):
-        exact = kr.exact(scene_in_python(given, second=i == 1))
+        exact = kr.exact(scene_in_python(scene, second=i == 1))
         expected = [exact.least_nutation, exact.greatest_nutation, exact.critical_spin]
         assert [top[key] for key in ("least", "greatest", "critical")] == pytest.approx(
             expected, rel=1e-12, abs=1e-12
@@ -76,7 +76,7 @@ def test_circles_and_critical_spin_agree_with_python(page, preset):
 @pytest.mark.parametrize("preset", WITHOUT_ROTOR, **NAMES)
 def test_textbook_starts_agree_with_python(page, preset):
     load(page, preset["name"])
-    given, words = read_scene(page), preset["start"]
+    scene, words = read_scene(page), preset["start"]
     rate = words.get("precession", 0.0)
     how = {"precession": rate} if not isinstance(rate, str) else {"steady": True}
     expected = kr.Scene.spinning(
@@ -87,7 +87,7 @@ def test_textbook_starts_agree_with_python(page, preset):
         **how,
         **({"fast": True} if rate == "fast" else {}),
     )
-    own = scene_in_python(given)
+    own = scene_in_python(scene)
     assert kr.exact(own).least_nutation == pytest.approx(
         kr.exact(expected).least_nutation, abs=1e-7
     )
@@ -197,8 +197,8 @@ def test_the_axis_moves_as_described(page, preset, ask, course):
     exact = open_exercise(page, ask) if ask else kr.exact(scene_in_python(read_scene(page)))
     assert exact.motion_type == course
     degrees = np.degrees([exact.least_nutation, exact.greatest_nutation])
-    written = [float(word) for word in re.findall(r"([\d.]+)°", read_text(page))]
-    assert all(np.abs(degrees - each).min() < 0.051 for each in written)
+    angles = [float(word) for word in re.findall(r"([\d.]+)°", read_text(page))]
+    assert all(np.abs(degrees - each).min() < 0.051 for each in angles)
 
 
 @pytest.mark.parametrize("ask", [None, "14.6 and 13.8", "Both fast"])
@@ -306,8 +306,8 @@ def test_the_solid_of_revolution_has_the_mass_and_moments_of_the_scene(page, pre
 
 def draw_solid(page, body):
     """Show a body as a solid of revolution, and return the drawn profile."""
-    given = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
-    page.evaluate("given => kreisel.page.load(given)", {**given, "show": {"solid": "top"}})
+    scene = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
+    page.evaluate("given => kreisel.page.load(given)", {**scene, "show": {"solid": "top"}})
     return np.array(page.evaluate("kreisel.view.revolution.profile"))
 
 
@@ -322,17 +322,17 @@ def test_a_cone_is_drawn_as_a_cone_and_a_cylinder_as_a_drum(page):
 
 
 def test_only_symmetric_bodies_are_drawn_as_solids_of_revolution(page):
-    choice, drawn = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
-    assert page.evaluate(drawn) == 21  # faces, corners and edges
+    choice, handle_count = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
+    assert page.evaluate(handle_count) == 21  # faces, corners and edges
     advance(page, 2)
     before = read_states(page)
     choice.select_option("top")
-    assert page.evaluate(drawn) == 4 and read_states(page) == before
+    assert page.evaluate(handle_count) == 4 and read_states(page) == before
     page.get_by_label("Shape").select_option("kowalewski")
-    assert page.evaluate(drawn) == 21
+    assert page.evaluate(handle_count) == 21
     assert choice.locator("option[value=top]").is_disabled()
     load(page, UPRIGHT, show={"solid": "top"}, body={"half": [1, 1, 0.1], "pivot": [0, 0, -1.5]})
-    assert page.evaluate(drawn) == 4
+    assert page.evaluate(handle_count) == 4
 
 
 @pytest.mark.parametrize("size", [(480, 320), (390, 780)], ids=str)
@@ -462,10 +462,10 @@ def test_texts_of_fast_precession_are_true(page):
         kr.Scene.spinning(body, spin=12.8, **less)
 
 
-@pytest.mark.parametrize("damping, written", [(0, "0"), (1e-6, "1e-6"), (1.2345e-7, "1.23e-7")])
-def test_fields_show_small_numbers_completely(page, damping, written):
+@pytest.mark.parametrize("damping, text", [(0, "0"), (1e-6, "1e-6"), (1.2345e-7, "1.23e-7")])
+def test_fields_show_small_numbers_completely(page, damping, text):
     load(page, "A spinning top", damping=damping)
     field = page.get_by_label("Damping, number")
-    assert field.input_value() == written
-    assert page.get_by_role("slider", name="Damping").get_attribute("aria-valuetext") == written
+    assert field.input_value() == text
+    assert page.get_by_role("slider", name="Damping").get_attribute("aria-valuetext") == text
     assert read_scene(page)["damping"] == damping

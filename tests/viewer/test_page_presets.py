@@ -195,7 +195,7 @@ def test_the_texts_on_the_elastic_rod_are_true(page):
 def test_texts_are_visible(page):
     page.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
     about = "document.getElementById('about')"
-    hidden = page.evaluate(f"""kreisel.presets.flatMap((preset) => {{
+    hidden_texts = page.evaluate(f"""kreisel.presets.flatMap((preset) => {{
         kreisel.page.load(preset);
         return [preset, ...preset.exercises].map((each) => {{
             const buttons = [...document.querySelectorAll('.exercise')];
@@ -204,4 +204,4 @@ def test_texts_are_visible(page):
             return {about}.scrollHeight > {about}.clientHeight + 1 ? each.title ?? each.name : null;
         }});
     }}).filter(Boolean)""")
-    assert hidden == []
+    assert hidden_texts == []

@@ -57,10 +57,10 @@ def test_python_and_the_viewer_use_the_same_ticks(window, tmp_path):
 
 
 def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
-    shown = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
-    assert shown.scene["methods"] == ["strang", "rk4"] and shown.scene["step"] == [0.02]
-    assert "cusps" in shown.html
-    assert shown._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
+    viewer = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
+    assert viewer.scene["methods"] == ["strang", "rk4"] and viewer.scene["step"] == [0.02]
+    assert "cusps" in viewer.html
+    assert viewer._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
     done = CliRunner().invoke(cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])
     assert done.exit_code == 0 and "flips over" in (tmp_path / "a.html").read_text()
 

@@ -31,8 +31,8 @@ START = ("attitude", "momentum", "second", "body", "gravity")
 
 
 def read_start(page):
-    given = read_scene(page)
-    return {key: given[key] for key in START}
+    scene = read_scene(page)
+    return {key: scene[key] for key in START}
 
 
 def wait_two_frames(page):
@@ -111,36 +111,36 @@ def test_changes_of_gravity_and_body_keep_the_start(page):
 
 
 def test_a_start_taken_from_the_motion_is_reported(page):
-    before, told = read_scene(page), page.locator("#start")
-    assert told.inner_text() == "Start: as given"
+    before, start_text = read_scene(page), page.locator("#start")
+    assert start_text.inner_text() == "Start: as given"
     advance(page, 3)
     state = read_states(page)[0]
     page.get_by_role("button", name="Start from this moment").click()
     assert [*read_scene(page)["attitude"], *read_scene(page)["momentum"]] == state[1:]
-    assert read_clock(page) == 0 and told.inner_text() == "Start: the motion at t = 3.00 s"
+    assert read_clock(page) == 0 and start_text.inner_text() == "Start: the motion at t = 3.00 s"
     page.get_by_role("button", name="Rewind").click()
     assert read_scene(page)["taken"] == 3
     page.get_by_role("button", name="Reset").click()
-    assert read_scene(page) == before and told.inner_text() == "Start: as given"
+    assert read_scene(page) == before and start_text.inner_text() == "Start: as given"
     page.keyboard.press("z")
     assert read_scene(page)["taken"] == 3
 
 
 def test_a_start_of_an_exercise_or_by_hand_is_reported(page):
     load(page, "A spinning top")
-    told = page.locator("#start")
+    start_text = page.locator("#start")
     for title in ("Without spin", "Double the spin"):
         page.get_by_role("button", name=title).click()
         page.evaluate("kreisel.page.setRunning(false); kreisel.page.rewind()")
-        assert told.inner_text() == f"Start: changed by “{title}”"
+        assert start_text.inner_text() == f"Start: changed by “{title}”"
         assert page.locator("#about h3").inner_text() == title
     page.evaluate("kreisel.page.setValue('gravity', 3)")
-    assert told.inner_text() == "Start: changed by “Double the spin”"
+    assert start_text.inner_text() == "Start: changed by “Double the spin”"
     page.evaluate("kreisel.page.setValue('spin', 10)")
-    assert told.inner_text() == "Start: changed by hand"
+    assert start_text.inner_text() == "Start: changed by hand"
     page.get_by_role("button", name="Back to the start").click()
     page.evaluate("kreisel.page.setRunning(false)")
-    assert told.inner_text() == "Start: as given" and page.locator("#about h3").count() == 0
+    assert start_text.inner_text() == "Start: as given" and page.locator("#about h3").count() == 0
 
 
 def test_a_phone_shows_the_exercises(browser):
@@ -162,11 +162,11 @@ def test_a_top_between_its_steps_shows_its_time(page):
 
 
 def test_descriptions_are_removed_when_the_scene_changes(page):
-    told = page.locator("#about").inner_text()
+    description = page.locator("#about").inner_text()
     page.evaluate("kreisel.page.setValue('gravity', 3)")
-    assert told not in page.locator("#about").inner_text()
+    assert description not in page.locator("#about").inner_text()
     page.keyboard.press("z")
-    assert page.locator("#about").inner_text() == told
+    assert page.locator("#about").inner_text() == description
 
 
 # Jumps
@@ -238,8 +238,8 @@ def test_the_stop_time_is_a_common_multiple_of_the_steps(page):
 
 
 def test_a_very_fast_top_does_not_block_the_viewer(window):
-    given = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
-    page = open_viewer(window, fragment="#scene=" + quote(json.dumps(given)))
+    scene = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
+    page = open_viewer(window, fragment="#scene=" + quote(json.dumps(scene)))
     page.get_by_role("button", name="Start", exact=True).click()
     wait_for(page, "kreisel.page.isLate")
     page.get_by_role("button", name="Stop").click()

@@ -89,11 +89,12 @@ def is_green(page, x, y):
 def test_dragging_beside_the_top_orbits_the_camera(page):
     before, offset, target = read_scene(page), *read_camera(page)[:2]
     drag_empty(page, (90, 30))
-    turned, same, _ = read_camera(page)
+    new_offset, new_target, _ = read_camera(page)
     assert (
-        np.linalg.norm(turned) == pytest.approx(np.linalg.norm(offset)) and (same == target).all()
+        np.linalg.norm(new_offset) == pytest.approx(np.linalg.norm(offset))
+        and (new_target == target).all()
     )
-    assert turned @ offset < 0.99 * offset @ offset and read_scene(page) == before
+    assert new_offset @ offset < 0.99 * offset @ offset and read_scene(page) == before
 
 
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
@@ -311,12 +312,12 @@ def test_the_description_of_the_body_agrees_with_python(page):
 
 @pytest.mark.parametrize("name", ["thesis", "asymmetric", "dzhanibekov"])
 def test_a_body_given_by_numbers_is_described(page, name):
-    given = getattr(kr.scenes, name)
-    page.evaluate("given => kreisel.page.load(given)", kr.view(given, open=False).scene)
-    check_body(page, given.body)
-    turned = kr.Body(2.0, [[3.0, 0.2, 0.1], [0.2, 4.0, 0.3], [0.1, 0.3, 5.0]], (0.1, 0.2, 0.3))
+    scene = getattr(kr.scenes, name)
+    page.evaluate("given => kreisel.page.load(given)", kr.view(scene, open=False).scene)
+    check_body(page, scene.body)
+    body = kr.Body(2.0, [[3.0, 0.2, 0.1], [0.2, 4.0, 0.3], [0.1, 0.3, 5.0]], (0.1, 0.2, 0.3))
     page.evaluate(
         "given => kreisel.page.load(given)",
-        kr.view(kr.Scene(turned, (1.0, 2.0, 3.0)), open=False).scene,
+        kr.view(kr.Scene(body, (1.0, 2.0, 3.0)), open=False).scene,
     )
-    check_body(page, turned)
+    check_body(page, body)

@@ -28,9 +28,9 @@ def test_each_scene_has_shadows(page, preset):
     assert page.evaluate(f"{SHADOWS}.visible && {SHADOWS}.children.length") > 0
     shaded = brightness(page)
     page.evaluate(f"{SHADOWS}.visible = false")
-    lit = brightness(page)
+    brightness_before = brightness(page)
     page.evaluate(f"{SHADOWS}.visible = true")
-    darker = lit - shaded
+    darker = brightness_before - shaded
     assert darker.max() > 15 and darker.min() > -3
     rows, _ = np.nonzero(darker > 10)
     assert len(rows) > (4 if preset == ROD else 40)
@@ -47,12 +47,12 @@ def test_shadows_follow_the_top(page):
 
 
 def test_body_and_rod_have_shadows_while_they_are_shown(page):
-    shown = f"{SHADOWS}.children.map(({{visible, userData}}) => [userData.isRod, visible])"
+    script = f"{SHADOWS}.children.map(({{visible, userData}}) => [userData.isRod, visible])"
     load(page, ROD)
     assert not page.evaluate("kreisel.view.tops[0].solid.visible")
-    assert all(is_rod == visible for is_rod, visible in page.evaluate(shown))
+    assert all(is_rod == visible for is_rod, visible in page.evaluate(script))
     page.get_by_label("Show as").select_option("box")
     assert page.evaluate("kreisel.view.tops[0].solid.visible")
-    assert all(visible for _, visible in page.evaluate(shown))
+    assert all(visible for _, visible in page.evaluate(script))
     page.get_by_role("checkbox", name="Elastic rod").uncheck()
-    assert all(is_rod != visible for is_rod, visible in page.evaluate(shown))
+    assert all(is_rod != visible for is_rod, visible in page.evaluate(script))

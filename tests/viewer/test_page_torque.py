@@ -103,8 +103,8 @@ def test_axis_and_torque_are_not_foreshortened_at_the_start(page, spin):
         )
         for name in ("m", "torque"):
             _, arrow = read_arrow(page, name)
-            seen = np.linalg.norm(np.cross(arrow, towards)) / np.linalg.norm(arrow)
-            assert seen > (0.85 if name == "m" else 0.55), (name, t, seen)
+            fraction = np.linalg.norm(np.cross(arrow, towards)) / np.linalg.norm(arrow)
+            assert fraction > (0.85 if name == "m" else 0.55), (name, t, fraction)
 
 
 def test_labels_do_not_cover_the_torque(page):
