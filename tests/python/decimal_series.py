@@ -191,9 +191,9 @@ def attitude_error(q, high, low=(0, 0, 0, 0)):
     """Return the angle between the attitude `q` and the reference attitude `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
-        there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]
-        off = multiply(conjugate(q), unit(there))
-        return 2.0 * float(sum((c * c for c in off[1:]), Decimal(0)).sqrt())
+        attitude = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]
+        difference = multiply(conjugate(q), unit(attitude))
+        return 2.0 * float(sum((c * c for c in difference[1:]), Decimal(0)).sqrt())
 
 
 @cache

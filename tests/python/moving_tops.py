@@ -98,7 +98,7 @@ def integrate_with_stops(scene, end):
     """Return the final state, and the times at which friction switches between slip and stick."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     motion, friction = Motion(scene), scene.friction
-    y, t, stops = np.array([*scene.attitude, *scene.momentum]), 0.0, []
+    y, t, stop_times = np.array([*scene.attitude, *scene.momentum]), 0.0, []
     sign = np.sign(motion.spin(y)) if friction else 0.0
     while t != end:
         if friction and not sign:
@@ -121,10 +121,10 @@ def integrate_with_stops(scene, end):
         events = change if friction and end > 0.0 else None
         part = solve_ivp(rates, (t, end), y, "DOP853", rtol=1e-12, atol=1e-13, events=events)
         t, y = part.t[-1], part.y[:, -1]
-        stops += [t] if part.status == 1 else []
+        stop_times += [t] if part.status == 1 else []
         force = motion.find_holding(t, y)
         sign = 0.0 if sign and abs(force) <= friction else -np.sign(force)
-    return y[:4] / np.linalg.norm(y[:4]), y[4:], stops
+    return y[:4] / np.linalg.norm(y[:4]), y[4:], stop_times
 
 
 def integrate(scene, t):
@@ -199,8 +199,8 @@ def unit_changes(scene, name, tangent=None):
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):
-        def vary(by):
-            vector = value + by * np.eye(len(value))[k]
+        def vary(increment):
+            vector = value + increment * np.eye(len(value))[k]
             return scene.replace(**{name: vector if len(value) > 1 else float(vector[0])})
 
         return vary

@@ -135,8 +135,12 @@ def member(cls, name, found):
     if isinstance(found, classmethod):
         return [always(getattr(cls, name))], parameters(getattr(cls, name))
     if inspect.isfunction(found):
-        return [lambda of=of: getattr(of(), name) for of in SELVES[cls]], parameters(found)[1:]
-    return [lambda of=of: lambda: getattr(of(), name) for of in SELVES[cls]], []
+        return [
+            lambda make_self=make_self: getattr(make_self(), name) for make_self in SELVES[cls]
+        ], parameters(found)[1:]
+    return [
+        lambda make_self=make_self: lambda: getattr(make_self(), name) for make_self in SELVES[cls]
+    ], []
 
 
 def parameters(thing):

@@ -43,8 +43,8 @@ def test_curvature_and_twist_of_the_rod_match_its_centre_line(path):
     assert np.cross(n, b) == pytest.approx(t, abs=1e-14), "right-handed"
     tangent_slope = slope(t, rod.s)
     size = np.abs(path.velocity).max()
-    for curve, towards in zip(rod.curvature.T, (n, b), strict=True):
-        assert (tangent_slope * towards[2:-2]).sum(-1) == pytest.approx(
+    for curve, normal in zip(rod.curvature.T, (n, b), strict=True):
+        assert (tangent_slope * normal[2:-2]).sum(-1) == pytest.approx(
             curve[2:-2], abs=2e-6 * size**5
         )
     assert (slope(n, rod.s) * b[2:-2]).sum(-1) == pytest.approx(
@@ -121,10 +121,10 @@ def nutation_by_quadrature(scene, n=400):
 def test_nutation_and_precession_agree_with_the_closed_form(scene):
     scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
     low, high, period, precession = nutation_by_quadrature(scene)
-    want = np.arccos(high), np.arccos(low), period, precession
+    expected = np.arccos(high), np.arccos(low), period, precession
     for states, accuracy in (50, 1e-4), (400, 1e-7):
         nutation = kr.apex(path_of(scene, 10.3 * period, round(10.3 * states) + 1)).nutation()
-        assert nutation == pytest.approx(want, rel=accuracy, abs=accuracy)
+        assert nutation == pytest.approx(expected, rel=accuracy, abs=accuracy)
 
 
 def test_turning_points_are_interpolated_from_twelve_states_per_nutation():

@@ -114,8 +114,8 @@ def draw_arguments(draw, name, parameters):
     odd = draw(up_to_two(*names))
     for p in parameters:
         if p.kind is p.VAR_KEYWORD:
-            some = draw(up_to_two(*WORDS[p.name]))
-            kwargs |= {word: draw(value(name, word, p.name in odd)) for word in some}
+            words = draw(up_to_two(*WORDS[p.name]))
+            kwargs |= {word: draw(value(name, word, p.name in odd)) for word in words}
         elif p.kind is p.VAR_POSITIONAL:
             args = draw(st.lists(value(name, p.name, p.name in odd), max_size=3))
         elif p.default is p.empty or p.name in odd or draw(st.booleans()):
@@ -160,8 +160,8 @@ def use_result(result):
 
 @pytest.mark.parametrize("name", CALLS)
 def test_every_call_returns_or_raises_a_documented_exception(name):
-    makes, parameters = CALLS[name]
-    callables = st.sampled_from(makes)
+    callable_factories, parameters = CALLS[name]
+    callables = st.sampled_from(callable_factories)
     arguments = draw_arguments(name, parameters) if parameters else st.just(([], {}))
 
     @EXAMPLES
@@ -188,10 +188,10 @@ def test_every_public_name_is_tested():
     assert names | classes <= {name.partition(".")[0] for name in CALLS} | {"Nutation", "Stats"}
     assert {cls.__name__ for cls in (*SELVES, *FAILURES)} == classes
     for space in NAMESPACES:
-        of = space.__name__.partition(".")[2]
+        module = space.__name__.partition(".")[2]
         for name in getattr(space, "__all__", ()):
-            if of and inspect.isroutine(getattr(space, name)):
-                assert f"{of}.{name}" in CALLS
+            if module and inspect.isroutine(getattr(space, name)):
+                assert f"{module}.{name}" in CALLS
 
 
 @pytest.mark.parametrize("name", CALLS)

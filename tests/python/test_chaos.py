@@ -138,8 +138,8 @@ def test_indicators_separate_order_from_chaos():
         assert indicator.value.max() < 8.0 and indicator.failed.size == 0
     level = m.copy()
     level[:, 2] = 0.0
-    of = kr.Ensemble(kr.scenes.goryachev_chaplygin.body, momentum=level, attitude=q)
-    assert kr.megno(of, [1000.0]).value.max() < 8.0
+    ensemble = kr.Ensemble(kr.scenes.goryachev_chaplygin.body, momentum=level, attitude=q)
+    assert kr.megno(ensemble, [1000.0]).value.max() < 8.0
     assert kr.megno(kr.scenes.asymmetric, [1000.0]).value > 70.0
 
 
@@ -152,11 +152,11 @@ def test_megno_of_regular_tops_is_two_up_to_one_over_the_time():
 
 def test_the_indicators_of_a_top_do_not_depend_on_the_ensemble():
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.1, 1.0, 37))
-    together = kr.lyapunov(tops, [5.0, 50.0], threads=2)
+    indicators = kr.lyapunov(tops, [5.0, 50.0], threads=2)
     for i in (0, 17, 36):
         alone = kr.lyapunov(tops[i], [5.0, 50.0])
-        assert np.array_equal(alone.curve, together.curve[i])
-        assert alone.certificate == together.certificate[i] and alone.value == together.value[i]
+        assert np.array_equal(alone.curve, indicators.curve[i])
+        assert alone.certificate == indicators.certificate[i] and alone.value == indicators.value[i]
     indicator = kr.oli(tops[3], [1.0, 2.0, 3.0, 50.0])
     assert indicator.value == kr.oli(tops[3], [50.0]).value
     doubled = kr.scenes.asymmetric.replace(
@@ -213,9 +213,11 @@ def test_invalid_arguments_are_refused():
 
 @pytest.mark.parametrize("verb", [kr.lyapunov, kr.megno, kr.oli])
 def test_empty_ensembles_give_empty_indicators(verb):
-    none = verb(kr.scenes.asymmetric.scatter(3, momentum=0.1)[:0], 5.0)
-    assert none.curve.shape == (0, len(none.t)) and none.value.shape == (0,)
-    assert none.certificate.shape == none.status.shape == (0,) and "0 tops" in repr(none)
+    indicator = verb(kr.scenes.asymmetric.scatter(3, momentum=0.1)[:0], 5.0)
+    assert indicator.curve.shape == (0, len(indicator.t)) and indicator.value.shape == (0,)
+    assert indicator.certificate.shape == indicator.status.shape == (0,) and "0 tops" in repr(
+        indicator
+    )
 
 
 # Boundary values

@@ -118,11 +118,11 @@ def test_tables_have_a_row_for_each_top():
 def test_tables_of_one_top_and_of_no_top():
     pytest.importorskip("pandas")
     pytest.importorskip("xarray")
-    one, none = kr.megno(TOP, 10.0), kr.megno(TOP.scatter(3, momentum=0.1)[:0], 10.0)
+    one, empty = kr.megno(TOP, 10.0), kr.megno(TOP.scatter(3, momentum=0.1)[:0], 10.0)
     assert one.to_pandas()["megno"].tolist() == [one.value]
     assert one.to_xarray()["megno"].dims == ("time",) and one.to_xarray()["is_chaotic"].dims == ()
-    assert len(none.to_pandas()) == 0 and none.to_xarray()["megno"].shape[0] == 0
-    assert none.is_chaotic.shape == none.doubt.shape == (0,)
+    assert len(empty.to_pandas()) == 0 and empty.to_xarray()["megno"].shape[0] == 0
+    assert empty.is_chaotic.shape == empty.doubt.shape == (0,)
 
 
 @pytest.mark.parametrize("scene", [TOP, TOP.vary(gravity=[0.5, 1.0])], ids=["one", "many"])

@@ -14,10 +14,10 @@ KREISEL = [sys.executable, "-m", "kreisel"]
 ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run too long for a test to wait for
 
 
-def shell(words, **how):
+def shell(words, **options):
     """Run a command in a separate process, and assert that it prints no traceback."""
     done = subprocess.run(
-        [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **how
+        [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **options
     )
     assert "Traceback" not in done.stderr and "Exception ignored" not in done.stderr
     return done

@@ -35,24 +35,24 @@ HOW = {
 }
 
 
-@pytest.mark.parametrize("how", HOW.values(), ids=HOW)
+@pytest.mark.parametrize("options", HOW.values(), ids=HOW)
 @pytest.mark.parametrize("times", ["0:{}:0.25", "0:-{}:0.25"])
-def test_a_resumed_run_has_the_same_bits(tmp_path, how, times):
+def test_a_resumed_run_has_the_same_bits(tmp_path, options, times):
     run, whole, half = tmp_path / "run", times.format(20), times.format(10.1)
-    at_once = rows(call(f"solve asymmetric --t {whole} {how} --csv -"))
-    first = rows(call(f"solve asymmetric --t {half} {how} --csv - --save", run))
-    then = rows(call(f"resume {run} --t {whole} --csv - --save", run))
-    assert np.array_equal(np.concatenate([first, then]), at_once)
+    at_once = rows(call(f"solve asymmetric --t {whole} {options} --csv -"))
+    first = rows(call(f"solve asymmetric --t {half} {options} --csv - --save", run))
+    second = rows(call(f"resume {run} --t {whole} --csv - --save", run))
+    assert np.array_equal(np.concatenate([first, second]), at_once)
     assert kr.resume(run).t == at_once[-1, 0]
 
 
 def test_a_resumed_run_continues_every(tmp_path):
-    run, how = tmp_path / "run", "--every 3 --csv -"
-    first = rows(call(f"solve thesis --t 1 --method rk4 --step 0.1 {how} --save", run))
-    then = rows(call(f"resume {run} --t 2 {how}"))
-    assert np.array_equal(then, rows(call(f"resume {run} --t 2 {how} --npz", tmp_path / "a")))
+    run, options = tmp_path / "run", "--every 3 --csv -"
+    first = rows(call(f"solve thesis --t 1 --method rk4 --step 0.1 {options} --save", run))
+    second = rows(call(f"resume {run} --t 2 {options}"))
+    assert np.array_equal(second, rows(call(f"resume {run} --t 2 {options} --npz", tmp_path / "a")))
     path = kr.solve(kr.scenes.thesis, 2, "rk4", step=0.1, every=3)
-    assert np.array_equal(np.concatenate([first, then]), path.states)
+    assert np.array_equal(np.concatenate([first, second]), path.states)
 
 
 def test_resume_with_one_time_returns_the_state_at_this_time(tmp_path):
@@ -95,9 +95,9 @@ def test_a_failed_run_keeps_its_states_and_can_be_resumed(tmp_path):
     assert "largest number of steps" in call(line, csv, "--save", run, code=1)
     assert rows(csv.read_text())[:, 0].tolist() == [0.0, 0.2, 0.4, 0.5]
     assert "largest number" in call(f"resume {run} --t 1", code=1)
-    then = rows(call(f"resume {run} --t 1 --every 2 --max-steps 50 --csv -"))
+    rest = rows(call(f"resume {run} --t 1 --every 2 --max-steps 50 --csv -"))
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=2)
-    assert np.array_equal(then, path.states[3:])
+    assert np.array_equal(rest, path.states[3:])
 
 
 @signals
@@ -122,8 +122,8 @@ def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, 
         assert run.stderr.read().count("\n") == 1
     first = rows(text)
     end = float(first[-1, 0]) + 100
-    then = rows(call(f"resume {tmp_path}/run --t 0:{end!r}:0.05 --csv -"))
-    found = np.concatenate([first, then])
+    rest = rows(call(f"resume {tmp_path}/run --t 0:{end!r}:0.05 --csv -"))
+    found = np.concatenate([first, rest])
     grid = np.isin(found[:, 0], np.arange(len(found)) * 0.05)
     assert (~grid).sum() <= 1  # the last valid state may lie between two requested times
     path = kr.solve(TOP, np.arange(grid.sum()) * 0.05, "strang", step=0.1)
@@ -146,22 +146,22 @@ main()
 @signals
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 @pytest.mark.parametrize(
-    "how",
+    "options",
     [
         "--method rk4 --step 1e-3 --save run",
         "--method taylor --want energy --save run",
         "--events nutation:max_count=1 --events-csv events.csv",
     ],
 )
-def test_a_signal_keeps_the_computed_states(tmp_path, name, how):
-    line = f"solve asymmetric --t 1e7 {how} --csv part.csv --json part.json --npz part.npz"
+def test_a_signal_keeps_the_computed_states(tmp_path, name, options):
+    line = f"solve asymmetric --t 1e7 {options} --csv part.csv --json part.json --npz part.npz"
     done = python(PRESSED.replace("SIGNAL", name), *line.split(), cwd=tmp_path)
     assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
     assert done.stderr.count("\n") == 1
     found = rows((tmp_path / "part.csv").read_text())
     assert len(found) == 2 and 0 < found[1, 0] < 1e7
     assert all((tmp_path / f"part.{ending}").stat().st_size for ending in ("json", "npz"))
-    if "--save" in how:
+    if "--save" in options:
         assert kr.resume(tmp_path / "run").t == found[1, 0]
     else:
         assert len((tmp_path / "events.csv").read_text().splitlines()) == 2
@@ -228,9 +228,9 @@ def test_a_run_with_events_is_saved_and_resumed(tmp_path):
     )
     whole = call(f"solve asymmetric --t 40 {event_options}").splitlines()
     first = call(f"solve asymmetric --t 17 {event_options} --save", run).splitlines()
-    then = call(f"resume {run} --t 40 --events-csv -").splitlines()
-    assert first[0] == then[0] == whole[0] and len(whole) > 10
-    event_rows = [row.partition(",")[2] for row in [*first[1:], *then[1:]]]
+    second = call(f"resume {run} --t 40 --events-csv -").splitlines()
+    assert first[0] == second[0] == whole[0] and len(whole) > 10
+    event_rows = [row.partition(",")[2] for row in [*first[1:], *second[1:]]]
     assert event_rows == [row.partition(",")[2] for row in whole[1:]]
 
 

@@ -79,7 +79,7 @@ def test_the_text_of_a_comparison_has_one_column_per_field():
 
 def test_a_fixed_step_reference_uses_a_sixteenth_of_the_smallest_step():
     (row, _) = kr.compare(TOP, [1.0], ["rk4"], steps=[0.25, 0.5], truth="strang", repeats=1)
-    ends = [kr.solve(TOP, [1.0], *how, step=step).q for *how, step in (("rk4", 0.25), TRUE)]
+    ends = [kr.solve(TOP, [1.0], *method, step=step).q for *method, step in (("rk4", 0.25), TRUE)]
     assert row.attitude_error == kr.attitude_error(*ends).max()
 
 

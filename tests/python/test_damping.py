@@ -45,11 +45,11 @@ def test_paths_agree_with_scipy(digits):
     at_start = np.linalg.solve(
         np.array(GENERAL.inertia), kr.quaternion.turn_back(HEAVY.attitude, HEAVY.momentum)
     )
-    far = integrate.solve_ivp(
+    truth = integrate.solve_ivp(
         rates, (0, 7), [*HEAVY.attitude, *at_start], "DOP853", TIMES, rtol=1e-13, atol=1e-13
     )
-    assert kr.attitude_error(path.q, far.y[:4].T).max() < 1e-10
-    assert np.abs(path.body_velocity - far.y[4:].T).max() < 1e-10
+    assert kr.attitude_error(path.q, truth.y[:4].T).max() < 1e-10
+    assert np.abs(path.body_velocity - truth.y[4:].T).max() < 1e-10
 
 
 @pytest.mark.parametrize("digits, tolerance", [(20, 1e-18), (30, 1e-27)])
@@ -61,9 +61,9 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
             kr.Body(1, (1, 1.5, 2), (0, 0, 0)), momentum=(0, 0, 3), damping=(1, 2, 0.7)
         )
         path = kr.solve(scene, [5.0], digits=digits)
-        want = 3 * mp.exp(-mp.mpf(0.7) * 5 / 2)
+        expected = 3 * mp.exp(-mp.mpf(0.7) * 5 / 2)
         momentum = mp.mpf(path.m[0, 2]) + mp.mpf(path.m_low[0, 2])
-        assert abs(momentum - want) < tolerance
+        assert abs(momentum - expected) < tolerance
         assert path.error < 30 * tolerance
 
 

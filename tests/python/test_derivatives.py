@@ -57,7 +57,7 @@ def differences(scene, name, component, values_at, step=2.0**-9):
     """Return the numerical derivative of `values_at` with respect to a parameter of the scene."""
     total = 0.0
     for k, weight in WEIGHTS.items():
-        ahead, behind = (change_number(scene, name, component, by * k * step) for by in (1, -1))
+        ahead, behind = (change_number(scene, name, component, sign * k * step) for sign in (1, -1))
         total = total + weight * (
             values_at(ahead[0], *states_of(*ahead, TIMES))
             - values_at(behind[0], *states_of(*behind, TIMES))
@@ -70,11 +70,11 @@ def state_changes(reference):
 
     def values_at(block, states, low):
         other = states[:, 1:5] + low[:, 1:5]
-        apart = w * other[:, 1:] - other[:, :1] * v - np.cross(v, other[:, 1:])
-        half = np.linalg.norm(apart, axis=1)  # the sine of half the angle
+        rotation = w * other[:, 1:] - other[:, :1] * v - np.cross(v, other[:, 1:])
+        half = np.linalg.norm(rotation, axis=1)  # the sine of half the angle
         size = 2.0 * np.arcsin(half) / np.where(half > 0.0, half, 1.0)
         sign = np.sign((reference[:, 1:5] * other).sum(axis=1))
-        return np.hstack([(sign * size)[:, None] * apart, states[:, 5:]])
+        return np.hstack([(sign * size)[:, None] * rotation, states[:, 5:]])
 
     return values_at
 
@@ -132,8 +132,8 @@ def test_derivatives_of_every_quantity_agree_with_differences(name):
             # K and G have no derivative if the change makes the body one of another kind
             assert np.array_equal(np.isnan(found), np.isnan(own[..., column]))
             exists = np.isfinite(found)
-            within = 1e-11 + 1e-10 * np.abs(own[..., column])[exists].max(initial=0.0)
-            assert np.abs(found - own[..., column])[exists].max(initial=0.0) < within
+            limit = 1e-11 + 1e-10 * np.abs(own[..., column])[exists].max(initial=0.0)
+            assert np.abs(found - own[..., column])[exists].max(initial=0.0) < limit
 
 
 def test_angles_have_no_derivative_at_a_vertical_apex():
@@ -166,12 +166,12 @@ def members():
 @pytest.mark.parametrize("digits", [None, 20])
 @pytest.mark.parametrize("threads", [1, 3])
 def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
-    tops, by = members(), ("start", "damping", "com")
-    paths = kr.solve(tops, TIMES, digits=digits, tangents=by, threads=threads).check()
+    tops, names = members(), ("start", "damping", "com")
+    paths = kr.solve(tops, TIMES, digits=digits, tangents=names, threads=threads).check()
     assert paths.tangents.shape == (3, 2, 2, 6, 12) == paths.tangents_low.shape
     derivatives = paths.derivative("body_acceleration")
     for index in np.ndindex(tops.shape):
-        alone = kr.solve(tops[index], TIMES, "taylor", digits=digits, tangents=by)
+        alone = kr.solve(tops[index], TIMES, "taylor", digits=digits, tangents=names)
         one = paths[index]
         for path in (paths.tangents[index], one.tangents):
             assert np.array_equal(path, alone.tangents)
@@ -188,22 +188,24 @@ def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
 
 
 def test_ensemble_tangents_accept_or_refuse_every_other_argument():
-    tops, by = members(), {"tangents": ["gravity"]}
+    tops, options = members(), {"tangents": ["gravity"]}
     times = np.linspace(-0.5, -1.0, 6).reshape(3, 2, 1)
-    back = kr.solve(tops, times, executor=ThreadPoolExecutor(2), **by)
-    assert np.array_equal(back[2, 1].tangents, kr.solve(tops[2, 1], times[2, 1], **by).tangents)
+    back = kr.solve(tops, times, executor=ThreadPoolExecutor(2), **options)
+    assert np.array_equal(
+        back[2, 1].tangents, kr.solve(tops[2, 1], times[2, 1], **options).tangents
+    )
     out = np.empty((3, 2, 2, 8))
-    assert np.shares_memory(kr.solve(tops, TIMES, out=out, **by).states, out)
+    assert np.shares_memory(kr.solve(tops, TIMES, out=out, **options).states, out)
     for word, value in {"want": ["q"], "events": [], "error": 1e-6}.items():
         with pytest.raises(ValueError, match=f"leave out {word}"):
-            kr.solve(tops, TIMES, **{word: value}, **by)
+            kr.solve(tops, TIMES, **{word: value}, **options)
     with pytest.raises(ValueError, match="computes no tangents"):
-        kr.solve(SCENES["Kowalewski"].vary(mass=[1.0]), TIMES, "rk4", step=0.1, **by)
+        kr.solve(SCENES["Kowalewski"].vary(mass=[1.0]), TIMES, "rk4", step=0.1, **options)
     with pytest.raises(ValueError, match="name in tangents"):
         kr.solve(tops, TIMES, tangents="moment")
-    nobody = kr.solve(tops[:0], TIMES, **by)
-    assert nobody.tangents.shape == (0, 2, 2, 6, 1)
-    assert nobody.derivative("nutation").shape == (0, 2, 2, 1)
+    empty = kr.solve(tops[:0], TIMES, **options)
+    assert empty.tangents.shape == (0, 2, 2, 6, 1)
+    assert empty.derivative("nutation").shape == (0, 2, 2, 1)
 
 
 def test_a_failed_top_of_an_ensemble_keeps_its_valid_tangents():

@@ -133,8 +133,8 @@ def test_the_error_of_thirty_digits_is_an_angle():
     free = kr.Scene(
         kr.Body(1.0, (1.0, 1.5, 2.0), (0.0, 0.0, 0.0)), body_momentum=(1e-200, 1, 0), gravity=0.0
     )
-    far = kr.solve(free, np.linspace(0.0, 1900.0, 20), digits=30)
-    assert far.error == np.pi
+    path = kr.solve(free, np.linspace(0.0, 1900.0, 20), digits=30)
+    assert path.error == np.pi
     near = kr.solve(free, [20.0], digits=30)
     assert near.error < 1e-20
 

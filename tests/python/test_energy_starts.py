@@ -28,16 +28,16 @@ def effective_potential(body, gravity, vertical, P):
     """
     inertia = np.array(body.inertia)
     inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
-    about = np.einsum("ni,ij,nj->n", P, inertia, P)
-    return body.mass * gravity * P @ body.com + vertical**2 / (2 * about)
+    vertical_inertia = np.einsum("ni,ij,nj->n", P, inertia, P)
+    return body.mass * gravity * P @ body.com + vertical**2 / (2 * vertical_inertia)
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER])
 @pytest.mark.parametrize("energy, vertical, gravity", [(5.0, 1.0, 0.7), (4, -2, -1.3), (7, 0, 0)])
-@pytest.mark.parametrize("how", [{"n": 40}, {"grid": (5, 6, 3)}, {"grid": (5, 6)}])
-def test_starts_have_the_energy_and_the_vertical_momentum(body, energy, vertical, gravity, how):
+@pytest.mark.parametrize("options", [{"n": 40}, {"grid": (5, 6, 3)}, {"grid": (5, 6)}])
+def test_starts_have_the_energy_and_the_vertical_momentum(body, energy, vertical, gravity, options):
     words = {"energy": energy, "vertical": vertical, "gravity": gravity}
-    found = kr.starts(body, **words, **how)
+    found = kr.starts(body, **words, **options)
     assert len(set(found)) == len(found) > 10
     for scene in found:
         path = kr.solve(scene, [0.0])
@@ -68,10 +68,10 @@ def test_random_starts_are_uniform_on_the_energy_surface():
     heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in found])
     z = np.linspace(-1, 1, 20001)
     density = 1 / np.sqrt((1 - z * z) + 0.1 * z * z)
-    below = np.concatenate(([0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
-    expected = np.interp(heights, z, below / below[-1])
-    apart = abs(expected - (np.arange(2000) + 0.5) / 2000).max()
-    assert 0.005 < apart < 1.63 / math.sqrt(2000)  # Kolmogorov-Smirnov test, level 1 %
+    integral = np.concatenate(([0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
+    expected = np.interp(heights, z, integral / integral[-1])
+    distance = abs(expected - (np.arange(2000) + 0.5) / 2000).max()
+    assert 0.005 < distance < 1.63 / math.sqrt(2000)  # Kolmogorov-Smirnov test, level 1 %
 
 
 def test_the_grid_contains_exactly_the_possible_starts():
@@ -125,12 +125,12 @@ def test_the_least_energy_is_the_same_in_any_unit_of_length():
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE])
 def test_starts_are_found_close_to_the_least_energy(body):
     least = -body.mass * np.linalg.norm(body.com)
-    for above in (1e-3, 1e-6, 1e-9, 1e-12):
-        tops = kr.starts(body, energy=least * (1.0 - above), vertical=0.0, n=50)
+    for excess in (1e-3, 1e-6, 1e-9, 1e-12):
+        tops = kr.starts(body, energy=least * (1.0 - excess), vertical=0.0, n=50)
         energy = kr.solve(tops, [0.0]).energy[:, 0]
-        assert np.abs(energy - least * (1.0 - above)).max() < 2e-15 * abs(least)
+        assert np.abs(energy - least * (1.0 - excess)).max() < 2e-15 * abs(least)
         hanging = 1.0 + kr.solve(tops, [0.0]).apex[:, 0, 2]
-        assert hanging.max() < 1.001 * above + 1e-15 and hanging.min() < 0.5 * above
+        assert hanging.max() < 1.001 * excess + 1e-15 and hanging.min() < 0.5 * excess
 
 
 @pytest.mark.parametrize("energy, vertical", [(3.0, 1.0), (-0.6, 0.1), (20.0, -2.0)])
@@ -141,8 +141,8 @@ def test_a_two_dimensional_grid_starts_at_turning_points_of_the_apex(energy, ver
     assert len(tops) >= 8 and np.abs(rate).max() < 1e-14 * np.abs(start.velocity).max()
     heights = np.unique(start.apex[:, 0, 2].round(12))
     assert set(heights) <= {round((2 * k + 1) / 7 - 1, 12) for k in range(7)}
-    apart = np.abs(np.diff(start.m[:, 0].reshape(-1, 2, 3), axis=1)).max(axis=2)
-    assert apart.min() > 1e-6  # the two momenta at one position differ
+    differences = np.abs(np.diff(start.m[:, 0].reshape(-1, 2, 3), axis=1)).max(axis=2)
+    assert differences.min() > 1e-6  # the two momenta at one position differ
 
 
 @pytest.mark.parametrize(
@@ -247,8 +247,8 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
             for a, b in itertools.product((0.0, 0.5, 1.0), repeat=2)
         ]
     )
-    away = np.arccos(np.clip((corners * centres).sum(axis=-1), -1.0, 1.0))
-    assert (away <= reach + 1e-7).all() and reach.max() < 0.75
+    angles = np.arccos(np.clip((corners * centres).sum(axis=-1), -1.0, 1.0))
+    assert (angles <= reach + 1e-7).all() and reach.max() < 0.75
     tall = starts._SphereCells(
         *(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))
     ).halve_sphere_cells()

@@ -26,10 +26,10 @@ def test_results_do_not_depend_on_the_executor():
 
 
 @pytest.mark.parametrize(
-    "some", [slice(7, 8), slice(3, 100, 7), [5, 299, 5, 0], slice(None, None, -1)]
+    "selection", [slice(7, 8), slice(3, 100, 7), [5, 299, 5, 0], slice(None, None, -1)]
 )
-def test_results_do_not_depend_on_other_members(some):
-    assert same(kr.solve(TOPS[some], TIMES), WHOLE[some])
+def test_results_do_not_depend_on_other_members(selection):
+    assert same(kr.solve(TOPS[selection], TIMES), WHOLE[selection])
 
 
 LOW = [kr.events.nutation(direction=1)]
@@ -47,13 +47,13 @@ LOW = [kr.events.nutation(direction=1)]
 )
 def test_process_pools_report_the_same_failures_and_messages(words):
     square = TOPS[:40].reshape(5, 8)
-    here = kr.solve(square, TIMES, **words)
+    own = kr.solve(square, TIMES, **words)
     with ProcessPoolExecutor(2) as pool:
-        there = kr.solve(square, TIMES, executor=pool, **words)
-    assert np.array_equal(here.status, there.status) and np.array_equal(here.steps, there.steps)
+        pooled = kr.solve(square, TIMES, executor=pool, **words)
+    assert np.array_equal(own.status, pooled.status) and np.array_equal(own.steps, pooled.steps)
     for place in np.ndindex(5, 8):
-        assert same_path(here[place], there[place], events="events" in words)
-        assert here.message(place) == there.message(place)
+        assert same_path(own[place], pooled[place], events="events" in words)
+        assert own.message(place) == pooled.message(place)
 
 
 def test_results_do_not_depend_on_the_shape():
@@ -83,8 +83,8 @@ def test_members_move_like_single_tops(name):
         for i, scene in enumerate(suited):
             alone = kr.solve(scene, times, name, **words)
             if name == "taylor" and not any(scene.damping):
-                apart = kr.attitude_error(many[i].q, alone.q).max()
-                assert apart < 1e-13, "taylor in lanes has roundings of its own, and no more"
+                difference = kr.attitude_error(many[i].q, alone.q).max()
+                assert difference < 1e-13, "taylor in lanes has roundings of its own, and no more"
             else:
                 assert same_path(many[i], alone), name
 
@@ -95,12 +95,14 @@ def test_taylor_errors_in_ensembles_are_like_those_of_single_tops(name):
     times = np.linspace(0, 50, 11)
     many = kr.solve(tops, times, name)
     truth = kr.solve(tops, times, digits=20)
-    mine = [kr.attitude_error(many.q[i], truth.q[i]).max() for i in range(len(tops))]
-    its = [
+    ensemble_errors = [kr.attitude_error(many.q[i], truth.q[i]).max() for i in range(len(tops))]
+    single_errors = [
         kr.attitude_error(kr.solve(top, times, name).q, truth.q[i]).max()
         for i, top in enumerate(tops)
     ]
-    assert 0.0 < np.median(mine) < 3.0 * np.median(its) and max(mine) < 10.0 * max(its)
+    assert 0.0 < np.median(ensemble_errors) < 3.0 * np.median(single_errors) and max(
+        ensemble_errors
+    ) < 10.0 * max(single_errors)
 
 
 def test_a_failed_top_does_not_affect_others():

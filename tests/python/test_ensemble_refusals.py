@@ -19,7 +19,7 @@ def verb_of(words):
 
 
 @pytest.mark.parametrize(
-    ("words", "kind", "says"),
+    ("words", "kind", "message"),
     [
         (
             {"method": "exact"},
@@ -58,13 +58,13 @@ def verb_of(words):
         ({"out": np.empty(SHAPE), "want": ["spin"]}, ValueError, "out receives states"),
     ],
 )
-def test_invalid_arguments_are_refused(words, kind, says):
-    with pytest.raises(kind, match=says):
+def test_invalid_arguments_are_refused(words, kind, message):
+    with pytest.raises(kind, match=message):
         verb_of(words)(MIXED, TIMES, **words)
 
 
 @pytest.mark.parametrize(
-    ("t", "says"),
+    ("t", "message"),
     [
         (float("nan"), "t must be finite"),
         ([0.0, np.inf], r"t\[1\] = inf"),
@@ -82,8 +82,8 @@ def test_invalid_arguments_are_refused(words, kind, says):
         ),
     ],
 )
-def test_invalid_times_are_refused(t, says):
-    with pytest.raises(ValueError, match=says):
+def test_invalid_times_are_refused(t, message):
+    with pytest.raises(ValueError, match=message):
         kr.solve(MIXED, t)
 
 
@@ -116,16 +116,16 @@ def test_functions_of_one_top_refuse_ensembles():
 
 
 def test_no_tops_and_no_times_give_empty_results():
-    none = MIXED[:0]
+    no_tops = MIXED[:0]
     for words in ({}, {"digits": 20}, {"events": kr.events.loop()}, {"want": ["apex"]}):
         reports = []
-        paths = kr.solve(none, TIMES, progress=reports.append, **words).check()
+        paths = kr.solve(no_tops, TIMES, progress=reports.append, **words).check()
         assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and reports == [1.0]
-    assert kr.reduce(none, 1.0, SPIN)["spin"]["max"].shape == (0,)
-    assert kr.solve(none, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
-    assert kr.exact(none)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(none, 1.0)) == []
-    nowhen = kr.solve(MIXED, [])
-    assert nowhen.q.shape == (6, 0, 4) and not nowhen.failed.size and len(nowhen[0]) == 0
+    assert kr.reduce(no_tops, 1.0, SPIN)["spin"]["max"].shape == (0,)
+    assert kr.solve(no_tops, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
+    assert kr.exact(no_tops)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(no_tops, 1.0)) == []
+    no_times = kr.solve(MIXED, [])
+    assert no_times.q.shape == (6, 0, 4) and not no_times.failed.size and len(no_times[0]) == 0
     assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()
 
 
@@ -134,10 +134,10 @@ LONG = np.linspace(0.0, 1e6, 101)  # this run would take an hour
 
 
 @contextlib.contextmanager
-def send_sigint(after):
-    """Send SIGINT to this process after a delay of `after` seconds."""
+def send_sigint(delay):
+    """Send SIGINT to this process after a delay of `delay` seconds."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
-    signal.setitimer(signal.ITIMER_REAL, after)
+    signal.setitimer(signal.ITIMER_REAL, delay)
     try:
         yield
     finally:

@@ -30,18 +30,18 @@ def test_quantities_equal_those_of_single_paths_bitwise():
 
 def test_only_wanted_quantities_are_stored():
     for want in (("nutation", "energy"), ("q_low", "apex"), ("m",)):
-        some = kr.solve(MIXED, TIMES, want=want)
+        paths = kr.solve(MIXED, TIMES, want=want)
         for name in want:
             near = getattr(kr.solve(MIXED, TIMES), name)
-            assert np.allclose(getattr(some, name), near, rtol=0, atol=1e-12)
+            assert np.allclose(getattr(paths, name), near, rtol=0, atol=1e-12)
         for i, scene in enumerate(SCENES):
-            assert some[i].want == want and len(some[i]) == len(TIMES)
+            assert paths[i].want == want and len(paths[i]) == len(TIMES)
             if kr.methods["exact"].suits(scene):
-                assert same_path(some[i], kr.solve(scene, TIMES, want=want))
+                assert same_path(paths[i], kr.solve(scene, TIMES, want=want))
         with pytest.raises(AttributeError, match="add 'torque' to want"):
-            _ = some.torque
+            _ = paths.torque
         with pytest.raises(AttributeError, match="solve without want"):
-            _ = some.states
+            _ = paths.states
     failed_paths = kr.solve(
         UNDAMPED, [1.0, 50.0], "rk4", step=0.1, max_steps=20, want=("nutation",)
     )
@@ -61,9 +61,9 @@ def test_indexing_follows_numpy():
         numbers % 2 == 0,
         (1, ...),
     ):
-        some = PATHS[key]
-        assert np.array_equal(some.states, PATHS.states.reshape(12, -1, 8)[numbers[key]])
-        assert some.shape == numbers[key].shape and same(some, kr.solve(GRID[key], TIMES))
+        selection = PATHS[key]
+        assert np.array_equal(selection.states, PATHS.states.reshape(12, -1, 8)[numbers[key]])
+        assert selection.shape == numbers[key].shape and same(selection, kr.solve(GRID[key], TIMES))
     assert [len(row) for row in PATHS] == [3] * 4 and PATHS[2, 1].scene == GRID[2, 1]
     for key in (4, (0, 3), (0, 0, 0)):
         with pytest.raises(IndexError):
@@ -99,8 +99,8 @@ def test_reductions_equal_those_of_the_states():
     nutation, t = PATHS.nutation, np.array(TIMES)
     for kind in ("min", "max"):
         assert np.array_equal(reductions["nutation"][kind], getattr(nutation, kind)(axis=-1))
-        at = t[getattr(nutation, f"arg{kind}")(axis=-1)]
-        assert np.array_equal(reductions["nutation"][f"where_{kind}"], at)
+        times = t[getattr(nutation, f"arg{kind}")(axis=-1)]
+        assert np.array_equal(reductions["nutation"][f"where_{kind}"], times)
     assert np.array_equal(reductions["nutation"]["last"], nutation[..., -1])
     assert np.allclose(reductions["nutation"]["mean"], nutation.mean(axis=-1), rtol=1e-14)
     assert np.allclose(reductions["nutation"]["variance"], nutation.var(axis=-1), rtol=1e-12)

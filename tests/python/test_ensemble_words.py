@@ -132,8 +132,8 @@ def test_parameters_are_scattered_independently_and_normally():
     n = 100_000
     all_three = TOP.scatter(n, seed=1, momentum=(0.1, 0.2, 0.0), attitude=0.05, gravity=0.3)
     assert np.array_equal(all_three.gravity, TOP.scatter(n, seed=1, gravity=0.3).gravity)
-    off = (all_three.momentum - TOP.momentum)[:, :2] / (0.1, 0.2)
-    normal = np.column_stack([off, (all_three.gravity - 1) / 0.3])
+    offsets = (all_three.momentum - TOP.momentum)[:, :2] / (0.1, 0.2)
+    normal = np.column_stack([offsets, (all_three.gravity - 1) / 0.3])
     assert np.all(all_three.momentum[:, 2] == TOP.momentum[2])
     # five times the standard error of the mean of n normal numbers
     np.testing.assert_allclose(normal.mean(axis=0), 0, atol=5 / n**0.5)

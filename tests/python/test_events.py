@@ -43,8 +43,8 @@ def make_all_events(scene):
 
 def changes(values, times):
     """Return the start of each interval in which `values` changes sign, and the sign afterwards."""
-    at = np.flatnonzero(values[1:] * values[:-1] < 0)
-    return times[at], np.sign(values[at + 1])
+    indices = np.flatnonzero(values[1:] * values[:-1] < 0)
+    return times[indices], np.sign(values[indices + 1])
 
 
 @pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
@@ -62,24 +62,24 @@ def test_no_event_is_missed_or_found_twice(seed, damping):
     for i, event in enumerate(specifications):
         values = event.value(dense)
         if event.extremum:
-            before, into = changes(np.diff(values), times[1:])
+            change_times, directions = changes(np.diff(values), times[1:])
         else:
-            before, into = changes(values, times)
-            into = into * np.sign(end)
+            change_times, directions = changes(values, times)
+            directions = directions * np.sign(end)
         mine = found.t[found.which == i]
-        assert len(mine) == len(before), i
-        assert np.abs(mine - before).max(initial=0) <= 2.1 * abs(times[1]), i
-        assert np.array_equal(found.direction[found.which == i], into), i
+        assert len(mine) == len(change_times), i
+        assert np.abs(mine - change_times).max(initial=0) <= 2.1 * abs(times[1]), i
+        assert np.array_equal(found.direction[found.which == i], directions), i
 
 
 def test_events_do_not_change_the_path():
     times = np.linspace(0, 30, 301)
-    for how in ({}, {"tol": 1e-5}, {"digits": 20}, {"digits": 30}):
-        plain = kr.solve(GENERAL, times, "taylor", **how)
-        watched = kr.solve(GENERAL, times, events=make_all_events(GENERAL), **how)
+    for options in ({}, {"tol": 1e-5}, {"digits": 20}, {"digits": 30}):
+        plain = kr.solve(GENERAL, times, "taylor", **options)
+        watched = kr.solve(GENERAL, times, events=make_all_events(GENERAL), **options)
         assert np.array_equal(plain.states, watched.states) and plain.stats == watched.stats
         assert np.array_equal(plain.q_low, watched.q_low)
-        at_events = kr.solve(GENERAL, watched.events.t, "taylor", **how)
+        at_events = kr.solve(GENERAL, watched.events.t, "taylor", **options)
         assert np.array_equal(at_events.states, watched.events.states)
         assert np.array_equal(at_events.q_low, watched.events.path.q_low)
 
@@ -118,8 +118,8 @@ def test_loops_cusps_and_waves(precession, loops, cusps):
 
 
 def test_plane_events_form_a_section():
-    for of, values in (("apex", "apex"), ("m", "m")):
-        path = kr.solve(GENERAL, 100, events=[events.plane((1, 2, 0), 0.1, of, direction=1)])
+    for vector, values in (("apex", "apex"), ("m", "m")):
+        path = kr.solve(GENERAL, 100, events=[events.plane((1, 2, 0), 0.1, vector, direction=1)])
         section = getattr(path.events.path, values)
         assert len(section) > 3 and np.abs(section @ (1, 2, 0) - 0.1).max() < 1e-13
 
@@ -322,15 +322,15 @@ except kr.Interrupted as stopped:
 def test_events_do_not_depend_on_threads():
     scenes = [GENERAL.replace(momentum=(0.1 * i, 1, 2)) for i in range(4)]
     alone = [kr.solve(scene, 100, events=make_all_events(scene)).events.states for scene in scenes]
-    among = {}
+    parallel = {}
 
     def run(i):
-        among[i] = kr.solve(scenes[i], 100, events=make_all_events(scenes[i])).events.states
+        parallel[i] = kr.solve(scenes[i], 100, events=make_all_events(scenes[i])).events.states
 
     threads = [threading.Thread(target=run, args=(i,)) for i in range(4)]
     for go in (threading.Thread.start, threading.Thread.join):
         list(map(go, threads))
-    assert all(np.array_equal(among[i], alone[i]) for i in range(4))
+    assert all(np.array_equal(parallel[i], alone[i]) for i in range(4))
 
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
@@ -338,12 +338,12 @@ def test_events_do_not_depend_on_wanted_quantities(want):
     specifications = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
     whole = kr.solve(GENERAL, times, events=specifications)
-    some = kr.solve(GENERAL, times, events=specifications, want=want)
-    assert len(whole.events) > 4 and some.want == want
-    assert np.array_equal(some.events.states, whole.events.states)
-    assert np.array_equal(some.events.which, whole.events.which)
+    path = kr.solve(GENERAL, times, events=specifications, want=want)
+    assert len(whole.events) > 4 and path.want == want
+    assert np.array_equal(path.events.states, whole.events.states)
+    assert np.array_equal(path.events.which, whole.events.which)
     for name in ("t", *want):
-        assert np.array_equal(getattr(some, name), getattr(whole, name))
+        assert np.array_equal(getattr(path, name), getattr(whole, name))
     first = kr.solve(GENERAL, 20.0, events=[events.nutation(terminal=True)], want=want)
     assert first.t[-1] == first.events.t[0]
 

@@ -110,8 +110,8 @@ def test_a_terminal_event_ends_a_run():
         assert other_run.ended and list(other_run.stream([60.0, 70.0])) == []
         with pytest.raises(ValueError, match=r"this run has ended at t = .* a terminal event"):
             other_run.to(60)
-    on = kr.start(last.end, events=LAST).to(50)
-    assert len(on.events) > 2
+    next_path = kr.start(last.end, events=LAST).to(50)
+    assert len(next_path.events) > 2
 
 
 def test_a_terminal_event_ends_wanted_quantities():
@@ -131,8 +131,8 @@ def test_a_stopped_run_loses_no_event():
     with pytest.raises(kr.Error, match="largest number of steps") as error:
         run.to(3e3, progress=reports.append)
     assert 0 < run.t < 3e3
-    on = kr.resume(run.checkpoint, max_steps=0)
-    parts = [error.value.path, on.to(3e3)]
+    next_run = kr.resume(run.checkpoint, max_steps=0)
+    parts = [error.value.path, next_run.to(3e3)]
     states = np.concatenate([part.events.states for part in parts])
     assert np.array_equal(states, whole.events.states)
 

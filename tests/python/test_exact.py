@@ -112,8 +112,10 @@ def test_rates_of_the_map_converge_to_those_of_the_top():
         *(kr.exact(TILTED, map="bobenko_suris", step=h) for h in (0.04, 0.01)),
     )
     for name in ("period", "precession", "spin"):
-        far, near = (abs(getattr(map, name) - getattr(top, name)) for map in (coarse, fine))
-        assert 0 < near < far / 4 < 2e-3
+        coarse_error, fine_error = (
+            abs(getattr(map, name) - getattr(top, name)) for map in (coarse, fine)
+        )
+        assert 0 < fine_error < coarse_error / 4 < 2e-3
 
 
 def test_a_sleeping_top_has_no_period():

@@ -53,6 +53,6 @@ def test_newtons_method_converges_near_a_separatrix():
     top, t = kr.exact(scene), 7727.366551913936
     before = top(t - 1.0)
     start = scene.replace(momentum=before.m[0], attitude=before.q[0])
-    after = kr.solve(start, 1.0, method="taylor")
-    assert np.abs(top(t).m[0] - after.m[-1]).max() < 1e-11
-    assert kr.attitude_error(top(t).q[0], after.q[-1]) < 1e-11
+    truth = kr.solve(start, 1.0, method="taylor")
+    assert np.abs(top(t).m[0] - truth.m[-1]).max() < 1e-11
+    assert kr.attitude_error(top(t).q[0], truth.q[-1]) < 1e-11

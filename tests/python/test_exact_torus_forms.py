@@ -77,11 +77,11 @@ def test_states_are_right_for_any_axis_order_and_sign_of_gravity(form, axes, gra
 
 def test_many_times_equal_single_times_bitwise(form):
     top, t = kr.exact(form.scene), np.linspace(-1e5, 1e6, 13)
-    together = top(t)
-    for i, at in enumerate(t):
-        alone = top(at)
-        assert np.array_equal(alone.q[0], together.q[i])
-        assert np.array_equal(alone.m[0], together.m[i])
+    path = top(t)
+    for i, time in enumerate(t):
+        alone = top(time)
+        assert np.array_equal(alone.q[0], path.q[i])
+        assert np.array_equal(alone.m[0], path.m[i])
 
 
 def test_integrals_are_constant_at_any_time(form):

@@ -25,11 +25,11 @@ def size_of_columns(tangents):
     return np.linalg.norm(tangents, axis=1)
 
 
-def assert_near(tangents, truth, within):
+def assert_near(tangents, truth, tolerance):
     """Assert that two arrays of tangents agree, except for tangents that are NaN."""
     is_number = ~np.isnan(tangents).any(axis=(0, 1))
     miss = size_of_columns((tangents - truth)[:, :, is_number])
-    assert (miss <= within * size_of_columns(truth[:, :, is_number])).all()
+    assert (miss <= tolerance * size_of_columns(truth[:, :, is_number])).all()
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -105,18 +105,18 @@ def test_tangents_do_not_depend_on_units(factor):
         momentum=factor * np.array(KOWALEWSKI.momentum),
         gravity=factor * KOWALEWSKI.gravity * factor,
     )
-    here = kr.exact(KOWALEWSKI)([7.0, 90.0], tangents=BY).tangents
-    there = kr.exact(other)(np.array((7.0, 90.0)) / factor, tangents=BY).tangents
+    tangents = kr.exact(KOWALEWSKI)([7.0, 90.0], tangents=BY).tangents
+    other_tangents = kr.exact(other)(np.array((7.0, 90.0)) / factor, tangents=BY).tangents
     units = np.repeat((1.0, factor), 3)[:, None]
     columns = np.array((1.0, 1.0, 1.0, factor, factor, factor, factor * factor, 1.0))
-    assert_near(there / units * columns, here, 1e-10)
+    assert_near(other_tangents / units * columns, tangents, 1e-10)
 
 
 def test_the_tangents_of_a_time_do_not_depend_on_the_other_times():
     top, t = kr.exact(KOWALEWSKI), [3.0, -1e4, 0.0, 250.0]
-    together = top(t, tangents="start").tangents
-    for i, at in enumerate(t):
-        assert np.array_equal(top(at, tangents="start").tangents[0], together[i])
+    tangents = top(t, tangents="start").tangents
+    for i, time in enumerate(t):
+        assert np.array_equal(top(time, tangents="start").tangents[0], tangents[i])
     assert top([], tangents="start").tangents.shape == (0, 6, 6)
 
 

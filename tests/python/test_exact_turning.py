@@ -68,8 +68,8 @@ def scenes_near(rng, kind):
     if kind == "steady":
         rate = rng.uniform(0.3, 3) * math.sqrt(lever / i1)
         spin = (i1 * rate**2 * math.cos(tilt) + lever) / rate
-        across = i1 * rate * math.sin(tilt) * np.array((0, math.cos(tilt), math.sin(tilt)))
-        return kr.Scene(body, spin * apex + across + near * rng.normal(size=3), q)
+        transverse = i1 * rate * math.sin(tilt) * np.array((0, math.cos(tilt), math.sin(tilt)))
+        return kr.Scene(body, spin * apex + transverse + near * rng.normal(size=3), q)
     if kind == "upright":
         q = unit((1, near, 0, 0))
         spin = rng.uniform(0.2, 4) * math.sqrt(i1 * lever)
@@ -223,9 +223,9 @@ def test_turning_points_are_refused_only_for_other_bodies():
         tops.greatest_nutation  # noqa: B018
     with pytest.raises(ValueError, match="with damping"):
         kr.exact(kr.scenes.cusps.replace(damping=(0, 0, 0.1)))
-    beside = kr.Scene(kr.Body(1.0, (1, 2, 2), (0, 0, 0)), momentum=(1, 2, 3))
+    scene = kr.Scene(kr.Body(1.0, (1, 2, 2), (0, 0, 0)), momentum=(1, 2, 3))
     with pytest.raises(ValueError, match="kind 'euler'"):
-        kr.exact(beside).motion_type  # noqa: B018
+        kr.exact(scene).motion_type  # noqa: B018
 
 
 def test_turning_points_do_not_depend_on_the_frame_of_description():
@@ -244,8 +244,8 @@ def test_turning_points_do_not_depend_on_the_frame_of_description():
     assert nutation.max() == pytest.approx(top.greatest_nutation, abs=1e-5)
 
 
-@pytest.mark.parametrize("what", [kr.Exact, kr.ExactEnsemble])
-def test_examples_run(what):
-    tests = doctest.DocTestFinder().find(what, globs={})
+@pytest.mark.parametrize("function", [kr.Exact, kr.ExactEnsemble])
+def test_examples_run(function):
+    tests = doctest.DocTestFinder().find(function, globs={})
     assert sum(len(test.examples) for test in tests) > 1
     assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)

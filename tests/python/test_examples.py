@@ -36,8 +36,8 @@ def test_examples_print_the_documented_output(name, tmp_path, monkeypatch):
 
 def test_the_main_functions_have_examples():
     names_with_examples = {test.name for name in ["kreisel", *MODULES] for test in examples(name)}
-    for what in (kr.solve, kr.plan, kr.compare, kr.rod, kr.attitude_error, kr.stream):
-        assert f"{what.__module__}.{what.__qualname__}" in names_with_examples, what
+    for function in (kr.solve, kr.plan, kr.compare, kr.rod, kr.attitude_error, kr.stream):
+        assert f"{function.__module__}.{function.__qualname__}" in names_with_examples, function
 
 
 def test_a_wrong_example_is_detected():

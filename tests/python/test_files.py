@@ -146,12 +146,14 @@ def test_a_device_is_written_directly():
 def test_files_are_saved_if_the_folder_cannot_be_synced(tmp_path, monkeypatch, call):
     real, folders = getattr(os, call), []
 
-    def no_folder(what, *words, **more):
-        is_folder = what == tmp_path if call == "open" else os.path.isdir(f"/proc/self/fd/{what}")
+    def no_folder(target, *words, **more):
+        is_folder = (
+            target == tmp_path if call == "open" else os.path.isdir(f"/proc/self/fd/{target}")
+        )
         if is_folder:
-            folders.append(what)
+            folders.append(target)
             raise OSError(22, "Invalid argument")
-        return real(what, *words, **more)
+        return real(target, *words, **more)
 
     with monkeypatch.context() as broken:
         broken.setattr(os, call, no_folder)

@@ -103,9 +103,9 @@ def test_a_shadow_is_the_body_projected_onto_the_floor():
     sides = []
     for path in shadow.get_paths():
         x, up = path.vertices[:4].T
-        away = (up + 0.5 * np.cos(np.radians(20.0))) / np.sin(np.radians(20.0))
-        assert np.ptp(x) == pytest.approx(0.2) and np.ptp(away) == pytest.approx(0.2)
-        sides.append((x.mean(), away.mean()))
+        depth = (up + 0.5 * np.cos(np.radians(20.0))) / np.sin(np.radians(20.0))
+        assert np.ptp(x) == pytest.approx(0.2) and np.ptp(depth) == pytest.approx(0.2)
+        sides.append((x.mean(), depth.mean()))
     assert np.mean(sides, axis=0) == pytest.approx(-stage._LAMP, abs=0.02)
     assert np.ptp(sides, axis=0).max() > 0.02, "of a wide lamp"
     opacity = shadow.get_facecolors()[0, 3]

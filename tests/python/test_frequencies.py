@@ -95,13 +95,13 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
     exact = kr.exact(kr.scenes.thesis)
     t = np.linspace(0, 60 * exact.period, 4001)
-    through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
-    assert largest_relative_error(through, exact) < 1e-12
-    accurate = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "strang", step=0.01, every=5))
-    assert largest_relative_error(accurate, exact) < 1e-5
-    inaccurate = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "rk4", step=0.01, every=5))
-    assert math.isnan(inaccurate.precession) and math.isnan(inaccurate.spin)
-    assert inaccurate.nutation == pytest.approx(math.tau / exact.period, rel=1e-5)
+    series_rates = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
+    assert largest_relative_error(series_rates, exact) < 1e-12
+    strang_rates = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "strang", step=0.01, every=5))
+    assert largest_relative_error(strang_rates, exact) < 1e-5
+    rk4_rates = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "rk4", step=0.01, every=5))
+    assert math.isnan(rk4_rates.precession) and math.isnan(rk4_rates.spin)
+    assert rk4_rates.nutation == pytest.approx(math.tau / exact.period, rel=1e-5)
 
 
 def test_a_pendulum_through_both_poles_has_no_precession():

@@ -27,11 +27,11 @@ def test_taylor_agrees_with_scipy(name):
     for friction in (0.05, 0.5):
         for words in ({}, {"damping": (0.1, 0.2, 0.3), "turning": (0.3, -0.2, 0.5)}):
             scene = make_scene(name, friction=friction, shaking=(0.1, 5.0, 0.3), **words)
-            q, m, stops = integrate_with_stops(scene, 6.0)
+            q, m, stop_times = integrate_with_stops(scene, 6.0)
             path = kr.solve(scene, [0.0, 6.0])
-            assert kr.attitude_error(path.q[-1], q) < 1e-8, (name, friction, stops)
+            assert kr.attitude_error(path.q[-1], q) < 1e-8, (name, friction, stop_times)
             assert np.abs(path.m[-1] - m).max() < 1e-8
-    if not stops:
+    if not stop_times:
         compare_methods(scene, 2.0, {"taylor"})
 
 
@@ -57,10 +57,10 @@ def test_the_spin_of_a_symmetric_top_in_closed_form(damping):
 def test_a_stopped_top_is_a_spherical_pendulum():
     top = SPUN.replace(friction=0.5)
     stop = kr.solve(top, 20.0, events=[kr.events.stopped(terminal=True)])
-    after = kr.solve(top, [stop.t[-1] + 5.0])
+    path = kr.solve(top, [stop.t[-1] + 5.0])
     still = kr.solve(stop.end.replace(friction=0.0), [5.0])
-    assert kr.attitude_error(after.q[-1], still.q[-1]) < 1e-13
-    assert abs(after.spin[-1]) < 1e-15
+    assert kr.attitude_error(path.q[-1], still.q[-1]) < 1e-13
+    assert abs(path.spin[-1]) < 1e-15
 
 
 @pytest.mark.parametrize("friction", [1e3, 1e16, 1e150, 1e308])

@@ -88,10 +88,10 @@ def test_error_and_choice_are_those_of_the_path():
     options = {"method": "geometric", "error": 1e-5}
     path = kr.solve(scene, times, **options)
     truth = kr.solve(scene, times, digits=20)
-    off = kr.attitude_error(path.q, truth.q)
-    assert path.error == pytest.approx(off.max(), rel=1e-6)
+    errors = kr.attitude_error(path.q, truth.q)
+    assert path.error == pytest.approx(errors.max(), rel=1e-6)
     assert path.error < path.plan.choice.error / 3 and path.plan.choice.error <= 1e-5
-    assert path[:1].error == pytest.approx(off[0], rel=1e-6, abs=1e-15)
+    assert path[:1].error == pytest.approx(errors[0], rel=1e-6, abs=1e-15)
     of_many = kr.solve(scene.vary(gravity=[0.0]), times, **options)[0]
     alone = kr.solve(scene, times, want=("q",), **options)
     assert of_many.error == alone.error == path.error
@@ -123,8 +123,8 @@ def test_error_and_choice_are_those_of_the_path():
 )
 def test_long_steps_meet_the_error_between_grid_points(scene, t, target):
     path = kr.solve(scene, t, method="geometric", error=target)
-    between = np.linspace(0.0, t, 400)
-    true = kr.attitude_error(path(between).q, kr.solve(scene, between, digits=20).q).max()
+    times = np.linspace(0.0, t, 400)
+    true = kr.attitude_error(path(times).q, kr.solve(scene, times, digits=20).q).max()
     assert true <= target and path.plan.step > 0.5
 
 
@@ -329,8 +329,8 @@ class Search:
     def predict_needed_step_count(self, steps, error):
         return steps + 1
 
-    def make_unmet_error_exception(self, why):
-        return ValueError(why)
+    def make_unmet_error_exception(self, reason):
+        return ValueError(reason)
 
 
 def run_search(monkeypatch, errors, **more):

@@ -52,14 +52,14 @@ soon = threading.Timer(0.5, send)
 """
 
 
-@pytest.mark.parametrize("truth, when", [("exact", "progress=send"), ("rk4", "")])
-def test_ctrl_c_ends_a_comparison(truth, when):
+@pytest.mark.parametrize("truth, option", [("exact", "progress=send"), ("rk4", "")])
+def test_ctrl_c_ends_a_comparison(truth, option):
     done = python(
         SEND
         + f"""
 try:
-    {"" if when else "soon.start()"}
-    kr.compare(kr.scenes.thesis, 1e6, ["exact", "rk4"], steps=[1e-4], truth={truth!r}, {when})
+    {"" if option else "soon.start()"}
+    kr.compare(kr.scenes.thesis, 1e6, ["exact", "rk4"], steps=[1e-4], truth={truth!r}, {option})
 except kr.CompareInterrupted as stopped:
     print([row.method for row in stopped.table])
 """

@@ -65,16 +65,16 @@ def make_third_call_raise(run):
     return times
 
 
-def stream_top(tell):
-    list(kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, progress=tell))
+def stream_top(progress):
+    list(kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, progress=progress))
 
 
-def solve_energy(tell):
-    kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=tell)
+def solve_energy(progress):
+    kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=progress)
 
 
-def solve_top(tell):
-    kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=tell)
+def solve_top(progress):
+    kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=progress)
 
 
 @pytest.mark.parametrize("run", [solve_top, stream_top, solve_energy])
@@ -123,13 +123,15 @@ def test_exceptions_in_progress_are_not_kept_alive():
 @pytest.mark.parametrize(
     "run",
     [
-        lambda tell: kr.solve(TOP, 3.0, progress=tell),
-        lambda tell: kr.solve(TOP, [1.0, 3.0], progress=tell, want=("energy",)),
-        lambda tell: kr.solve(TOP, np.linspace(0, 3, 40000), progress=tell, want=("energy",)),
-        lambda tell: kr.solve(TOP, 3.0, progress=tell, events=[kr.events.nutation()]),
-        lambda tell: kr.solve(TOP, 3.0, "geometric", error=1e-3, progress=tell),
-        lambda tell: kr.start(TOP).to(3.0, progress=tell),
-        lambda tell: list(kr.stream(TOP, [1.0, 2.0, 3.0], chunk=1, progress=tell)),
+        lambda progress: kr.solve(TOP, 3.0, progress=progress),
+        lambda progress: kr.solve(TOP, [1.0, 3.0], progress=progress, want=("energy",)),
+        lambda progress: kr.solve(
+            TOP, np.linspace(0, 3, 40000), progress=progress, want=("energy",)
+        ),
+        lambda progress: kr.solve(TOP, 3.0, progress=progress, events=[kr.events.nutation()]),
+        lambda progress: kr.solve(TOP, 3.0, "geometric", error=1e-3, progress=progress),
+        lambda progress: kr.start(TOP).to(3.0, progress=progress),
+        lambda progress: list(kr.stream(TOP, [1.0, 2.0, 3.0], chunk=1, progress=progress)),
     ],
 )
 def test_progress_ends_with_the_final_time(run):

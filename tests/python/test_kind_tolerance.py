@@ -55,9 +55,9 @@ def test_rings_of_points_are_lagrange_tops():
 
 def test_tensors_change_only_by_rounding_errors():
     random = np.random.default_rng(6)
-    for off in 10 ** random.uniform(-14, -10, 300):
+    for difference in 10 ** random.uniform(-14, -10, 300):
         turn, com = matrix(unit(random.normal(size=4))), random.normal(size=3)
-        tensor = turn @ np.diag((1, 1 + off, random.uniform(0.3, 1.8))) @ turn.T
+        tensor = turn @ np.diag((1, 1 + difference, random.uniform(0.3, 1.8))) @ turn.T
         tensor = 0.5 * (tensor + tensor.T)
         body = kr.Body(1, tensor, com, unphysical=True)
         axes = matrix(body.axes)
@@ -66,10 +66,10 @@ def test_tensors_change_only_by_rounding_errors():
         assert np.abs(axes @ body.principal_com - com).max() < 40 * EPS * np.abs(com).max()
 
 
-@pytest.mark.parametrize("what", NEARLY)
-@pytest.mark.parametrize("off", [4e-14, 9e-13, 2e-10])
-def test_differences_above_rounding_change_the_kind(what, off):
-    scene = kr.Scene(NEARLY[what](off), momentum=(0, 0.3, 1), attitude=TILT)
+@pytest.mark.parametrize("kind", NEARLY)
+@pytest.mark.parametrize("difference", [4e-14, 9e-13, 2e-10])
+def test_differences_above_rounding_change_the_kind(kind, difference):
+    scene = kr.Scene(NEARLY[kind](difference), momentum=(0, 0.3, 1), attitude=TILT)
     assert scene.body.kind == "general"
     assert kr.solve(scene, 1).method == "taylor"
     assert "'lagrange' only up to" in kr.plan(scene).why
@@ -84,9 +84,9 @@ def test_differences_above_rounding_change_the_kind(what, off):
             call()
 
 
-@pytest.mark.parametrize("what", NEARLY)
-def test_differences_of_rounding_size_keep_the_kind(what):
-    scene = kr.Scene(NEARLY[what](8 * EPS), momentum=(0, 0.3, 1), attitude=TILT)
+@pytest.mark.parametrize("kind", NEARLY)
+def test_differences_of_rounding_size_keep_the_kind(kind):
+    scene = kr.Scene(NEARLY[kind](8 * EPS), momentum=(0, 0.3, 1), attitude=TILT)
     assert scene.body.kind == "lagrange" and kr.solve(scene, 1).method == "exact"
     paths = [kr.solve(scene, 10), kr.solve(scene, 10, "kahan_li8", step=0.01)]
     true = kr.solve(scene, 10, digits=30)

@@ -57,12 +57,12 @@ def test_bobenko_suris4_refuses_steps_beyond_its_series():
         start = kr.solve(scene, [0.0])
         energy = start.energy[0] / i1 - 0.5 * (1 / i3 - 1 / i1) * start.axial_momentum[0] ** 2 / i1
         torque, size = step**2 * lever(scene) / i1, step**2 * 2 * abs(energy)
-        off = error(scene, "bobenko_suris4", step)
-        if off is None:
+        attitude_error = error(scene, "bobenko_suris4", step)
+        if attitude_error is None:
             assert max(torque, size) > 0.8
         else:
-            assert max(torque, size) < 1.3 and off < 0.3
-        count += off is not None
+            assert max(torque, size) < 1.3 and attitude_error < 0.3
+        count += attitude_error is not None
     assert 50 < count < 150
 
 
@@ -85,10 +85,10 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
         least, energy = min(scene.body.moments), kr.solve(scene, [0.0]).energy[0]
         turn = step * np.sqrt(2 * (energy + lever(scene)) / least)
         heavy = step**2 * lever(scene) / least
-        off = error(scene, method, step)
-        assert (off is None) == (turn > most or heavy > 2), (turn, heavy, off)
-        assert off is None or off < 1.0, (turn, heavy)
-        count += off is not None
+        attitude_error = error(scene, method, step)
+        assert (attitude_error is None) == (turn > most or heavy > 2), (turn, heavy, attitude_error)
+        assert attitude_error is None or attitude_error < 1.0, (turn, heavy)
+        count += attitude_error is not None
     assert 50 < count < 180
 
 

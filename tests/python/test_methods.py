@@ -62,10 +62,10 @@ def test_errors_decrease_with_the_tolerance(name, body):
 
 @pytest.mark.parametrize("name, body", cases(adaptive=False, reversible=True))
 def test_reversible_methods_return_to_the_start(name, body):
-    there = kr.solve(scene(body), 30, method=name, step=0.05)
-    back = kr.solve(there.scene_at(-1), -30, method=name, step=0.05)
-    assert kr.attitude_error(back.q[-1], there.q[0]) < 1e-11
-    assert np.abs(back.m[-1] - there.m[0]).max() < 1e-11
+    path = kr.solve(scene(body), 30, method=name, step=0.05)
+    back = kr.solve(path.scene_at(-1), -30, method=name, step=0.05)
+    assert kr.attitude_error(back.q[-1], path.q[0]) < 1e-11
+    assert np.abs(back.m[-1] - path.m[0]).max() < 1e-11
 
 
 # this method conserves a modified energy, although it is not symplectic
@@ -161,8 +161,8 @@ def test_conserved_quantities_in_the_table_are_conserved(name, body):
     else:
         path = kr.solve(scene(body), 500, method=name, step=0.05, every=50)
     for quantity in CONSERVED[method.conserves][body]:
-        within = 1e-12 if quantity == "vertical_momentum" else 1e-11
-        assert np.ptp(getattr(path, quantity)) < within, quantity
+        limit = 1e-12 if quantity == "vertical_momentum" else 1e-11
+        assert np.ptp(getattr(path, quantity)) < limit, quantity
 
 
 @pytest.mark.parametrize("body", ["lagrange", "kowalewski", "goryachev_chaplygin"])

@@ -158,24 +158,26 @@ PATHS = {
 
 @pytest.mark.parametrize("kind", PATHS)
 @pytest.mark.parametrize(
-    "which",
+    "index",
     [0, -1, np.int64(3), slice(None), slice(5, 1, -2), slice(9, None), [4, 0, 0], [], (1, 2),
      np.array([6, -7]), np.arange(7) > 3, [True] * 6 + [False]],
 )  # fmt: skip
-def test_indexed_states_equal_those_of_the_path(kind, which):
+def test_indexed_states_equal_those_of_the_path(kind, index):
     path = PATHS[kind]()
-    some = path[which]
-    at = np.arange(7)[list(which) if isinstance(which, tuple) else which].reshape(-1)
+    selection = path[index]
+    indices = np.arange(7)[list(index) if isinstance(index, tuple) else index].reshape(-1)
     for name in ("t", *path.want) if path.want else ("t", "q", "m", "q_low", "m_low", "energy"):
-        assert getattr(some, name).tobytes() == getattr(path, name)[at.astype(int)].tobytes()
+        assert (
+            getattr(selection, name).tobytes() == getattr(path, name)[indices.astype(int)].tobytes()
+        )
     words = ("scene", "method", "step", "tol", "digits", "want", "stats")
-    assert all(getattr(some, word) == getattr(path, word) for word in words)
-    assert len(some.events) == 0 and not some.t.flags.writeable
-    assert len(copy.deepcopy(some)) == len(some) == len(at)
+    assert all(getattr(selection, word) == getattr(path, word) for word in words)
+    assert len(selection.events) == 0 and not selection.t.flags.writeable
+    assert len(copy.deepcopy(selection)) == len(selection) == len(indices)
 
 
 @pytest.mark.parametrize(
-    "which, kind, message",
+    "index, kind, message",
     [
         (7, IndexError, "a path of 7 states has no state of index 7"),
         (-8, IndexError, "index -8"),
@@ -189,9 +191,9 @@ def test_indexed_states_equal_those_of_the_path(kind, which):
         ([0.5] * 9999, TypeError, r"not \[0.5, 0.5, .*\.\.\.\]"),
     ],
 )
-def test_invalid_indices_are_refused(which, kind, message):
+def test_invalid_indices_are_refused(index, kind, message):
     with pytest.raises(kind, match=message):
-        PATHS["states"]()[which]
+        PATHS["states"]()[index]
 
 
 def test_iteration_yields_single_states():

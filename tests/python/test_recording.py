@@ -59,10 +59,10 @@ def test_the_initial_state_is_recorded_as_given():
 @pytest.mark.parametrize("name", ["auto", *FIXED])
 def test_states_do_not_depend_on_other_requests(name):
     scene = kr.scenes.thesis if name == "auto" else scene_for(name)
-    how = {} if name == "auto" else {"step": 0.07}
-    alone = kr.solve(scene, 2.0, name, **how)
-    among = kr.solve(scene, np.linspace(0, 2.0, 57), name, **how)
-    assert np.array_equal(alone.states[-1], among.states[-1])
+    options = {} if name == "auto" else {"step": 0.07}
+    alone = kr.solve(scene, 2.0, name, **options)
+    dense = kr.solve(scene, np.linspace(0, 2.0, 57), name, **options)
+    assert np.array_equal(alone.states[-1], dense.states[-1])
 
 
 def test_auto_is_taylor():
@@ -73,8 +73,8 @@ def test_auto_is_taylor():
 
 
 def test_integration_backward_returns_to_the_start():
-    there = kr.solve(GENERAL, 4, tol=1e-12)
-    back = kr.solve(there.end, [-1, -4], tol=1e-12)
+    path = kr.solve(GENERAL, 4, tol=1e-12)
+    back = kr.solve(path.end, [-1, -4], tol=1e-12)
     assert kr.attitude_error(back.q[-1], GENERAL.attitude) < 1e-8
     assert kr.solve(GENERAL, -4, "rk4", step=0.01).step == -0.01
 
@@ -150,8 +150,8 @@ def test_a_path_is_pickled_with_its_scene():
 
 def test_scene_at_continues_the_motion():
     path = kr.solve(GENERAL, 2, "strang", step=0.125, every=8)
-    on = kr.solve(path.scene_at(1), 1, "strang", step=0.125)
-    assert kr.attitude_error(on.q[-1], path.q[-1]) < 1e-13
+    next_path = kr.solve(path.scene_at(1), 1, "strang", step=0.125)
+    assert kr.attitude_error(next_path.q[-1], path.q[-1]) < 1e-13
     assert path.end == path.scene_at(-1) and path.end.body == CORNER
     with pytest.raises(IndexError):
         path.scene_at(3)
@@ -172,10 +172,10 @@ def test_rotations_equal_those_of_scipy():
 def test_parallel_threads_give_the_same_bits():
     scenes = [GENERAL.replace(momentum=(0.1 * i, 1, 2)) for i in range(8)]
     alone = [kr.solve(scene, 200, "rk4", step=1e-3, every=1000).states for scene in scenes]
-    among = {}
+    parallel = {}
 
     def run(i):
-        among[i] = kr.solve(scenes[i], 200, "rk4", step=1e-3, every=1000).states
+        parallel[i] = kr.solve(scenes[i], 200, "rk4", step=1e-3, every=1000).states
 
     threads = [threading.Thread(target=run, args=(i,)) for i in range(8)]
     for thread in threads:
@@ -185,7 +185,7 @@ def test_parallel_threads_give_the_same_bits():
         time.sleep(1e-3)
         ticks += 1
     assert ticks > 3, "Python did not go on while the threads ran"
-    assert all(np.array_equal(among[i], alone[i]) for i in range(8))
+    assert all(np.array_equal(parallel[i], alone[i]) for i in range(8))
 
 
 def list_nearly_symmetric_tops():

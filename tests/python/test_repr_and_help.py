@@ -33,8 +33,8 @@ def test_dir_lists_the_quantities_of_a_path(words):
         "plot": lambda: (path.apex, path.nutation, path.precession_angle),
         "animate": lambda: (path.q, path.apex),
     }
-    everything = public(kr.solve(TOP, [1.0])) | {"states"}
-    for name in everything:
+    names = public(kr.solve(TOP, [1.0])) | {"states"}
+    for name in names:
         try:
             use.get(name, lambda name=name: getattr(path, name))()
         except AttributeError:

@@ -200,12 +200,12 @@ def test_tangents_agree_with_differences(digits):
             name, k = change
             ends = []
             for sign in (1.0, -1.0):
-                off = sign * step * np.eye(3)[k]
+                offset = sign * step * np.eye(3)[k]
                 if name == "momentum":
-                    neighbour = scene.replace(momentum=np.array(scene.momentum) + off)
+                    neighbour = scene.replace(momentum=np.array(scene.momentum) + offset)
                 else:
                     neighbour = scene.replace(
-                        body=replace(GENERAL, inertia=np.array((1.3, 2.1, 1.7)) + off)
+                        body=replace(GENERAL, inertia=np.array((1.3, 2.1, 1.7)) + offset)
                     )
                 ends.append(kr.solve(neighbour, [0.0, 2.0], "taylor"))
             q = (ends[0].q[-1] - ends[1].q[-1]) / (2 * step)
@@ -222,8 +222,8 @@ def test_tangents_by_the_rotor(digits):
 
         def change(k, scene=scene):
             axis = np.array(turn(scene.body.axes, np.eye(3)[k]))
-            return lambda by: scene.replace(
-                body=replace(scene.body, rotor=np.array(scene.body.rotor) + by * axis)
+            return lambda increment: scene.replace(
+                body=replace(scene.body, rotor=np.array(scene.body.rotor) + increment * axis)
             )
 
         compare_tangents(scene, 2.0, [("rotor", change(k)) for k in range(3)], digits)
@@ -301,9 +301,9 @@ def test_a_fit_finds_the_body_that_carries_a_known_rotor(names):
 
 def test_a_fit_guesses_the_start_of_a_body_with_a_rotor():
     truth = HEAVY.replace(momentum=(1.0, -2.0, 3.0))
-    far = truth.replace(momentum=(0.0, 0.0, 0.1), attitude=(1.0, 0.0, 0.0, 0.0))
+    guess = truth.replace(momentum=(0.0, 0.0, 0.1), attitude=(1.0, 0.0, 0.0, 0.0))
     for name in ("q", "body_velocity"):
-        fit = kr.fit(far, measure(truth, (name,)))
+        fit = kr.fit(guess, measure(truth, (name,)))
         assert fit.chi2 < 1.3 * fit.dof
     axial = kr.Body(1.0, (1.0, 1.0, 0.6), (0, 0, 0.4), unphysical=True, rotor=(0, 0, 5.0))
     spinning = kr.Scene.spinning(axial, spin=12.0, tilt=0.8, precession=1.5, gravity=9.81)

@@ -68,8 +68,8 @@ def test_a_top_depends_on_no_other(method):
     assert not whole.status.any()
     for threads in (1, 3):
         assert same(kr.solve(TOPS, TIMES, method, threads=threads), whole)
-    for some in (slice(4, 5), slice(3, 100, 7), slice(None, None, -1)):
-        assert same(kr.solve(TOPS[some], TIMES, method), whole[some])
+    for selection in (slice(4, 5), slice(3, 100, 7), slice(None, None, -1)):
+        assert same(kr.solve(TOPS[selection], TIMES, method), whole[selection])
     plain = kr.Ensemble.of([top for top in TOPS if not any(top.body.rotor)])
     assert np.array_equal(kr.solve(plain, TIMES, method).states, whole.states[::3])
     pieces = np.concatenate([piece.states for piece in kr.stream(TOPS, TIMES, method, chunk=32)])
@@ -90,8 +90,8 @@ def test_plans_count_rotors_in_lanes():
     plan = kr.plan(TOPS, TIMES, method="taylor")
     assert (plan.closed_form, plan.lanes, plan.alone) == (0, 120, 0)
     assert "in lanes" in plan.first.kernel
-    some = kr.Ensemble.of([GENERAL, GENERAL.replace(damping=0.1), TOPS[1].replace(friction=0.1)])
-    plan = kr.plan(some, TIMES)
+    tops = kr.Ensemble.of([GENERAL, GENERAL.replace(damping=0.1), TOPS[1].replace(friction=0.1)])
+    plan = kr.plan(tops, TIMES)
     assert (plan.closed_form, plan.lanes, plan.alone) == (0, 1, 2)
 
 
@@ -111,9 +111,9 @@ def test_sections_have_every_event_of_each_top(event):
     for i in range(22):
         found = kr.solve(tops[i], 40.0, "taylor", events=[event]).events
         mine = section.states[section.top == i]
-        some = min(len(mine), len(found.t))
-        assert some == 12 or len(mine[mine[:, 0] <= 40.0]) == len(found.t)
-        assert np.abs(mine[:some] - found.states[:some]).max(initial=0.0) < 1e-7
+        count = min(len(mine), len(found.t))
+        assert count == 12 or len(mine[mine[:, 0] <= 40.0]) == len(found.t)
+        assert np.abs(mine[:count] - found.states[:count]).max(initial=0.0) < 1e-7
 
 
 @pytest.mark.parametrize("axis", range(3))

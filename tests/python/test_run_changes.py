@@ -67,8 +67,8 @@ def test_opposite_pushes_keep_30_digits(scene):
     path = run.to([5.0])
     for word in ("q", "m"):
         high, low = getattr(path, word), getattr(path, word + "_low")
-        off = (high - getattr(whole, word)) + (low - getattr(whole, word + "_low"))
-        assert np.abs(off).max() < 1e-27
+        difference = (high - getattr(whole, word)) + (low - getattr(whole, word + "_low"))
+        assert np.abs(difference).max() < 1e-27
     rounded_start = kr.start(run.scene, digits=30).to([5.0 - run.start_time])
     assert (
         np.abs(rounded_start.q - path.q).max() + np.abs(rounded_start.q_low - path.q_low).max()
@@ -185,8 +185,8 @@ def test_a_change_of_body_preserves_momentum_or_velocity(old, new, digits):
     exact = exact_momentum(old, new, last)
     assert after.m[0].tolist() == [float(x) for x in exact]
     if digits:
-        off = exact_sum(after.m[0], after.m_low[0]) - exact
-        assert max(map(abs, off)) < Fraction(1, 2**104)
+        difference = exact_sum(after.m[0], after.m_low[0]) - exact
+        assert max(map(abs, difference)) < Fraction(1, 2**104)
     assert np.array_equal(after.q_low, last.q_low)
 
 

@@ -39,9 +39,9 @@ def test_stream_on_a_grid_yields_the_path_in_chunks(end):
 
 def test_streams_may_be_infinite():
     grid = kr.stream(TOP, math.inf, "strang", step=0.01, every=10, chunk=100)
-    some = list(itertools.islice(grid, 5))
+    paths = list(itertools.islice(grid, 5))
     whole = kr.solve(TOP, 49.9, "strang", step=0.01, every=10)
-    assert np.array_equal(np.concatenate([path.states for path in some]), whole.states)
+    assert np.array_equal(np.concatenate([path.states for path in paths]), whole.states)
     grid.close()
     back = next(kr.stream(TOP, -math.inf, "strang", step=0.01, every=10, chunk=3))
     assert back.t.tolist() == [0, -0.1, -0.2]
@@ -146,8 +146,10 @@ def test_a_run_advances_in_one_direction():
     with pytest.raises(kr.Error, match="largest number of steps"):
         limited.to(3)
     assert limited.t == 1
-    on = kr.resume(limited.checkpoint, max_steps=0)
-    assert np.array_equal(on.to(3).states[-1], kr.solve(TOP, 3, "strang", step=0.01).states[-1])
+    next_run = kr.resume(limited.checkpoint, max_steps=0)
+    assert np.array_equal(
+        next_run.to(3).states[-1], kr.solve(TOP, 3, "strang", step=0.01).states[-1]
+    )
     with pytest.raises(TypeError, match="back must be True or False"):
         kr.start(TOP, back=1)
     with pytest.raises(ValueError, match=r"only kreisel.solve accepts"):
@@ -220,8 +222,8 @@ def test_a_copy_of_a_run_is_independent(another):
     run.to(1.0)
     twin = another(run)
     assert twin.t == 1.0 and twin.stats == run.stats
-    there = run.to(2.0).states
-    assert twin.t == 1.0 and np.array_equal(twin.to(2.0).states, there)
+    states = run.to(2.0).states
+    assert twin.t == 1.0 and np.array_equal(twin.to(2.0).states, states)
 
 
 def test_a_new_run_has_no_costs():

@@ -64,11 +64,11 @@ def test_plain_times_equal_validated_ones(method, sign, way):
     plain, other = (kr.solve(scene, t, method, **words) for t in (times, way(times)))
     assert np.array_equal(plain.states, other.states) and plain.step == other.step
     assert plain.stats == other.stats and plain.t.tolist() == list(times)
-    alone, to = (
+    alone, path = (
         kr.solve(scene, times[-1:], method, **words),
         kr.solve(scene, times[-1], method, **words),
     )
-    assert np.array_equal(alone.states[-1], to.states[-1]) and to.t.tolist() == [0.0, times[-1]]
+    assert np.array_equal(alone.states[-1], path.states[-1]) and path.t.tolist() == [0.0, times[-1]]
 
 
 def test_arrays_of_times_are_not_shared():

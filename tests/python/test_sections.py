@@ -63,9 +63,9 @@ def test_a_section_equals_the_events_of_paths():
     section = kr.section(TOPS, n=8)
     paths = kr.solve(TOPS, float(section.t.max()) + 1.0, "taylor", events=[LOW])
     for i in range(3):
-        mine, its = section[i], paths[i].events.path
-        assert isinstance(mine, kr.Path) and len(mine) == 8
-        assert np.abs(mine.states - its.states[:8]).max() < 1e-8
+        own_section, event_path = section[i], paths[i].events.path
+        assert isinstance(own_section, kr.Path) and len(own_section) == 8
+        assert np.abs(own_section.states - event_path.states[:8]).max() < 1e-8
     assert section.top.tolist() == sorted(section.top.tolist()) and section.n == 8
 
 

@@ -81,15 +81,15 @@ def test_the_stability_limit_agrees_with_the_averaged_motion(spin):
 
 def test_the_end_of_a_path_has_the_phase_at_its_time():
     path = kr.solve(HEAVY, [0.0, 1.0])
-    there = path.end
-    amplitude, rate, phase = there.shaking
+    end = path.end
+    amplitude, rate, phase = end.shaking
     assert (amplitude, rate) == SHAKING[:2]
     assert math.cos(phase) == pytest.approx(math.cos(5.3), abs=1e-15)
     assert path.scene_at(0) == HEAVY
-    on = kr.solve(there, [0.0, 1.5])
+    next_path = kr.solve(end, [0.0, 1.5])
     whole = kr.solve(HEAVY, [0.0, 2.5])
-    assert kr.attitude_error(on.q[-1], whole.q[-1]) < 1e-14
-    assert on.potential[0] == pytest.approx(path.potential[-1], abs=1e-14)
+    assert kr.attitude_error(next_path.q[-1], whole.q[-1]) < 1e-14
+    assert next_path.potential[0] == pytest.approx(path.potential[-1], abs=1e-14)
 
 
 def test_the_phase_continues_after_a_push_and_a_change():

@@ -42,9 +42,9 @@ def shell():
     return to_arrays(points, np.repeat(dz, len(PHI)))
 
 
-def stretch_ball(by):
+def stretch_ball(factors):
     points, weights = ball()
-    return points * by, weights * np.prod(by)
+    return points * factors, weights * np.prod(factors)
 
 
 # A constructor and its lengths; quadrature points, weights; the volume, or 0 if thin.
@@ -142,18 +142,18 @@ def test_moments_agree_with_textbooks(maker, sizes, moments):
 def test_a_cone_on_its_tip_has_the_textbook_moments():
     body = kr.Body.cone(radius=2, height=4, pivot=(0, 0, 0), mass=5)
     assert body.com == (0, 0, 3) and body.kind == "lagrange"
-    across, along = 0.6 * 5 * (2**2 / 4 + 4**2), 0.3 * 5 * 2**2  # Landau and Lifshitz, 32
-    np.testing.assert_allclose(body.moments, (across, across, along), rtol=1e-15)
+    transverse, axial = 0.6 * 5 * (2**2 / 4 + 4**2), 0.3 * 5 * 2**2  # Landau and Lifshitz, 32
+    np.testing.assert_allclose(body.moments, (transverse, transverse, axial), rtol=1e-15)
 
 
 # Sums, shifts, rotations
 
 
 def test_a_disk_and_a_rod_form_a_gyroscope():
-    at = (0, 0, -0.06)
-    top = kr.Body.disk(0.05, at, mass=0.5) + kr.Body.rod(0.12, at, mass=0.02)
-    across = 0.5 * (0.05**2 / 4 + 0.06**2) + 0.02 * 0.12**2 / 3
-    np.testing.assert_allclose(top.moments, (across, across, 0.5 * 0.05**2 / 2), rtol=1e-15)
+    pivot = (0, 0, -0.06)
+    top = kr.Body.disk(0.05, pivot, mass=0.5) + kr.Body.rod(0.12, pivot, mass=0.02)
+    transverse = 0.5 * (0.05**2 / 4 + 0.06**2) + 0.02 * 0.12**2 / 3
+    np.testing.assert_allclose(top.moments, (transverse, transverse, 0.5 * 0.05**2 / 2), rtol=1e-15)
     assert top.mass == 0.52 and top.kind == "lagrange" and not top.unphysical
     np.testing.assert_allclose(top.com, (0, 0, 0.06), rtol=1e-15)
 
@@ -169,11 +169,11 @@ def test_two_halves_add_up_to_the_whole_body():
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_shift_changes_the_pivot(name):
-    by = np.array((-0.4, 0.9, 0.25))
-    shifted = make(name, pivot=PIVOT, mass=2).shift(by)
-    there = make(name, pivot=PIVOT - by, mass=2)
-    np.testing.assert_allclose(shifted.inertia, there.inertia, atol=1e-14)
-    np.testing.assert_allclose(shifted.com, there.com, atol=1e-15)
+    vector = np.array((-0.4, 0.9, 0.25))
+    shifted = make(name, pivot=PIVOT, mass=2).shift(vector)
+    expected = make(name, pivot=PIVOT - vector, mass=2)
+    np.testing.assert_allclose(shifted.inertia, expected.inertia, atol=1e-14)
+    np.testing.assert_allclose(shifted.com, expected.com, atol=1e-15)
 
 
 def test_a_rotation_rotates_inertia_and_centre_of_mass():

@@ -33,8 +33,16 @@ def collect_attributes(path):
     """Return all attributes of a path in a form that can be compared."""
     names = ("t", "q", "m") if path.want is None else ("t", *path.want)
     arrays = {name: getattr(path, name).tobytes() for name in names}
-    about = path.stats, path.method, path.step, path.tol, path.digits, path.want, path.start_time
-    return arrays, about, repr(path), str(path.plan), path.scene
+    attributes = (
+        path.stats,
+        path.method,
+        path.step,
+        path.tol,
+        path.digits,
+        path.want,
+        path.start_time,
+    )
+    return arrays, attributes, repr(path), str(path.plan), path.scene
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])

@@ -119,9 +119,9 @@ def test_events_are_found_on_the_slow_manifold():
     top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
     level = kr.events.plane((0, 0, 1), of="apex")
     found = kr.solve(top, 5 * damping, events=[level]).events
-    want = damping * math.log(1 / math.tan(0.25)) + 1 / damping
-    assert len(found) == 1 and abs(found.path.t[0] / want - 1) < 1e-13
-    assert abs(kr.section(top, level, n=1, max_wait=5 * damping).t[0] / want - 1) < 1e-13
+    expected = damping * math.log(1 / math.tan(0.25)) + 1 / damping
+    assert len(found) == 1 and abs(found.path.t[0] / expected - 1) < 1e-13
+    assert abs(kr.section(top, level, n=1, max_wait=5 * damping).t[0] / expected - 1) < 1e-13
 
 
 def test_tangents_of_strongly_damped_tops_agree_with_short_steps():

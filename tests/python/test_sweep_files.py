@@ -63,7 +63,7 @@ def test_duckdb_queries_the_parts(runs):
     assert [(top, t) for top, t, _ in rows] == list(
         zip(first[0], found_events.t[first[1]], strict=True)
     )
-    assert all(alike for *_, alike in rows) and len(rows) > 20
+    assert all(is_equal for *_, is_equal in rows) and len(rows) > 20
 
 
 def test_polars_queries_the_parts(runs):
@@ -170,9 +170,9 @@ def test_a_partial_sweep_has_the_rows_of_its_parts(tmp_path):
     assert found["top"].tolist() == [*range(64, 192)] and found["status"].shape == (128,)
     assert len(found.to_pandas()) == 128 and found.missing == [0, 3, 4]
     grid = found.to_xarray()
-    there = np.zeros(SOURCE.size, bool)
-    there[64:192] = True
-    assert np.array_equal(grid["steps"].values.ravel() >= 0, there)
+    is_present = np.zeros(SOURCE.size, bool)
+    is_present[64:192] = True
+    assert np.array_equal(grid["steps"].values.ravel() >= 0, is_present)
     assert [len(part["top"]) for part in found] == [64, 64]
     assert "2 of 5 parts" in repr(found)
 
@@ -329,8 +329,8 @@ def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path):
     for name, table in tables.items():
         (tmp_path / "plan.toml").write_text(f"{head}'{name}'\n{table}\n")
         done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / name.replace(".", "_"))
-        alike = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part_size=4, folder=done.folder)
-        assert alike.hash == done.hash
+        sweep = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part_size=4, folder=done.folder)
+        assert sweep.hash == done.hash
     plan = (
         "t = [1.0]\nmethod = 'taylor'\n[[events]]\nevent = 'crossing'\nfunction = { m_x = 2 }\n"
         "value = 0.1\n[scatter]\nn = 5\nseed = 2\ngravity = 0.1\n[scene]\n" + TOP.to_toml()
@@ -339,8 +339,8 @@ def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path):
     done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "events")
     crossing = kr.events.crossing({"m_x": 2}, 0.1)
     source = kr.Source.scatter(TOP, 5, seed=2, gravity=0.1)
-    alike = kr.sweep(source, [1.0], "taylor", events=crossing, folder=done.folder)
-    assert alike.hash == done.hash and done.events is not None and done.parts < PARTS
+    sweep = kr.sweep(source, [1.0], "taylor", events=crossing, folder=done.folder)
+    assert sweep.hash == done.hash and done.events is not None and done.parts < PARTS
 
 
 def test_a_damping_of_one_number_applies_to_all_axes():
@@ -386,14 +386,14 @@ def test_a_file_may_contain_only_its_checksum():
 
 def test_long_parameters_have_a_file_beside_the_plan():
     most = sweep_plan._MAX_INLINE
-    ((name, shape, inside),) = sweep_plan._list_parameters_as_json(
+    ((name, shape, values),) = sweep_plan._list_parameters_as_json(
         [BatchParameter("spin", np.arange(float(most)), ())]
     )
-    assert (name, shape, len(inside)) == ("spin", [], most)
-    ((*_, beside),) = sweep_plan._list_parameters_as_json(
+    assert (name, shape, len(values)) == ("spin", [], most)
+    ((*_, file_name),) = sweep_plan._list_parameters_as_json(
         [BatchParameter("spin", np.arange(float(most + 1)), (3,))]
     )
-    assert isinstance(beside, str)
+    assert isinstance(file_name, str)
 
 
 def test_a_plan_contains_only_numbers_that_json_allows():

@@ -9,9 +9,9 @@ from sweeps import TOP, hash_rows
 WORDS = {"t": 0.1, "method": "strang", "step": 0.1}
 
 
-def sweep_small(to, n=4, **more):
+def sweep_small(folder, n=4, **more):
     source = kr.Source.grid(TOP, gravity=np.linspace(0.0, 1.0, n))
-    return kr.sweep(source, folder=to, **{**WORDS, "part_size": 1, **more})
+    return kr.sweep(source, folder=folder, **{**WORDS, "part_size": 1, **more})
 
 
 @pytest.mark.parametrize(

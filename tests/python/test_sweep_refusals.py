@@ -58,12 +58,12 @@ def test_a_plan_of_another_version_is_refused(tmp_path):
 
 
 def test_another_plan_is_refused_with_the_differences(tmp_path):
-    here = run_sweep(tmp_path, parts=range(1))
+    sweep = run_sweep(tmp_path, parts=range(1))
     before = {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
     with pytest.raises(ValueError) as error:
         run_sweep(tmp_path, REDUCED | {"tol": 1e-9, "part_size": 32})
     lines = str(error.value).splitlines()
-    assert here.hash[:16] in lines[0] and lines[0].count(" there") == 1
+    assert sweep.hash[:16] in lines[0] and lines[0].count(" there") == 1
     assert lines[1:3] == [
         "  part_size: 64 there, 32 here",
         '  solve: {"max_steps": 14, "reduce": [["nutation", ["min", "max"]], ["apex", ["mean"]]]} '
@@ -339,10 +339,10 @@ def test_missing_parts_raise(tmp_path):
         found["nutation_maxx"]
     with pytest.raises(IndexError, match="there is no part 3"):
         found.part(3)
-    none = run_sweep(tmp_path / "none", parts=range(0))
+    empty = run_sweep(tmp_path / "none", parts=range(0))
     with pytest.raises(ValueError, match="has no parts yet"):
-        none.units  # noqa: B018  reading the attribute raises
-    assert none.missing == [*range(PARTS)]
+        empty.units  # noqa: B018  reading the attribute raises
+    assert empty.missing == [*range(PARTS)]
 
 
 def test_a_source_of_tops_needs_an_ensemble():

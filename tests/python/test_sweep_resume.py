@@ -118,9 +118,13 @@ def test_a_full_disk_raises_and_leaves_no_partial_file(tmp_path, complete_hash):
     assert hash_rows(tmp_path) == complete_hash
 
 
-def flip_bit(data, at):
+def flip_bit(data, position):
     """Return `data` with one bit flipped."""
-    return data[: at // 8] + bytes([data[at // 8] ^ 1 << at % 8]) + data[at // 8 + 1 :]
+    return (
+        data[: position // 8]
+        + bytes([data[position // 8] ^ 1 << position % 8])
+        + data[position // 8 + 1 :]
+    )
 
 
 def test_every_changed_bit_is_detected(tmp_path):
@@ -131,9 +135,9 @@ def test_every_changed_bit_is_detected(tmp_path):
     rng = random.Random(1)
     edges = [*range(32), *range(8 * len(data) - 32, 8 * len(data))]
     seal = range(8 * data.rindex(b"kreisel-sha256:"), 8 * data.rindex(b"kreisel-sha256:") + 8 * 79)
-    for at in [*edges, *rng.sample(seal, 64), *rng.sample(range(8 * len(data)), 200)]:
-        file.write_bytes(flip_bit(data, at))
-        assert folder.determine_part_status(1) == "damaged", at
+    for position in [*edges, *rng.sample(seal, 64), *rng.sample(range(8 * len(data)), 200)]:
+        file.write_bytes(flip_bit(data, position))
+        assert folder.determine_part_status(1) == "damaged", position
     for size in [0, 1, 3, 4, 5, len(data) - 1, *rng.sample(range(len(data)), 100)]:
         file.write_bytes(data[:size])
         assert folder.determine_part_status(1) == "damaged", size
@@ -232,12 +236,12 @@ def test_a_damaged_schema_is_a_damaged_part(tmp_path):
     (file,) = tmp_path.glob("*.parquet")
     data, whole, count = file.read_bytes(), sweep.part(0), 0
     begin = data.index(b"ARROW:schema")
-    for at in range(8 * begin, 8 * len(data) - 8, 101):
-        file.write_bytes(flip_bit(data, at))
+    for position in range(8 * begin, 8 * len(data) - 8, 101):
+        file.write_bytes(flip_bit(data, position))
         try:
             found = sweep.part(0)
         except ValueError as error:
-            assert "damaged" in str(error) or "is not part 0" in str(error), at
+            assert "damaged" in str(error) or "is not part 0" in str(error), position
             count += 1
         else:
             assert all(
@@ -252,10 +256,10 @@ def test_damaged_numbers_are_not_read(tmp_path):
     (file,) = tmp_path.glob("*.parquet")
     data = file.read_bytes()
     right, count = sweep["q_w"], 0
-    for at in [*random.Random(2).sample(range(8 * len(data)), 300), 8 * len(data) - 900]:
-        file.write_bytes(flip_bit(data, at))
+    for position in [*random.Random(2).sample(range(8 * len(data)), 300), 8 * len(data) - 900]:
+        file.write_bytes(flip_bit(data, position))
         try:
-            assert np.array_equal(sweep["q_w"], right, equal_nan=True), at
+            assert np.array_equal(sweep["q_w"], right, equal_nan=True), position
         except ValueError as error:
             assert "damaged" in str(error) or "no part" in str(error)
             count += 1

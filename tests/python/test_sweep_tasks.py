@@ -95,11 +95,11 @@ def test_results_do_not_depend_on_the_workers(tmp_path, pool, words):
 
 
 def test_equivalent_arguments_give_one_plan(tmp_path):
-    alike = [
+    pairs = [
         ({"task": "megno", "t": 1, "direction": np.array(DIRECTION)}, {"direction": DIRECTION}),
         ({"task": "section", "n": 500, "event": LOW}, {"n": None, "event": None}),
     ]
-    for words, other in alike:
+    for words, other in pairs:
         folder = tmp_path / words["task"]
         one = kr.sweep(SOURCE, folder=folder, parts=range(0), **words)
         assert kr.sweep(SOURCE, folder=folder, parts=range(0), **words | other).hash == one.hash

@@ -200,12 +200,12 @@ def pickle_copy(path):
     return pickle.loads(pickle.dumps(path))
 
 
-@pytest.mark.parametrize("through", [copy.copy, copy.deepcopy, pickle_copy])
+@pytest.mark.parametrize("copy_path", [copy.copy, copy.deepcopy, pickle_copy])
 @pytest.mark.parametrize("words", [{}, {"want": ("q", "apex")}, {"digits": 20}])
-def test_arrays_stay_read_only(through, words):
+def test_arrays_stay_read_only(copy_path, words):
     path = kr.solve(TOP, TIMES, **words, events=[kr.events.nutation()])
     assert path.apex.shape == (len(path), 3)
-    again = through(path)
+    again = copy_path(path)
     arrays = [again.t, again.q, again.apex, again.events.which, again.events.direction]
     arrays += [again.events.path.states, again[3:].q, again(1.0).q, again.events.t]
     if not path.want:

@@ -50,8 +50,8 @@ def test_tangents_agree_with_differences_of_runs_with_30_digits(name):
     # relative error of the same size.
     plain = kr.solve(scene, [0.0, T], digits=16, tangents=ALL)
     size = np.abs(fine).max()
-    within = 1e-12 if name != "dzhanibekov" else 3.0 * plain.error * size
-    assert np.abs(plain.tangents[1] - fine).max() <= within * size
+    tolerance = 1e-12 if name != "dzhanibekov" else 3.0 * plain.error * size
+    assert np.abs(plain.tangents[1] - fine).max() <= tolerance * size
     assert plain.tangents_rest < 1e-12
 
 
@@ -166,11 +166,11 @@ PAIRS = {
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_tangents_accept_or_refuse_every_other_argument(pair):
-    call, comes = PAIRS[pair]
-    if isinstance(comes, tuple):
-        assert call().tangents.shape == comes
+    call, outcome = PAIRS[pair]
+    if isinstance(outcome, tuple):
+        assert call().tangents.shape == outcome
         return
-    with pytest.raises((TypeError, ValueError), match=comes):
+    with pytest.raises((TypeError, ValueError), match=outcome):
         call()
 
 

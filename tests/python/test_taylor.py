@@ -55,7 +55,7 @@ def test_sixteen_digits_are_the_default():
 
 
 @pytest.mark.parametrize(
-    "how, error, message",
+    "options, error, message",
     [
         ({"digits": 31}, ValueError, "digits must be at most 30, not 31"),
         ({"digits": 0}, ValueError, "digits must be at least 1"),
@@ -68,13 +68,13 @@ def test_sixteen_digits_are_the_default():
         ),
     ],
 )
-def test_invalid_digits_are_refused(how, error, message):
+def test_invalid_digits_are_refused(options, error, message):
     with pytest.raises(error, match=message):
-        kr.solve(GENERAL, 1, **how)
+        kr.solve(GENERAL, 1, **options)
 
 
 @pytest.mark.parametrize(
-    "how, low, high",
+    "options, low, high",
     [
         ({}, 1e-16, 1e-13),
         ({"tol": 1e-6}, 1e-8, 1e-4),
@@ -83,8 +83,8 @@ def test_invalid_digits_are_refused(how, error, message):
         ({"method": "strang", "step": 0.01}, 1e-7, 1e-2),
     ],
 )
-def test_a_path_estimates_its_error(how, low, high):
-    path = kr.solve(GENERAL, [1, 5, 10], **how)
+def test_a_path_estimates_its_error(options, low, high):
+    path = kr.solve(GENERAL, [1, 5, 10], **options)
     assert low < path.error < high
     if path.digits != 30:
         truth = kr.solve(GENERAL, [1, 5, 10], digits=30)
@@ -105,8 +105,8 @@ def test_dense_output_needs_no_extra_steps():
 
 def test_integration_backward_returns_to_the_start():
     for digits, bound in ((16, 1e-12), (20, 1e-12)):
-        there = kr.solve(GENERAL, 8, digits=digits)
-        back = kr.solve(there.end, -8, digits=digits)
+        path = kr.solve(GENERAL, 8, digits=digits)
+        back = kr.solve(path.end, -8, digits=digits)
         assert kr.attitude_error(back.q[-1], GENERAL.attitude) < bound
 
 

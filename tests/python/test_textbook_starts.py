@@ -51,10 +51,10 @@ def test_paths_start_with_the_given_rates(body):
 
 
 def test_degrees_is_a_keyword_argument():
-    there = kr.Scene.from_euler(CONE, np.degrees(ANGLES), np.degrees(RATES), degrees=True)
-    here = kr.Scene.from_euler(CONE, ANGLES, RATES)
-    np.testing.assert_allclose(there.attitude, here.attitude, atol=1e-15)
-    np.testing.assert_allclose(there.momentum, here.momentum, rtol=1e-14)
+    other = kr.Scene.from_euler(CONE, np.degrees(ANGLES), np.degrees(RATES), degrees=True)
+    scene = kr.Scene.from_euler(CONE, ANGLES, RATES)
+    np.testing.assert_allclose(other.attitude, scene.attitude, atol=1e-15)
+    np.testing.assert_allclose(other.momentum, scene.momentum, rtol=1e-14)
     with pytest.raises(TypeError, match="positional"):
         kr.Scene.from_euler(CONE, ANGLES, RATES, True)
 
@@ -123,8 +123,8 @@ def rate_of(scene):
     """Return the initial precession rate."""
     path = kr.solve(scene, [0.0])
     velocity, apex = path.velocity[0], path.apex[0]
-    across = velocity - (velocity @ apex) * apex
-    return float(np.cross(apex, [0, 0, 1]) @ np.cross(apex, across)) / (1 - apex[2] ** 2)
+    transverse = velocity - (velocity @ apex) * apex
+    return float(np.cross(apex, [0, 0, 1]) @ np.cross(apex, transverse)) / (1 - apex[2] ** 2)
 
 
 @pytest.mark.parametrize("spin", [60.0, 1e3, -1e4])
@@ -273,15 +273,15 @@ def test_the_tilt_is_at_most_half_a_turn():
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
 def test_symmetry_does_not_depend_on_the_units(scale):
     moments = np.array([1.0, 1.0 + 1e-11, 0.5]) * scale
-    far = 0.5 * scale**0.5
-    unlike = kr.Body(1.0, tuple(moments), (0, 0, far))
+    lever = 0.5 * scale**0.5
+    unlike = kr.Body(1.0, tuple(moments), (0, 0, lever))
     with pytest.raises(ValueError, match="symmetric"):
         kr.Scene.spinning(unlike, tilt=0.5, spin=10.0, steady=True)
-    alike = kr.Body(1.0, (scale, scale, 0.5 * scale), (0, 0, far))
-    both = kr.Ensemble.of([THESIS.replace(body=unlike), THESIS.replace(body=alike)]).body
+    symmetric = kr.Body(1.0, (scale, scale, 0.5 * scale), (0, 0, lever))
+    both = kr.Ensemble.of([THESIS.replace(body=unlike), THESIS.replace(body=symmetric)]).body
     with pytest.raises(ValueError, match=r"^body\[0\]: "):
         kr.Ensemble.spinning(both, tilt=0.5, spin=10.0, steady=True)
-    leans = kr.Body(1.0, tuple(moments), (1e-3 * far, 0, far))
+    leans = kr.Body(1.0, tuple(moments), (1e-3 * lever, 0, lever))
     path = kr.solve(TOP.replace(body=leans), [0.0])
     with pytest.raises(ValueError, match="no rod for this top"):
         kr.rod(path)

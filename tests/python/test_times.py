@@ -19,10 +19,10 @@ def test_the_number_of_steps_is_limited():
             times._count_whole_steps(end, 1.0)
         with pytest.raises(ValueError, match="takes more steps"):
             times.check_resolvable_horizon(TOP, end, 1.0)
-    far = np.full((2, 3, 1), 0.01 * edge)
+    times_array = np.full((2, 3, 1), 0.01 * edge)
     with pytest.raises(ValueError, match=r"takes more steps of 0\.01"):
         ensemble_options.validate_ensemble_times(
-            MANY, far, ensemble_options.validate_ensemble_options(MANY, "strang", 0.01)
+            MANY, times_array, ensemble_options.validate_ensemble_options(MANY, "strang", 0.01)
         )
     assert times._count_whole_steps(0.0, 0.1) == 0
     assert [times._count_whole_steps(end, 0.1) for end in (0.3, -0.3, 0.35, 0.34, 0.2999)] == [
@@ -37,9 +37,9 @@ def test_the_number_of_steps_is_limited():
 def test_the_rotation_of_a_top_is_limited():
     end = 2.0**53 / TOP._rotation_rate
     times.check_resolvable_horizon(TOP, 0.999999 * end, None)
-    for far in (1.000001 * end, -1.000001 * end):
+    for t in (1.000001 * end, -1.000001 * end):
         with pytest.raises(ValueError, match=r"this top turns by 9e\+15 rad"):
-            times.check_resolvable_horizon(TOP, far, None)
+            times.check_resolvable_horizon(TOP, t, None)
 
 
 def test_a_time_grid_contains_the_steps_up_to_its_end():

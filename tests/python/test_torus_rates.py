@@ -100,8 +100,8 @@ def test_successive_quasi_periods_return_closer_to_the_start(scene):
     assert (np.diff(miss) < 0.0).all()
     assert np.abs(miss - np.abs(rows[:, 2] * second - math.tau * rows[:, 1])).max() < 1e-9
     path = top([0.0, *rows[:, 2]])
-    apart = np.linalg.norm(path.body_momentum[1:] - path.body_momentum[0], axis=1)
-    assert apart[-1] < 1e-2 * apart[0] and (apart < 30.0 * miss).all()
+    distances = np.linalg.norm(path.body_momentum[1:] - path.body_momentum[0], axis=1)
+    assert distances[-1] < 1e-2 * distances[0] and (distances < 30.0 * miss).all()
 
 
 def test_quasi_periods_end_where_rounding_errors_begin():

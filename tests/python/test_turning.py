@@ -286,8 +286,10 @@ def test_accelerations_are_derivatives_of_velocities():
     for quantity in ("nutation", "energy", "potential", "body_velocity", "body_acceleration"):
         for k in (0, 2):
             one, other = (
-                kr.solve(scene.replace(turning=np.array(TURNING) + by * np.eye(3)[k]), t, digits=20)
-                for by in (step, -step)
+                kr.solve(
+                    scene.replace(turning=np.array(TURNING) + change * np.eye(3)[k]), t, digits=20
+                )
+                for change in (step, -step)
             )
             slope = (getattr(one, quantity) - getattr(other, quantity)) / (2 * step)
             assert np.abs(slope - path.derivative(quantity)[..., k]).max() < 1e-7, quantity

@@ -29,12 +29,12 @@ def by_mypy(_):
 
 def by_pyright(folder):
     """Return the name and line number of each place where pyright reports an error."""
-    how = {
+    settings = {
         "typeCheckingMode": "strict",
         "extraPaths": [str(ROOT / "python")],
         "include": [str(file) for file in FILES],
     }
-    (folder / "pyrightconfig.json").write_text(json.dumps(how))
+    (folder / "pyrightconfig.json").write_text(json.dumps(settings))
     words = ["--project", folder, "--pythonpath", sys.executable, "--outputjson"]
     done = subprocess.run([TOOLS / "basedpyright", *words], capture_output=True, text=True)
     assert done.returncode in (0, 1), done.stdout + done.stderr

@@ -40,4 +40,4 @@ def check_page(page, case):
         page.evaluate(Axe().axe_script)
     violations = page.evaluate("axe.run({resultTypes: ['violations']})")["violations"]
     places = [[node["html"][:120] for node in each["nodes"][:3]] for each in violations]
-    return [(case, each["id"], where) for each, where in zip(violations, places, strict=True)]
+    return [(case, each["id"], place) for each, place in zip(violations, places, strict=True)]

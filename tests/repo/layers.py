@@ -37,14 +37,14 @@ def is_ours(file):
 
 def layer(file, tree):
     """Return the index of the layer that contains a file, or None if there is no unique layer."""
-    inside = file.relative_to(ROOT / tree).as_posix()
-    here = [
+    relative_name = file.relative_to(ROOT / tree).as_posix()
+    levels = [
         number
         for number, names in enumerate(layers()[tree])
         for name in names
-        if inside == name or (name.endswith("/") and inside.startswith(name))
+        if relative_name == name or (name.endswith("/") and relative_name.startswith(name))
     ]
-    return here[0] if len(here) == 1 else None
+    return levels[0] if len(levels) == 1 else None
 
 
 def targets(file, tree):
@@ -62,8 +62,8 @@ def targets(file, tree):
 
 def c_includes(file):
     for name in re.findall(r'^\s*#\s*include\s+"(.+)"', file.read_text(), re.M):
-        beside = (file.parent / name).resolve()
-        yield beside if beside.exists() else ROOT / "csrc" / name
+        neighbour = (file.parent / name).resolve()
+        yield neighbour if neighbour.exists() else ROOT / "csrc" / name
 
 
 def script_imports(file):
@@ -88,8 +88,8 @@ def package(file, node):
     if not node.level:
         return words
     beginning = next(top for top in TOPS if file.is_relative_to(top))
-    here = file.relative_to(beginning).parts[: -node.level]
-    return [*here, *words]
+    folders = file.relative_to(beginning).parts[: -node.level]
+    return [*folders, *words]
 
 
 TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT / "python", ROOT)

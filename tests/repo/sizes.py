@@ -125,14 +125,23 @@ def find_compiler(processor):
 
 def compile_library(folder, compiler, level, options):
     """Compile kreisel.c for one instruction set, and return the object file."""
-    to = Path(folder) / f"kreisel{''.join(options)}.o"
-    if not to.exists():
+    object_file = Path(folder) / f"kreisel{''.join(options)}.o"
+    if not object_file.exists():
         run(sys.executable, ROOT / "cmake/amalgamate.py", folder)
         flags = ["-std=c99", *LEVELS[level], "-ffunction-sections", "-fdata-sections"]
         # ccache finds the object file of an earlier run only by a relative path.
-        command = (*compiler, *flags, "-DKR_ONE_ISA", *options, "-c", "kreisel.c", "-o", to)
+        command = (
+            *compiler,
+            *flags,
+            "-DKR_ONE_ISA",
+            *options,
+            "-c",
+            "kreisel.c",
+            "-o",
+            object_file,
+        )
         run(*command, cwd=folder)
-    return to
+    return object_file
 
 
 def link_program(folder, compiler, level, text, library):

@@ -27,9 +27,9 @@ def script():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    to = tmp_path_factory.mktemp("amalgamation")
-    run(sys.executable, ROOT / "cmake/amalgamate.py", to)
-    return to
+    directory = tmp_path_factory.mktemp("amalgamation")
+    run(sys.executable, ROOT / "cmake/amalgamate.py", directory)
+    return directory
 
 
 def output(program, library, folder):
@@ -49,7 +49,7 @@ def kernels_of(text):
 
 
 # All compilers run in the folder of kreisel.c, so that ccache finds earlier object files.
-def compile_by_gcc(folder, to):
+def compile_by_gcc(folder, file):
     """Compile kreisel.c by the command in docs/embedding.md.
 
     The option KREISEL_AMALGAMATED uses the same command, so that ccache compiles the file once.
@@ -58,21 +58,21 @@ def compile_by_gcc(folder, to):
     return folder / "kreisel.o"
 
 
-def compile_by_clang(folder, to):
-    run("clang", "-O2", "-std=gnu17", *WARNINGS, "-c", "kreisel.c", "-o", to, cwd=folder)
-    return to
+def compile_by_clang(folder, file):
+    run("clang", "-O2", "-std=gnu17", *WARNINGS, "-c", "kreisel.c", "-o", file, cwd=folder)
+    return file
 
 
-def compile_one_isa(folder, to):
+def compile_one_isa(folder, file):
     options = ["-std=c99", "-O0", "-DKR_ONE_ISA"]
-    run("gcc", *options, "-c", "kreisel.c", "-o", to, cwd=folder)
-    return to
+    run("gcc", *options, "-c", "kreisel.c", "-o", file, cwd=folder)
+    return file
 
 
-def compile_plain(folder, to):
+def compile_plain(folder, file):
     options = ["-std=c99", "-O1", "-DKR_PLAIN", "-DKR_SMALL", *WARNINGS]
-    run("gcc", *options, "-c", "kreisel.c", "-o", to, cwd=folder)
-    return to
+    run("gcc", *options, "-c", "kreisel.c", "-o", file, cwd=folder)
+    return file
 
 
 @pytest.mark.parametrize(

@@ -34,9 +34,9 @@ LAST_LINES = {
 def write_files(folder):
     """Copy the source files shown in docs/embedding.md to `folder`."""
     for source, name in INCLUDED.findall(PAGE):
-        to = folder / name
-        to.parent.mkdir(parents=True, exist_ok=True)
-        to.write_text((ROOT / source).read_text())
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text((ROOT / source).read_text())
 
 
 @pytest.fixture(scope="module")

@@ -31,11 +31,11 @@ def test_every_compiler_gives_the_golden_bits(golden, compiler, options, tmp_pat
     assert run(tmp_path / "golden") == golden
 
 
-def run_with_library(program, to):
+def run_with_library(program, file):
     """Link a program with the installed library, run it, and return its output."""
     need("cmake", "gcc")
-    run("gcc", *FLAGS, program, install_library() / "lib/libkreisel.a", "-lm", "-o", to)
-    return run(to)
+    run("gcc", *FLAGS, program, install_library() / "lib/libkreisel.a", "-lm", "-o", file)
+    return run(file)
 
 
 def test_the_installed_library_gives_the_golden_bits(golden, tmp_path):

@@ -41,7 +41,7 @@ def name(file):
 
 def test_no_c_file_is_included():
     assert [
-        name(file) for file in SOURCES if any(of.suffix == ".c" for of in c_includes(file))
+        name(file) for file in SOURCES if any(header.suffix == ".c" for header in c_includes(file))
     ] == []
 
 
@@ -199,7 +199,7 @@ def test_versions_agree():
 
 
 def test_files_contain_no_machine_paths():
-    here = r"(?<![\w.])/(work|root|home|Users)/|pypi\.org|python[h]osted|npm[j]s"
+    pattern = r"(?<![\w.])/(work|root|home|Users)/|pypi\.org|python[h]osted|npm[j]s"
     top = [
         file
         for file in ROOT.iterdir()
@@ -216,4 +216,4 @@ def test_files_contain_no_machine_paths():
         *(ROOT / ".ci").iterdir(),
         *(ROOT / "cmake").glob("*.*"),
     ]
-    assert [name(file) for file in files if re.search(here, file.read_text())] == []
+    assert [name(file) for file in files if re.search(pattern, file.read_text())] == []

@@ -124,7 +124,7 @@ int main(void)
     return printf("%g\\n", height) < 0;
 }
 """)
-    house.compile(program, to=tmp_path / "user")
+    house.compile(program, file=tmp_path / "user")
     assert run(tmp_path / "user") == "1\n"
 
 
@@ -154,7 +154,7 @@ def at(house, names):
 @pytest.mark.parametrize(("program", "count"), [("golden", 4), ("snapshot", 1)])
 def test_a_method_touches_three_files_and_adds_its_golden_lines(house, program, count, tmp_path):
     assert len(house.touched["method"]) == 3
-    house.compile(ROOT / f"tests/c/{program}.c", to=tmp_path / program)
+    house.compile(ROOT / f"tests/c/{program}.c", file=tmp_path / program)
     expected = (ROOT / f"tests/c/{program}.txt").read_text().splitlines()
     more = [line for line in run(tmp_path / program).splitlines() if line not in expected]
     assert len(more) == count and all("kick_drift" in line.split() for line in more)

@@ -83,8 +83,8 @@ def compile_objects(compiler, flags, sources, folder):
     """Compile the sources in parallel, and return the object files."""
     objects = [Path(folder) / f"{i}.o" for i in range(len(sources))]
 
-    def one(source, to):
-        run(compiler, *flags, "-c", source, "-o", to)
+    def one(source, file):
+        run(compiler, *flags, "-c", source, "-o", file)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(one, sources, objects))
@@ -96,10 +96,10 @@ def compile_objects(compiler, flags, sources, folder):
 HEEDING = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 
-def python(code, *words, timeout=60, **how):
+def python(code, *words, timeout=60, **options):
     """Run `code` in a separate Python process, and return the completed process."""
     command = [sys.executable, "-c", HEEDING + code, *words]
-    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **how)
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **options)
 
 
 def need(*tools):

@@ -34,7 +34,7 @@ def examine_case(name, *methods):
 
     def list_chosen(scene, radians):
         candidates = atlas_cells.list_candidates(scene, radians)
-        return [who for who in candidates if not methods or who.name in methods]
+        return [candidate for candidate in candidates if not methods or candidate.name in methods]
 
     return {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name], list_chosen)}
 
@@ -120,8 +120,8 @@ def test_verdicts(error, estimate, per_turn, expected):
 
 def test_attitudes_below_the_conditioning_are_lost_not_right():
     """Check the verdict if rounding errors alone determine the computed attitude."""
-    shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
-    assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
+    sign = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
+    assert sign == "rounding" and verdicts.choose_verdict(1.0, 10.0, sign) == "lost"
 
 
 def test_errors_within_the_tolerance_are_explained():
@@ -173,32 +173,32 @@ def make_faulty_candidates(fault):
 
     def list_faulty_candidates(scene, radians):
         return [
-            replace(who, run=lambda *args, who=who: fault(who, *args))
-            for who in atlas_cells.list_candidates(scene, radians)
-            if who.name in kr.methods
+            replace(candidate, run=lambda *args, candidate=candidate: fault(candidate, *args))
+            for candidate in atlas_cells.list_candidates(scene, radians)
+            if candidate.name in kr.methods
         ]
 
     return list_faulty_candidates
 
 
-def increase_gravity(who, problem, scene, times, setting):
-    return who.run(problem, scene.replace(gravity=scene.gravity * 1.3), times, setting)
+def increase_gravity(candidate, problem, scene, times, setting):
+    return candidate.run(problem, scene.replace(gravity=scene.gravity * 1.3), times, setting)
 
 
-def shorten_times(who, problem, scene, times, setting):
-    return who.run(problem, scene, [t * (1 - 0.02 * (t > 0)) for t in times], setting)
+def shorten_times(candidate, problem, scene, times, setting):
+    return candidate.run(problem, scene, [t * (1 - 0.02 * (t > 0)) for t in times], setting)
 
 
-def mirror(who, problem, scene, times, setting):
-    q, m, *counts = who.run(problem, scene, times, setting)
+def mirror(candidate, problem, scene, times, setting):
+    q, m, *counts = candidate.run(problem, scene, times, setting)
     q = np.array(q)
     q[1:, 3] *= -1
     return q, m, *counts
 
 
-def twist(who, problem, scene, times, setting):
+def twist(candidate, problem, scene, times, setting):
     """Rotate the states by 0.2 rad about e3, which changes neither energy nor momenta."""
-    q, m, *counts = who.run(problem, scene, times, setting)
+    q, m, *counts = candidate.run(problem, scene, times, setting)
     jump = (np.cos(0.1), 0.0, 0.0, np.sin(0.1))
     return np.array([*q[:1], *(kr.quaternion.multiply(p, jump) for p in q[1:])]), m, *counts
 
@@ -224,8 +224,8 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
     Only methods that are accurate enough to resolve the error are tested.
     """
 
-    def increase_gravity_slightly(who, problem, scene, times, setting):
-        return who.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
+    def increase_gravity_slightly(candidate, problem, scene, times, setting):
+        return candidate.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
 
     found = {
         cell["method"]: cell
@@ -241,18 +241,18 @@ def test_a_missing_kick_is_found():
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def omit_gravity(seconds):
-        def run(who, problem, scene, times, setting):
+        def run(candidate, problem, scene, times, setting):
             middle, gap = times[len(times) // 2], seconds or setting["step"]
-            on = kr.solve(scene, middle, who.name, **setting)
-            off = kr.solve(
-                scene.replace(momentum=on.m[-1], attitude=on.q[-1], gravity=0.0),
+            first_path = kr.solve(scene, middle, candidate.name, **setting)
+            second_path = kr.solve(
+                scene.replace(momentum=first_path.m[-1], attitude=first_path.q[-1], gravity=0.0),
                 gap,
-                who.name,
+                candidate.name,
                 **setting,
             )
-            rest = scene.replace(momentum=off.m[-1], attitude=off.q[-1])
-            q, m, *counts = who.run(problem, rest, [0.0, times[-1] - middle - gap], setting)
-            first = who.run(problem, scene, times[:1], setting)
+            rest = scene.replace(momentum=second_path.m[-1], attitude=second_path.q[-1])
+            q, m, *counts = candidate.run(problem, rest, [0.0, times[-1] - middle - gap], setting)
+            first = candidate.run(problem, scene, times[:1], setting)
             return np.array([first[0][0], q[-1]]), np.array([first[1][0], m[-1]]), *counts
 
         return lambda scene, radians: [replace(method, run=lambda *args: run(method, *args))]
@@ -325,9 +325,9 @@ def test_the_atlas_has_a_heat_map_notes_and_a_conclusion():
     squares = list(map(atlas.make_square, found))
     assert draw_heatmap(squares, atlas.column_names(found)).startswith("<svg")
     (note,) = atlas.collect_notes(found)
-    (whom,) = note["whom"]
+    (group,) = note["whom"]
     assert (
-        whom["methods"] == ", ".join(kr.methods)
+        group["methods"] == ", ".join(kr.methods)
         and note["verdict"] == "refused"
         and "0.0 is not positive" in note["message"]
     )
@@ -366,13 +366,13 @@ def test_published_references_are_reproduced(problem):
     """Compare attitudes and energies with the published reference solutions."""
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
-    who = next(
-        who
-        for who in single_runs.list_contenders(problem_of_scene("it", problem.scene))
-        if who.name == "extrap"
+    candidate = next(
+        candidate
+        for candidate in single_runs.list_contenders(problem_of_scene("it", problem.scene))
+        if candidate.name == "extrap"
     )
     row = published.measure_run(
-        problem, problem_of_scene("it", problem.scene), who, single_runs.Setting(tol=1e-12)
+        problem, problem_of_scene("it", problem.scene), candidate, single_runs.Setting(tol=1e-12)
     )
     assert row["attitude_error"] < 1e-7 and row["energy_error"] < 1e-8 and "failure" not in row
 

@@ -89,8 +89,8 @@ def make_band(own, peer, compiling=1.0, function=2e-3):
 
 
 def make_findings(*bands, peak=4e9):
-    about = {"scene": "s", "end": 5.0, "rounds": 3, "processor": "Abacus, 2 cores", "peak": peak}
-    return [about | {"bands": bands}]
+    header = {"scene": "s", "end": 5.0, "rounds": 3, "processor": "Abacus, 2 cores", "peak": peak}
+    return [header | {"bands": bands}]
 
 
 def test_ratios_and_break_even_runs_are_computed():

@@ -27,14 +27,14 @@ def test_the_ten_regions_differ():
 def test_critical_values_change_their_order_at_the_borders():
     for g, h in kowalewski.region_borders(1.3):
         changes = 0
-        inside = (g > 0.05) & np.isfinite(h) & (h < 4.0)
-        for at, high in zip(g[inside][::20], h[inside][::20], strict=True):
+        is_inside = (g > 0.05) & np.isfinite(h) & (h < 4.0)
+        for g_value, high in zip(g[is_inside][::20], h[is_inside][::20], strict=True):
             below, above = (
-                [kind for _, kind in kowalewski.critical_values(at, high + step)]
+                [kind for _, kind in kowalewski.critical_values(g_value, high + step)]
                 for step in (-1e-4, 1e-4)
             )
             changes += below != above
-        assert changes > 0.9 * len(g[inside][::20])
+        assert changes > 0.9 * len(g[is_inside][::20])
 
 
 @pytest.mark.parametrize("region", range(10))

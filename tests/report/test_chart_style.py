@@ -19,8 +19,8 @@ from validation.drawing.style import COLOURS, MARKERS, choose_line_styles, make_
 @pytest.mark.parametrize("vision", VISION)
 def test_colours_differ_for_every_reader(vision):
     for one, other in combinations(COLOURS, 2):
-        apart = lab_distance(one, other, vision)
-        assert apart > 20, f"{one} and {other}: {apart:.0f}"
+        distance = lab_distance(one, other, vision)
+        assert distance > 20, f"{one} and {other}: {distance:.0f}"
 
 
 @pytest.mark.parametrize("paper", ["#ffffff", "#15171a"])

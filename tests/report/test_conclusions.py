@@ -23,17 +23,17 @@ def test_references_agree_within_the_conditioning(name):
     assert truth.conclude([line]).startswith(
         "On every scene the high-precision results agree within the conditioning"
     )
-    apart = line | {"ways": [("heyoka, 128 bit, momentum", 2 * entry["conditioning"])]}
-    assert truth.conclude([apart]).startswith(f"On all scenes but {name} the high-precision")
+    outlier = line | {"ways": [("heyoka, 128 bit, momentum", 2 * entry["conditioning"])]}
+    assert truth.conclude([outlier]).startswith(f"On all scenes but {name} the high-precision")
 
 
-def cell(method, verdict, mark="", shown_by="second run"):
+def cell(method, verdict, mark="", sign="second run"):
     return {
         "method": method,
         "case": "a case",
         "verdict": verdict,
         "mark": mark,
-        "shown_by": shown_by,
+        "shown_by": sign,
     }
 
 
@@ -44,7 +44,7 @@ def conclude(found):
 def test_the_conclusion_on_the_atlas_counts_verdicts():
     conclusion = conclude(
         [
-            cell("a", "right", shown_by=""),
+            cell("a", "right", sign=""),
             cell("a", "degraded", DRIFT),
             cell("b", "silent", "!", ""),
         ]
@@ -55,7 +55,7 @@ def test_the_conclusion_on_the_atlas_counts_verdicts():
         and "0 % are as asked: " in conclusion
         and "33 % are degraded: " in conclusion
     )
-    assert "None of 1 cells is silently wrong." in conclude([cell("a", "right", shown_by="")])
+    assert "None of 1 cells is silently wrong." in conclude([cell("a", "right", sign="")])
     assert conclude([]) == ""
 
 

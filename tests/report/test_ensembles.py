@@ -64,12 +64,12 @@ def test_every_program_returns_the_tops_in_order(kind):
     """Check that programs return the results in the order of the tops."""
     tops = tops_of.draw_tops(kind, 11, end=10.0)
     true = tops_of.compute_truths(tops)
-    for who in ensemble_runs.select_movers(tops):
-        setting = TIGHT if who.settings[0].tol else who.settings[0]
-        call = who.make(tops.first(4) if who.is_serial else tops, setting, 2)
+    for mover in ensemble_runs.select_movers(tops):
+        setting = TIGHT if mover.settings[0].tol else mover.settings[0]
+        call = mover.make(tops.first(4) if mover.is_serial else tops, setting, 2)
         for q in (call(), call()):
-            assert len(q) == (4 if who.is_serial else 11)
-            assert attitude_errors(q, true[: len(q)]).max() < 1e-10, who.name
+            assert len(q) == (4 if mover.is_serial else 11)
+            assert attitude_errors(q, true[: len(q)]).max() < 1e-10, mover.name
 
 
 def runs(errors, seconds):

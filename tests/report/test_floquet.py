@@ -58,10 +58,10 @@ def test_tangents_are_accurate_at_late_times():
 def test_tangents_of_consecutive_intervals_multiply():
     for name in ("thesis", "free"):
         top = kr.exact(TOPS[name])
-        first, all_of_it = floquet_tangents(top.scene, [5e5, 1e6])
+        first, product = floquet_tangents(top.scene, [5e5, 1e6])
         second = floquet_tangents(top([5e5]).end, [5e5])[0]
         both = second @ first
-        assert np.abs(both - all_of_it).max() <= 1e-8 * np.abs(second).max() * np.abs(first).max()
+        assert np.abs(both - product).max() <= 1e-8 * np.abs(second).max() * np.abs(first).max()
 
 
 def test_a_separatrix_has_no_period():

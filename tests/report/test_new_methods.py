@@ -63,10 +63,16 @@ def test_a_new_method_appears_everywhere(new_method):
     assert NEW in {cell["method"] for cell in atlas_cells.make_cells(case)}
     assert NEW in {line["method"] for line in stiff_needle.measure_needle()}
     assert NEW in {run["method"] for run in random_tops.measure_kind("general", 1)}
-    (problem,) = (it for it in published.load_problems() if it.name == "simo_wong_fast_top")
+    (problem,) = (
+        candidate
+        for candidate in published.load_problems()
+        if candidate.name == "simo_wong_fast_top"
+    )
     assert NEW in {row["by"] for row in published.measure_problem(problem, quick=True)}
     assert NEW in {row["name"] for row in omissions.measure_forms(1)}
-    assert NEW in {who.name for who in single_runs.list_contenders(load_problem("asymmetric"))}
+    assert NEW in {
+        contender.name for contender in single_runs.list_contenders(load_problem("asymmetric"))
+    }
     assert [title for title, (own, _) in method_families.group_methods().items() if NEW in own] == [
         "fixed step, order 3 and 4"
     ]

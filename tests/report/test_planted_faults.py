@@ -58,8 +58,8 @@ def reverse_heading(q, true):
 def multiply_error(q, true):
     """Multiply the error of the attitudes `q` by ten."""
     sign = np.sign(np.sum(q * true, axis=1))[:, None]
-    far = sign * true + 10.0 * (q - sign * true)
-    return far / np.linalg.norm(far, axis=1)[:, None]
+    faulty = sign * true + 10.0 * (q - sign * true)
+    return faulty / np.linalg.norm(faulty, axis=1)[:, None]
 
 
 FAULTS = {
@@ -76,21 +76,21 @@ SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 def make_faulty_candidates(has_restart):
     """Return a function that lists all methods with all artificial faults."""
 
-    def run_of(who):
+    def run_of(candidate):
         def run(problem, scene, times, setting):
             half = len(times) // 2
             if not has_restart:
-                return who.run(problem, scene, times, setting)
-            q, m, *counts = who.run(problem, scene, times[: half + 1], setting)
-            rest = kr.solve(scene, times[half], who.name, **setting).end
-            more, on, *_ = who.run(problem, rest, times[half:] - times[half], setting)
-            return np.array([*q, *more[1:]]), np.array([*m, *on[1:]]), *counts
+                return candidate.run(problem, scene, times, setting)
+            q, m, *counts = candidate.run(problem, scene, times[: half + 1], setting)
+            rest = kr.solve(scene, times[half], candidate.name, **setting).end
+            more, more_m, *_ = candidate.run(problem, rest, times[half:] - times[half], setting)
+            return np.array([*q, *more[1:]]), np.array([*m, *more_m[1:]]), *counts
 
         return run
 
-    def add_fault(who, fault):
+    def add_fault(candidate, fault):
         def run(problem, scene, times, setting):
-            q, *rest = run_of(who)(problem, scene, times, setting)
+            q, *rest = run_of(candidate)(problem, scene, times, setting)
             true = problem.to_principal_axes(kr.solve(scene, times, "taylor", digits=20).q)
             return fault(np.array(q), np.array(true)), *rest
 
@@ -98,9 +98,9 @@ def make_faulty_candidates(has_restart):
 
     def list_faulty_candidates(scene, radians):
         return [
-            replace(who, name=f"{name}/{who.name}", run=add_fault(who, fault))
-            for who in atlas_cells.list_candidates(scene, radians)
-            if who.name in kr.methods
+            replace(candidate, name=f"{name}/{candidate.name}", run=add_fault(candidate, fault))
+            for candidate in atlas_cells.list_candidates(scene, radians)
+            if candidate.name in kr.methods
             for name, fault in FAULTS.items()
         ]
 
@@ -149,9 +149,9 @@ def test_faults_in_both_runs_are_silent(family, fault):
         # the rotated attitude may by chance be close to the original attitude
         if cell["attitude_error"] < SIZES[fault] / 3:
             continue
-        within = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
+        is_within_tolerance = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
         is_excused = cell["verdict"] == verdicts.AS_ASKED or cell["shown_by"] == "tolerance"
-        assert is_silent(cell) or (within and is_excused), name
+        assert is_silent(cell) or (is_within_tolerance and is_excused), name
 
 
 @pytest.mark.parametrize("family", ALL)
@@ -213,7 +213,7 @@ def test_all_methods_refuse_unresolvable_times():
 
     A method that returns attitudes from earlier times must be reported as "lost".
     """
-    goes_on = atlas_cells.Candidate(
+    endless_candidate = atlas_cells.Candidate(
         "goes on",
         "",
         0,
@@ -225,7 +225,7 @@ def test_all_methods_refuse_unresolvable_times():
         ),
     )
     found = atlas_cells.make_cells(
-        BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), goes_on]
+        BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), endless_candidate]
     )
     *ours, last_cell = found
     assert last_cell["verdict"] == "lost" and last_cell["conditioning"] > 1.0

@@ -66,8 +66,8 @@ def test_references_of_60_digits_agree_with_all_others(exactly):
     for name in HORIZONS:
         (attitude,) = exactly(load_problem(name).to_scene(), [SHORT])
         entry = reference.load_truth(name, SHORT)
-        apart = reference.rotation_angle(numbers(map(str, attitude)), numbers(entry["attitude"]))
-        assert apart < 1e-31, name
+        angle = reference.rotation_angle(numbers(map(str, attitude)), numbers(entry["attitude"]))
+        assert angle < 1e-31, name
     described_anyhow = kr.scenes.kowalewski.replace(
         body=kr.scenes.kowalewski.body.turn((0.1, 0.7, -0.5, 0.5)), gravity=9.81
     )
@@ -95,11 +95,11 @@ def test_error_estimates_of_paths_are_near_the_true_error(way, exact_attitudes):
 @pytest.mark.parametrize("name", HORIZONS)
 def test_all_computations_agree_within_the_conditioning(name):
     entry = reference.load_truth(name, SHORT)
-    apart = dict(reference.compare_computations(load_problem(name), SHORT, entry))
-    assert apart.pop("heyoka, 128 bit, momentum") < 1e-28
-    assert apart.pop("heyoka, 128 bit, spin apart", 0.0) < 1e-28
-    assert apart.pop("heyoka, 80 bit") < entry["conditioning"] / 10
-    for way, angle in apart.items():
+    angles = dict(reference.compare_computations(load_problem(name), SHORT, entry))
+    assert angles.pop("heyoka, 128 bit, momentum") < 1e-28
+    assert angles.pop("heyoka, 128 bit, spin apart", 0.0) < 1e-28
+    assert angles.pop("heyoka, 80 bit") < entry["conditioning"] / 10
+    for way, angle in angles.items():
         assert angle < 10 * entry["conditioning"], way
 
 
@@ -120,11 +120,11 @@ def test_the_conditioning_agrees_with_a_perturbed_scene():
 
 def test_computed_references_do_not_depend_on_units_or_frame():
     scene = kr.scenes.thesis
-    here = reference.compute_truth(problem_of_scene("here", scene), SHORT)
+    truth = reference.compute_truth(problem_of_scene("here", scene), SHORT)
     assert (
-        attitude_error(here["attitude"], reference.load_truth("thesis", SHORT)["attitude"]) < 1e-18
+        attitude_error(truth["attitude"], reference.load_truth("thesis", SHORT)["attitude"]) < 1e-18
     )
-    far = kr.Scene(
+    other = kr.Scene(
         kr.Body(
             2.0**-60,
             [x * 2.0**-100 for x in scene.body.inertia],
@@ -134,8 +134,8 @@ def test_computed_references_do_not_depend_on_units_or_frame():
         [m * 2.0**-90 for m in scene.momentum],
         gravity=1.0,
     )
-    with_rate = reference.compute_truth(problem_of_scene("far", far), SHORT * 2.0**-10)
-    assert attitude_error(here["attitude"], with_rate["attitude"]) < 1e-18
+    with_rate = reference.compute_truth(problem_of_scene("far", other), SHORT * 2.0**-10)
+    assert attitude_error(truth["attitude"], with_rate["attitude"]) < 1e-18
 
 
 @pytest.mark.parametrize("name, t", TIMES)

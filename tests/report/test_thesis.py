@@ -51,7 +51,7 @@ CONFIRMED = {
 
 @pytest.fixture(scope="module")
 def results():
-    return chapter.run_experiments(lambda what: None)
+    return chapter.run_experiments(lambda message: None)
 
 
 @pytest.fixture(scope="module")
@@ -92,17 +92,17 @@ def test_sentences_have_the_expected_verdicts(results):
     assert [
         sentence.says for sentence in sentences if not (sentence.holds or sentence.why)
     ] == [], "each has a reason"
-    for where, begin in REFUTED | CONFIRMED:
+    for place, begin in REFUTED | CONFIRMED:
         (found,) = [
             sentence
             for sentence in sentences
-            if sentence.where == where and sentence.says.startswith(begin)
+            if sentence.where == place and sentence.says.startswith(begin)
         ]
-        assert found.holds == ((where, begin) in CONFIRMED), f"{where}, {begin}: {found.found}"
+        assert found.holds == ((place, begin) in CONFIRMED), f"{place}, {begin}: {found.found}"
 
 
 def test_the_report_writes_the_chapter(tmp_path, monkeypatch, results, page):
-    monkeypatch.setattr(chapter, "run_experiments", lambda say: results)
+    monkeypatch.setattr(chapter, "run_experiments", lambda report: results)
     monkeypatch.setattr(chapter, "render_chapter", lambda results, seconds: page)
     assert main(["--thesis", "--out", str(tmp_path)]) == 0
     assert [file.name for file in tmp_path.iterdir()] == [chapter.OUTPUT]
@@ -147,12 +147,12 @@ def test_experiment_63_agrees_with_the_thesis(results):
 
 
 def test_restarted_runs_equal_consecutive_runs():
-    once = kr.solve(trajectories.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
-    twice = kr.solve(once.end, 0.4, method="extrap", tol=1e-5, step=0.1)
+    first = kr.solve(trajectories.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
+    second = kr.solve(first.end, 0.4, method="extrap", tol=1e-5, step=0.1)
     course = trajectories.solve_with_restarts(trajectories.SCENE, 0.4, 0.8)
-    assert np.array_equal(course.path.q[1:], [once.q[-1], twice.q[-1]])
+    assert np.array_equal(course.path.q[1:], [first.q[-1], second.q[-1]])
     assert course.t.tolist() == [0.0, 0.4, 0.8]
-    assert course.evaluations == once.stats.evaluations + twice.stats.evaluations
+    assert course.evaluations == first.stats.evaluations + second.stats.evaluations
 
 
 def test_values_of_k_agree_with_the_thesis():

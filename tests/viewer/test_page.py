@@ -123,10 +123,10 @@ def test_adaptive_methods_agree_with_python(page):
 def test_extrap_restarts_at_each_step(page):
     load(page, "Compare four")
     advance(page, 4)
-    state, now = read_states(page)[3], scene_in_python(read_scene(page))
+    state, scene = read_states(page)[3], scene_in_python(read_scene(page))
     for _ in range(20):
-        now = kr.solve(now, [0.2], "extrap", tol=1e-5).end
-    expected = [*now.attitude, *now.momentum]
+        scene = kr.solve(scene, [0.2], "extrap", tol=1e-5).end
+    expected = [*scene.attitude, *scene.momentum]
     assert state[1:] == pytest.approx(
         expected, abs=1e-9
     )  # logarithms and powers may differ in the last bits
@@ -136,7 +136,7 @@ def test_extrap_restarts_at_each_step(page):
 def test_one_large_advance_equals_many_small_ones(page):
     load(page, "Compare four")
     advance(page, 30)
-    once = read_states(page)
+    states = read_states(page)
     page.evaluate("""{
         kreisel.page.rewind();
         for (let t = 0, i = 0; t < 30; i++) {
@@ -144,7 +144,7 @@ def test_one_large_advance_equals_many_small_ones(page):
             kreisel.advance(t);
         }
     }""")
-    assert read_states(page) == once
+    assert read_states(page) == states
 
 
 def test_tops_are_compared_only_at_common_multiples_of_their_steps(page):
@@ -166,7 +166,7 @@ def test_presets_conserve_their_integrals(page, preset):
     for i, top in enumerate(tops):
         energy = read_record(page, i, "energy")
         vertical, axial = (
-            read_record(page, i, f"{about}_momentum") for about in ("vertical", "axial")
+            read_record(page, i, f"{name}_momentum") for name in ("vertical", "axial")
         )
         size = np.abs(energy).max() + np.abs(vertical).max()
         coarse = min(top["step"], 0.2)

@@ -193,10 +193,10 @@ def test_integrals_agree_with_python(page, preset, fourth):
         assert len(tables) == 2
         for row, method in zip(tables, ("strang", "rk4"), strict=True):
             path = kr.solve(top, t, method, step=0.05, every=20 * t)
-            now, change = compute_table(path).T
-            assert row[: len(now), 0] == pytest.approx(now, rel=1e-5, abs=1e-9)
-            assert row[: len(now), 1] == pytest.approx(change, rel=0.06, abs=1e-13)
-            assert len(now) == (4 if fourth else 3) and np.isnan(row[len(now) :]).all()
+            values, change = compute_table(path).T
+            assert row[: len(values), 0] == pytest.approx(values, rel=1e-5, abs=1e-9)
+            assert row[: len(values), 1] == pytest.approx(change, rel=0.06, abs=1e-13)
+            assert len(values) == (4 if fourth else 3) and np.isnan(row[len(values) :]).all()
     if fourth:
         assert (
             page.get_by_role("columnheader", name=fourth, exact=True).is_visible()

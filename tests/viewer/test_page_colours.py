@@ -79,8 +79,8 @@ def test_texts_identify_tops_not_only_by_colour(name, text):
     """Check that texts do not identify a top by its colour alone."""
     for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
         first = text.lower().index(colour)
-        around = text.lower()[max(0, first - 40) : first + 50]
-        assert re.search("left|right|dashed", around), (name, colour)
+        context = text.lower()[max(0, first - 40) : first + 50]
+        assert re.search("left|right|dashed", context), (name, colour)
 
 
 @pytest.mark.parametrize("vision", VISION)

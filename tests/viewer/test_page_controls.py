@@ -102,8 +102,8 @@ def test_jump_reaches_any_time_and_returns(page):
             ).states[-1]
             for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2))
         )
-        now = read_states(page)
-        assert (now[0], now[3]) == (first.tolist(), last.tolist())
+        states = read_states(page)
+        assert (states[0], states[3]) == (first.tolist(), last.tolist())
     assert not page.evaluate("kreisel.page.isRunning")
     field.fill("-3")
     field.press("Tab")
@@ -169,12 +169,12 @@ def test_buttons_and_keys_control_the_clock(page):
     wait_for(page, "kreisel.page.clock > 0")
     page.get_by_role("button", name="Stop").click()
     assert not page.evaluate("kreisel.page.isRunning")
-    for key, what in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
-        before = read_scene(page)["show"][what]
+    for key, option in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
+        before = read_scene(page)["show"][option]
         page.keyboard.press("Escape")
         page.locator("canvas").first.focus()
         page.keyboard.press(key)
-        assert read_scene(page)["show"][what] != before
+        assert read_scene(page)["show"][option] != before
     page.keyboard.press("3")
     assert read_scene(page)["name"] == PRESETS[2]
     page.keyboard.press("c")

@@ -30,9 +30,9 @@ def test_dragging_the_tip_sets_the_momentum(page):
     assert list_changes(before, read_scene(page)) == {"momentum"} and page.evaluate(velocity) != old
     m = np.array(read_scene(page)["momentum"])
     drag(page, "tip", (30, -10), key="Shift")
-    along = np.array(read_scene(page)["momentum"])
-    assert np.linalg.norm(np.cross(m, along)) < 1e-9 * m @ m
-    assert np.linalg.norm(along) != pytest.approx(np.linalg.norm(m), rel=1e-3)
+    momentum = np.array(read_scene(page)["momentum"])
+    assert np.linalg.norm(np.cross(m, momentum)) < 1e-9 * m @ m
+    assert np.linalg.norm(momentum) != pytest.approx(np.linalg.norm(m), rel=1e-3)
 
 
 @pytest.mark.parametrize("kind", ["face", "edge"])
@@ -60,15 +60,15 @@ def test_dragging_a_corner_resizes_the_body(page, shape):
         assert page.evaluate("kreisel.page.kind") == shape
 
 
-@pytest.mark.parametrize("how", ["middle", "Alt", "tool"])
-def test_dragging_a_corner_moves_the_fixed_point(page, how):
+@pytest.mark.parametrize("way", ["middle", "Alt", "tool"])
+def test_dragging_a_corner_moves_the_fixed_point(page, way):
     before = read_scene(page)
-    if how == "tool":
+    if way == "tool":
         page.get_by_label("Corners move the fixed point").check()
-    hold = {"middle": {"button": "middle"}, "Alt": {"key": "Alt"}, "tool": {}}[how]
+    hold = {"middle": {"button": "middle"}, "Alt": {"key": "Alt"}, "tool": {}}[way]
     start, end = drag(page, "corner", (-30, 25), number=5, **hold)
     after = read_scene(page)
-    if how == "tool":
+    if way == "tool":
         page.get_by_label("Corners move the fixed point").uncheck()
     assert end - start == pytest.approx((-30, 25), abs=1)
     assert (

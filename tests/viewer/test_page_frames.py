@@ -74,11 +74,11 @@ def test_the_toolbar_fits_a_frame_of_the_site(browser, tmp_path):
     file.write_text(f'<iframe style="{style}" src="{PAGE.as_uri()}"></iframe>')
     page = browser.new_context(offline=True).new_page()
     page.goto(file.as_uri())
-    inside = page.frames[1]
-    wait_for(inside, "!!window.kreisel")
-    assert inside.evaluate(BROKEN) == []
-    assert not inside.locator("#hint").is_visible()
-    for number in inside.locator("#numbers div").all():
+    frame = page.frames[1]
+    wait_for(frame, "!!window.kreisel")
+    assert frame.evaluate(BROKEN) == []
+    assert not frame.locator("#hint").is_visible()
+    for number in frame.locator("#numbers div").all():
         assert number.bounding_box()["y"] < 60
     page.context.close()
 

@@ -87,11 +87,13 @@ def test_undo_of_view_options_does_not_stop_the_motion(page):
     assert read_everything(page) == before and find_button(page, "Undo").is_disabled()
 
 
-@pytest.mark.parametrize("kind, by", [("tip", (30, 20)), ("face", (40, 10)), ("corner", (15, -15))])
-def test_undo_of_a_drag_restores_scene_and_time(page, kind, by):
+@pytest.mark.parametrize(
+    "kind, offset", [("tip", (30, 20)), ("face", (40, 10)), ("corner", (15, -15))]
+)
+def test_undo_of_a_drag_restores_scene_and_time(page, kind, offset):
     advance(page, 3)
     before = read_everything(page)
-    drag(page, kind, by, number=5)
+    drag(page, kind, offset, number=5)
     assert read_clock(page) == 0 and read_scene(page) != before[0]
     page.keyboard.press("Control+z")
     wait_until_time(page, 3)
@@ -149,10 +151,10 @@ def test_one_undo_reverts_one_move_of_a_slider(page):
 def test_keys_work_after_a_click_on_a_button(page):
     for name in ("Step", "View next side"):
         find_button(page, name).click()
-        for key, what in {"t": "trace", "e": "rod"}.items():
-            before = read_scene(page)["show"][what]
+        for key, option in {"t": "trace", "e": "rod"}.items():
+            before = read_scene(page)["show"][option]
             page.keyboard.press(key)
-            assert read_scene(page)["show"][what] != before
+            assert read_scene(page)["show"][option] != before
     page.keyboard.press("r")
     assert read_clock(page) == 0
 

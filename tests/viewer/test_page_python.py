@@ -96,9 +96,9 @@ def test_the_viewer_runs_only_its_own_script(window, tmp_path):
 def test_the_page_runs_in_a_notebook(browser):
     page = browser.new_context(offline=True).new_page()
     page.set_content(kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_())
-    inside = page.frames[1]
-    wait_for(inside, "!!window.kreisel")
-    assert inside.evaluate("kreisel.page.tops.length") == 1
+    frame = page.frames[1]
+    wait_for(frame, "!!window.kreisel")
+    assert frame.evaluate("kreisel.page.tops.length") == 1
     page.context.close()
 
 
@@ -144,14 +144,14 @@ def test_the_program_gives_the_states_of_the_viewer(page, preset, changes):
     program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program, names)
     advance(page, 100)
-    now = np.array(read_states(page))[:, 1:]
+    states = np.array(read_states(page))[:, 1:]
     ends = np.array([[*end.attitude, *end.momentum] for end in names["ends"]])
     restarts = "def solve_in_steps" in program
-    assert ends == pytest.approx(now, abs=1e-7 if restarts else 1e-11)
+    assert ends == pytest.approx(states, abs=1e-7 if restarts else 1e-11)
     exact = [
         top["method"] not in {"extrap", "taylor"} for top in page.evaluate("kreisel.page.tops")
     ]
-    assert ends[exact].tolist() == now[exact].tolist()
+    assert ends[exact].tolist() == states[exact].tolist()
 
 
 def test_the_program_contains_a_body_given_by_numbers(page):

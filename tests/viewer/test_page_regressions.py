@@ -54,8 +54,8 @@ def test_tick_labels_are_evenly_spaced(page):
     advance(page, 0.98)
     page.evaluate("kreisel.charts.update()")
     ticks = page.evaluate("kreisel.charts.plots[0].axes[1]._values").copy()
-    apart = np.diff([float(tick) for tick in ticks])
-    assert len(ticks) > 2 and apart == pytest.approx(apart[0], rel=1e-9)
+    gaps = np.diff([float(tick) for tick in ticks])
+    assert len(ticks) > 2 and gaps == pytest.approx(gaps[0], rel=1e-9)
 
 
 def test_each_top_has_its_own_error_and_no_other_ones(page):
@@ -202,12 +202,12 @@ def test_rows_of_the_table_keep_their_height(page):
 
 
 def test_a_second_top_is_brought_into_view(page):
-    far = "kreisel.view.camera.position.distanceTo(kreisel.view.orbit.target)"
-    before = page.evaluate(far)
+    script = "kreisel.view.camera.position.distanceTo(kreisel.view.orbit.target)"
+    before = page.evaluate(script)
     page.get_by_label("Beside it").select_option("strang")
-    beside = page.evaluate(far)
+    second_distance = page.evaluate(script)
     page.get_by_label("Third method").select_option("rk4")
-    assert before < beside < page.evaluate(far)
+    assert before < second_distance < page.evaluate(script)
     page.evaluate("kreisel.view.world.updateMatrixWorld(true)")
     for i in range(3):
         for corner in range(8):
@@ -295,7 +295,9 @@ def test_printed_pages_show_the_whole_picture(page):
     page.set_viewport_size({"width": 794, "height": 1100})
     try:
         wait_two_frames(page)
-        picture, frame = (page.locator(what).first.bounding_box() for what in ("canvas", "main"))
+        picture, frame = (
+            page.locator(selector).first.bounding_box() for selector in ("canvas", "main")
+        )
         assert picture["x"] >= frame["x"] and picture["width"] <= frame["width"] <= 794
         assert picture["height"] <= frame["height"] and frame["height"] > 300
         panel = page.locator("#panel").bounding_box()
@@ -347,7 +349,7 @@ def test_scenes_of_a_later_version_are_refused(window):
 
 
 @pytest.mark.parametrize(
-    "name, value, why",
+    "name, value, text",
     [
         ("Step, number", "0", "Step cannot be 0: from 0.000001 to 2000"),
         ("Tolerance of adaptive methods", "-1", "Tolerance cannot be -1: from 1e-15 to 1"),
@@ -357,15 +359,15 @@ def test_scenes_of_a_later_version_are_refused(window):
         ("Tilt, degrees", "", "Tilt cannot be empty"),
     ],
 )
-def test_allowed_values_are_shown_beside_a_refused_field(page, name, value, why):
+def test_allowed_values_are_shown_beside_a_refused_field(page, name, value, text):
     before = read_scene(page)
     fill_field(page, name, value)
     field = page.get_by_label(name, exact=True)
-    beside = page.locator(".wrong:visible")
-    assert beside.count() == 1 and beside.inner_text().startswith(why)
-    assert read_message(page).startswith(why) and read_scene(page) == before
-    box, at = beside.bounding_box(), field.bounding_box()
-    assert abs(box["y"] - at["y"] - at["height"]) < 6
+    message = page.locator(".wrong:visible")
+    assert message.count() == 1 and message.inner_text().startswith(text)
+    assert read_message(page).startswith(text) and read_scene(page) == before
+    box, field_box = message.bounding_box(), field.bounding_box()
+    assert abs(box["y"] - field_box["y"] - field_box["height"]) < 6
     field.focus()
     assert page.locator(".wrong:visible").count() == 0
 

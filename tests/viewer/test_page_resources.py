@@ -155,10 +155,10 @@ def test_a_thousand_drags_leak_no_resources(page_with_changes):
         return [memory.geometries, memory.textures, programs.length, nodes];
     })()"""
     load(page_with_changes, "Compare four")
-    some = "for (const name of ['tip', 'face', 'corner']) pull(name, 24), kreisel.view.render();"
-    page_with_changes.evaluate(some)
+    drags = "for (const name of ['tip', 'face', 'corner']) pull(name, 24), kreisel.view.render();"
+    page_with_changes.evaluate(drags)
     before = page_with_changes.evaluate(script)
-    page_with_changes.evaluate(f"for (let k = 0; k < 14; k++) {{ {some} }}")
+    page_with_changes.evaluate(f"for (let k = 0; k < 14; k++) {{ {drags} }}")
     assert page_with_changes.evaluate(script) == before
     for name in ("A spinning top", "Sleeping top", "Kowalewski", "Compare four"):
         load(page_with_changes, name)

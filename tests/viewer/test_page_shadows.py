@@ -39,11 +39,11 @@ def test_each_scene_has_shadows(page, preset):
 
 def test_shadows_follow_the_top(page):
     load(page, "A spinning top")
-    where = f"""(kreisel.view.isDirty = true, kreisel.view.render(),
+    position_script = f"""(kreisel.view.isDirty = true, kreisel.view.render(),
         {SHADOWS}.children[0].matrixWorld.toArray())"""
-    before = page.evaluate(where)
+    before = page.evaluate(position_script)
     advance(page, 3)
-    assert page.evaluate(where) != before
+    assert page.evaluate(position_script) != before
 
 
 def test_body_and_rod_have_shadows_while_they_are_shown(page):

@@ -39,7 +39,7 @@ def test_the_thumbnail_of_a_scene_is_its_trace(page, preset):
 
 
 def test_every_scene_has_a_thumbnail_within_its_box(page):
-    inside = page.evaluate(f"""{STRIP}.map((svg) => {{
+    is_inside = page.evaluate(f"""{STRIP}.map((svg) => {{
         const {{x, y, width, height}} = svg.viewBox.baseVal;
         return [...svg.querySelectorAll({TRACE!r})].every((p) => {{
             const box = p.getBBox();
@@ -47,7 +47,7 @@ def test_every_scene_has_a_thumbnail_within_its_box(page):
                 box.x + box.width <= x + width && box.y + box.height <= y + height;
         }});
     }})""")
-    assert inside == [True] * len(PRESETS)
+    assert is_inside == [True] * len(PRESETS)
 
 
 DELAY = """{

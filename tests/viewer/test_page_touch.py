@@ -34,9 +34,14 @@ SEND = """([type, points]) => {
 }"""
 
 
-def swipe(page, kind, by, pointer="touch", number=0):
+def swipe(page, kind, offset, pointer="touch", number=0):
     x, y = page.evaluate(f"kreisel.locate('{kind}', 0, {number})")
-    way = [[x, y], [x + by[0] / 2, y + by[1] / 2], [x + by[0], y + by[1]], [x + by[0], y + by[1]]]
+    way = [
+        [x, y],
+        [x + offset[0] / 2, y + offset[1] / 2],
+        [x + offset[0], y + offset[1]],
+        [x + offset[0], y + offset[1]],
+    ]
     page.evaluate(SEND, [pointer, way])
 
 
@@ -218,21 +223,21 @@ def test_sliders_announce_their_value_not_its_logarithm(page):
 
 def test_the_wheel_scrolls_a_notebook_until_a_click_in_the_viewer(browser):
     page = browser.new_context(offline=True, viewport={"width": 900, "height": 700}).new_page()
-    inside = kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_()
-    page.set_content(f"{inside}<div style='height:3000px'></div>")
+    html = kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_()
+    page.set_content(f"{html}<div style='height:3000px'></div>")
     frame = page.frames[1]
     wait_for(frame, "!!window.kreisel")
-    far = "kreisel.view.camera.position.length()"
-    before = frame.evaluate(far)
+    distance_script = "kreisel.view.camera.position.length()"
+    before = frame.evaluate(distance_script)
     page.mouse.move(60, 200)
     page.mouse.wheel(0, 120)
     wait_for(page, "scrollY > 0")
-    assert frame.evaluate(far) == pytest.approx(before)
+    assert frame.evaluate(distance_script) == pytest.approx(before)
     page.evaluate("scrollTo(0, 0)")
     wait_for(page, "scrollY === 0")
     page.mouse.click(60, 200)
     page.mouse.wheel(0, 120)
-    wait_for(frame, f"{far} > {before + 0.1}")
+    wait_for(frame, f"{distance_script} > {before + 0.1}")
     assert page.evaluate("scrollY") == 0
     page.context.close()
 
