@@ -270,13 +270,13 @@ def check_top(family, scene, times, folder):
 
 def check_ensemble(scenes, times):
     paths = kr.solve(kr.Ensemble.of(scenes), np.array(times))
-    reduced = reduce_last(kr.Ensemble.of(scenes), np.array(times))
+    reductions = reduce_last(kr.Ensemble.of(scenes), np.array(times))
     for i, scene in enumerate(scenes):
         reference = Reference(scene, times[i])
         if reference.allowed.max() > UNRESOLVED:
             continue
         yield i, "ensemble", reference.deviation(paths.q[i])
-        last = np.abs(reduced[i] - reference.path.body_velocity[-1]).max()
+        last = np.abs(reductions[i] - reference.path.body_velocity[-1]).max()
         rate = np.abs(reference.path.body_velocity[-1]).max() + 1.0
         yield i, "reduce", float(last / rate / (10 * reference.allowed[-1]))
 

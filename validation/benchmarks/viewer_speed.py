@@ -146,8 +146,8 @@ def time_drag(page):
 
 def print_size():
     text = _PAGE.read_bytes()
-    packed = len(gzip.compress(text, 9)) / 1e3
-    print(f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {packed:.1f} kB")
+    compressed_size = len(gzip.compress(text, 9)) / 1e3
+    print(f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {compressed_size:.1f} kB")
 
 
 def main(argv=None):

@@ -59,8 +59,8 @@ def best_times(calls, rounds, trials=1):
     The shortest time is the best estimate, because other processes can only slow a function down.
     """
     estimates = [min(time_once(call) for _ in range(trials)) for call in calls]
-    samples, interrupted = time_in_turn(calls, estimates, rounds)
-    if interrupted:
+    samples, is_interrupted = time_in_turn(calls, estimates, rounds)
+    if is_interrupted:
         raise KeyboardInterrupt
     return [min(times) for times in samples]
 

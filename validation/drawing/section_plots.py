@@ -70,17 +70,17 @@ def draw_regions(borders, points, greatest, highest, close):
     """
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
-        near = axes.inset_axes((0.5, 0.03, 0.48, 0.44))
+        inset = axes.inset_axes((0.5, 0.03, 0.48, 0.44))
         for g, h in borders:
             axes.plot(g, h, color=INK, linewidth=0.8)
-            near.plot(g, h, color=INK, linewidth=0.8)
+            inset.plot(g, h, color=INK, linewidth=0.8)
         (left, low), (right, high) = close
         for number, (g, h) in enumerate(points, 1):
-            panel = near if left < g < right and low < h < high else axes
+            panel = inset if left < g < right and low < h < high else axes
             panel.plot(g, h, ".", color=COLOURS[1], markersize=4)
             panel.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points")
-        near.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
-        axes.indicate_inset_zoom(near, edgecolor=FAINT)
+        inset.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
+        axes.indicate_inset_zoom(inset, edgecolor=FAINT)
         axes.set(xlim=(0.0, greatest), ylim=(-1.1, highest))
         axes.set(xlabel="vertical momentum g", ylabel="energy h")
         return figure_to_svg(figure)

@@ -36,7 +36,7 @@ def list_sources(root):
     return [file.relative_to(root).as_posix() for file in sources]
 
 
-def list_mutants(root, only=""):
+def list_mutants(root, prefix=""):
     """Return the mutants of all C files except the public header.
 
     The public header contains only declarations.
@@ -44,7 +44,7 @@ def list_mutants(root, only=""):
     folder = root / "csrc"
     files = [file for file in sorted(folder.rglob("*.[ch]")) if file != folder / "kreisel.h"]
     names = [file.relative_to(root).as_posix() for file in files if file.parent.name != "gsl"]
-    sources = [name for name in names if name.startswith(only) and not name.endswith("wasm.c")]
+    sources = [name for name in names if name.startswith(prefix) and not name.endswith("wasm.c")]
     return [
         mutant
         for name in sources
@@ -106,9 +106,10 @@ class Trial:
         names = object_file.with_suffix(".d").read_text().replace("\\\n", " ").split()[1:]
         return {os.path.normpath(name) for name in names}
 
-    def link(self, files, changed, output, *command, sanitizers=()):
+    def link(self, files, changed_files, output, *command, sanitizers=()):
         objects = [
-            self.object_path(f, "changed" if f in changed else "base", sanitizers) for f in files
+            self.object_path(f, "changed" if f in changed_files else "base", sanitizers)
+            for f in files
         ]
         done = run_with_limits(
             [*command, *sanitizers, *objects, "-lm", "-o", output], self.root, 300, 900
@@ -116,12 +117,16 @@ class Trial:
         if done.status:
             raise TrialError(done.said)
 
-    def run_program(self, name, changed, seconds, sanitizers=()):
+    def run_program(self, name, changed_files, seconds, sanitizers=()):
         """Link a test program with the C library, and run the program."""
         program = self.root / "objects" / name
         command = ("gcc", *LINKED.get(name, ()))
         self.link(
-            [*self.core, *self.programs[name]], changed, program, *command, sanitizers=sanitizers
+            [*self.core, *self.programs[name]],
+            changed_files,
+            program,
+            *command,
+            sanitizers=sanitizers,
         )
         words = [program, *(FUZZ if name == "fuzz" else ())]
         memory = None if sanitizers else MEMORY  # sanitizers reserve any amount of memory
@@ -156,24 +161,26 @@ class Trial:
             return "same", "nothing is compiled of it"
         if not all(self.compile_file(file, "changed") for file in files):
             return "unbuilt", ""
-        changed = {file for file in files if self.has_new_object(file)}
-        if not changed:
+        changed_files = {file for file in files if self.has_new_object(file)}
+        if not changed_files:
             return "same", ""
-        if test := self.find_failing_c_test(changed, ()):
+        if test := self.find_failing_c_test(changed_files, ()):
             return "killed", test
-        for file in changed:
+        for file in changed_files:
             self.compile_file(file, "changed", SANITIZERS)
-        if test := self.find_failing_c_test(changed, SANITIZERS):
+        if test := self.find_failing_c_test(changed_files, SANITIZERS):
             return "killed", f"{test}, sanitized"
-        return self.run_python_tests(changed) if self.binding else ("survived", "")
+        return self.run_python_tests(changed_files) if self.binding else ("survived", "")
 
-    def find_failing_c_test(self, changed, sanitizers):
+    def find_failing_c_test(self, changed_files, sanitizers):
         """Return the name of a failing C test, or an empty string."""
         for name, seconds in self.limits[sanitizers].items():
-            feels = changed & {*self.core, *self.programs[name]}
+            feels = changed_files & {*self.core, *self.programs[name]}
             if (
                 feels
-                and self.run_program(name, changed, int(SLACK * seconds) + 5, sanitizers).status
+                and self.run_program(
+                    name, changed_files, int(SLACK * seconds) + 5, sanitizers
+                ).status
             ):
                 return name
         return ""
@@ -182,11 +189,11 @@ class Trial:
         objects = (self.object_path(file, folder).read_bytes() for folder in ("base", "changed"))
         return len(set(objects)) == 2
 
-    def run_python_tests(self, changed):
+    def run_python_tests(self, changed_files):
         module_file = (
             self.root / "python/kreisel" / ("_core" + sysconfig.get_config_var("EXT_SUFFIX"))
         )
-        self.link(self.core, changed, module_file, "g++", "-shared", *self.binding)
+        self.link(self.core, changed_files, module_file, "g++", "-shared", *self.binding)
         done, test = run_pytest(
             self.root, ["tests/python", *(f"--ignore={name}" for name in UNSURE)]
         )

@@ -27,16 +27,16 @@ SLACK = 5  # time limit, as a multiple of the time without a mutation under line
 MOST_FIRST = 40  # number of the tests that run first
 
 
-def list_sources(root, only=""):
+def list_sources(root, prefix=""):
     files = sorted((root / "python").rglob("*.py"))
     names = [file.relative_to(root).as_posix() for file in files]
-    return [name for name in names if name.startswith(only) and "viewer" not in name]
+    return [name for name in names if name.startswith(prefix) and "viewer" not in name]
 
 
-def list_mutants(root, only=""):
+def list_mutants(root, prefix=""):
     return [
         mutant
-        for name in list_sources(root, only)
+        for name in list_sources(root, prefix)
         for mutant in mutate_python.list_mutants(name, (root / name).read_text())
     ]
 

@@ -240,21 +240,21 @@ def describe_signs(cells):
 def describe_methods(found):
     counts = Counter(cell["method"] for cell in found if cell["verdict"] in verdicts.MET)
     ill = Counter(cell["method"] for cell in found if cell["verdict"] in ("lost", "stopped"))
-    (best, often), *_ = counts.most_common(1) or [("none", 0)]
+    (best, count), *_ = counts.most_common(1) or [("none", 0)]
     worst = join_words(f"{name} ({n})" for name, n in ill.most_common(3))
     return (
-        f"{best} is right or as asked most often ({often} cells); most often lost or stopped are "
+        f"{best} is right or as asked most often ({count} cells); most often lost or stopped are "
         f"{worst}."
     )
 
 
 def describe_tolerance_failures(cells):
-    beyond = [cell["method"] for cell in cells if cell["mark"] == verdicts.BEYOND]
-    if not beyond:
+    methods = [cell["method"] for cell in cells if cell["mark"] == verdicts.BEYOND]
+    if not methods:
         return ""
     return (
         f"Errors more than {verdicts.PROMISED:g} times those explained by the tolerance: "
-        f"{join_counts(beyond)}."
+        f"{join_counts(methods)}."
     )
 
 

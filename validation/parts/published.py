@@ -138,26 +138,24 @@ def energy_times(problem, setting):
     return step * np.arange(0, count + 1, max(1, count // 1000))
 
 
-def measure_run(published, problem, contender, setting):
+def measure_run(case, problem, contender, setting):
     row = {
-        "problem": published.name,
+        "problem": case.name,
         "by": contender.name,
         "setting": str(setting),
-        "t": published.end,
+        "t": case.end,
     }
     try:
-        short = contender.make(problem, published.end, setting)
-        q, m = short.record(np.array([0.0, published.end]))
-        row["attitude_error"] = attitude_error(q[-1], published.reference["q"])
+        short = contender.make(problem, case.end, setting)
+        q, m = short.record(np.array([0.0, case.end]))
+        row["attitude_error"] = attitude_error(q[-1], case.reference["q"])
         row["seconds"] = min(timing.time_once(short.solve) for _ in range(3))
-        if "w_space" in published.reference:
-            end = kr.Scene(published.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
-            row["velocity_error"] = abs(
-                initial_velocity(end)[1] - published.reference["w_space"][1]
-            )
-        long = contender.make(problem, published.energy_end, setting)
+        if "w_space" in case.reference:
+            end = kr.Scene(case.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
+            row["velocity_error"] = abs(initial_velocity(end)[1] - case.reference["w_space"][1])
+        long = contender.make(problem, case.energy_end, setting)
         row["energy_error"] = relative_energy_error(
-            problem, *long.record(energy_times(published, setting))
+            problem, *long.record(energy_times(case, setting))
         )
     except (kr.Error, ValueError, ArithmeticError) as error:
         row["failure"] = str(error)
@@ -175,24 +173,23 @@ def relative_energy_error(problem, q, m):
     return float(abs(energies / energies[0] - 1).max())
 
 
-def measure_problem(published, quick=False):
-    problem = problem_of_scene(published.name, published.scene)
+def measure_problem(case, quick=False):
+    problem = problem_of_scene(case.name, case.scene)
     rows = [
-        {"problem": published.name} | row | {"by": f"{row['by']} (published)"}
-        for row in published.literature
+        {"problem": case.name} | row | {"by": f"{row['by']} (published)"} for row in case.literature
     ]
     for contender in (*single_runs.list_contenders(problem), *(() if quick else single_runs.PEERS)):
         rows += [
-            measure_run(published, problem, contender, setting)
-            for setting in list_settings(contender, published.steps, quick)
+            measure_run(case, problem, contender, setting)
+            for setting in list_settings(contender, case.steps, quick)
         ]
     return rows
 
 
 def list_tasks(_, budget, store):
-    for published in load_problems():
-        measure = partial(measure_problem, published, budget.quick)
-        yield Task(f"published/{published.name}", measure, 0.3 if budget.quick else 4.0, until=1.0)
+    for case in load_problems():
+        measure = partial(measure_problem, case, budget.quick)
+        yield Task(f"published/{case.name}", measure, 0.3 if budget.quick else 4.0, until=1.0)
 
 
 def load_findings(_, store):

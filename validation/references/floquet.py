@@ -88,16 +88,16 @@ class _Body(NamedTuple):
         body = scene.body
         moments, com = np.array(body.moments), _to_decimals(np.array(body.principal_com))
         lever = com * (Decimal(body.mass) * Decimal(scene.gravity))
-        near = [
+        is_equal = [
             np.isclose(np.roll(moments, -i - 1)[0], np.roll(moments, -i - 2)[0], 1e-14, 0.0)
             for i in range(3)
         ]
         axis = None
-        if all(near):
+        if all(is_equal):
             reach = (com @ com).sqrt()
             axis = com / reach if reach else _to_decimals(_AXES[2])
-        elif any(near):
-            axis = _to_decimals(_AXES[near.index(True)])
+        elif any(is_equal):
+            axis = _to_decimals(_AXES[is_equal.index(True)])
         return cls(
             _to_decimals(moments), lever, axis, _rotation_matrix(_to_decimals(np.array(body.axes)))
         )
@@ -149,8 +149,8 @@ class _Point(NamedTuple):
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum
-        crossed = _cross(vertical, self.momentum) + _cross(self.vertical, momentum)
-        return np.array([axis @ vertical, axis @ crossed], dtype=object)
+        product = _cross(vertical, self.momentum) + _cross(self.vertical, momentum)
+        return np.array([axis @ vertical, axis @ product], dtype=object)
 
 
 def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
@@ -158,12 +158,12 @@ def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimal
     if axis is None:
         return _to_decimals(_AXES)
     pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
-    crossed = [(_cross(axis, a), _cross(axis, b)) for a, b in pairs]
+    products = [(_cross(axis, a), _cross(axis, b)) for a, b in pairs]
     sizes = [
         float((a @ a) / (v @ v)) if v @ v else 0.0
-        for (a, _), (v, _) in zip(crossed, pairs, strict=True)
+        for (a, _), (v, _) in zip(products, pairs, strict=True)
     ]
-    a, b = crossed[int(np.argmax(sizes))]
+    a, b = products[int(np.argmax(sizes))]
     if max(sizes) < 1e-28:
         return _to_decimals(_AXES)
     size = ((a @ a) * (b @ b)).sqrt()

@@ -157,9 +157,11 @@ def compute_conditioning(problem, times, form, fp=FINER):
     own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
     states = integrate_states(own, times, form, fp)
-    neighbours = [integrate_states(near, times, form, fp) for near in perturb_data(own, NUDGES[fp])]
+    neighbours = [
+        integrate_states(neighbour, times, form, fp) for neighbour in perturb_data(own, NUDGES[fp])
+    ]
     return [
-        sum(rotation_angle(state, near[i]) for near in neighbours) / NUDGES[fp]
+        sum(rotation_angle(state, neighbour[i]) for neighbour in neighbours) / NUDGES[fp]
         for i, state in enumerate(states)
     ]
 
@@ -230,7 +232,9 @@ def conditioning_by_differences(problem, times):
         return np.array(path.q, np.longdouble) + path.q_low
 
     truth = attitudes(original)
-    errors = [attitude_errors(attitudes(near), truth) for near in perturb_data(original, nudge)]
+    errors = [
+        attitude_errors(attitudes(neighbour), truth) for neighbour in perturb_data(original, nudge)
+    ]
     return (np.sum(errors, axis=0) / nudge).tolist()
 
 
@@ -253,9 +257,11 @@ def truth_by_quadrature(problem, end):
     own, _, rate = problem.scale_to_internal_units()
     times = [rate * end * (i + 1) / FEW for i in range(FEW)]
     attitudes = [state(own, t) for t in times]
-    neighbours = [[state(near, t) for t in times] for near in perturb_data(own, NUDGES[FINER])]
+    neighbours = [
+        [state(neighbour, t) for t in times] for neighbour in perturb_data(own, NUDGES[FINER])
+    ]
     angles = [
-        sum(rotation_angle(q, near[i]) for near in neighbours) / NUDGES[FINER]
+        sum(rotation_angle(q, neighbour[i]) for neighbour in neighbours) / NUDGES[FINER]
         for i, q in enumerate(attitudes)
     ]
     return {

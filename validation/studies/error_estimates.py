@@ -71,10 +71,10 @@ def collect_ratios(scenes, seed):
 
 def print_row(name, ratios):
     """Print a summary of the ratios, and return how many are too large."""
-    beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
+    count = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
-    print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{beyond:8}", flush=True)
-    return beyond
+    print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{count:8}", flush=True)
+    return count
 
 
 def main(argv=None):

@@ -146,8 +146,8 @@ class Nudged:
 def differ(one, other, scale):
     """Return the larger of the angle and the scaled momentum difference of two states (q, m)."""
     p, q, difference = one[0], other[0], one[1] - other[1]
-    near = min(abs(float((p - q) @ (p - q))), abs(float((p + q) @ (p + q))))
-    return max(2.0 * math.sqrt(near), math.sqrt(abs(float(difference @ difference))) / scale)
+    square = min(abs(float((p - q) @ (p - q))), abs(float((p + q) @ (p + q))))
+    return max(2.0 * math.sqrt(square), math.sqrt(abs(float(difference @ difference))) / scale)
 
 
 def bound_conditioning(scene, t, scale):

@@ -40,8 +40,8 @@ LARGE_ERRORS = (1e-13, 1e-12, 1e-11, 1e-10)
 def differ(one, other, scale):
     """Return the largest difference between two paths, in attitude or in scaled momentum."""
     p, q = one.q, other.q
-    near = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
-    angles = 4.0 * np.arcsin(np.minimum(near / 2.0, 1.0))
+    distance = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
+    angles = 4.0 * np.arcsin(np.minimum(distance / 2.0, 1.0))
     return float(np.max(np.maximum(angles, np.linalg.norm(one.m - other.m, axis=1) / scale)))
 
 
@@ -114,11 +114,11 @@ def compare_restarted(scene, top, tau, rng, scale):
     start_time = float(rng.uniform(1.0, 20.0) * tau)
     begin = solve_with_30_digits(scene, [start_time])
     momentum = (*begin.m[0, :2], scene.momentum[2])
-    restarted = scene.replace(attitude=tuple(begin.q[0]), momentum=momentum)
+    later_scene = scene.replace(attitude=tuple(begin.q[0]), momentum=momentum)
     late = LATE * tau * float(rng.choice([-1, 1]))
     try:
-        other = kr.exact(restarted)
-        sensitive = condition(restarted, late, rng, scale, lambda s, t: kr.exact(s)(t))
+        other = kr.exact(later_scene)
+        sensitive = condition(later_scene, late, rng, scale, lambda s, t: kr.exact(s)(t))
     except ValueError:
         return None
     return differ(top([late + start_time]), other([late]), scale) / (1e-15 + sensitive)

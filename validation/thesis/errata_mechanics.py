@@ -18,14 +18,14 @@ from .trajectories import SCENE, solve_truth
 )
 def rotation_matrix():
     angle, axis, x = 0.7, np.array((2, -1, 2)) / 3, np.array((0.3, 0.5, -0.2))
-    should = (
+    expected = (
         x * np.cos(angle)
         + np.cross(axis, x) * np.sin(angle)
         + axis * (axis @ x) * (1 - np.cos(angle))
     )
     text = np.cos(angle / 2) * su2.ID + np.sin(angle / 2) * su2.to_matrix(axis)
     return (
-        np.linalg.norm(su2.rotate(Phi, x) - should)
+        np.linalg.norm(su2.rotate(Phi, x) - expected)
         for Phi in (text, su2.rotation_matrix(axis, -angle))
     )
 

@@ -203,21 +203,23 @@ def run_equal_time(end=3200.0):
     )
 
 
-def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
+def find_crossings(equal_time, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
     """Return the times at which extrap becomes less accurate than Bobenko-Suris.
 
     Each row contains a tolerance, the time (None if there is none), and the final error of extrap.
     """
-    end, rows = timed.t[-1], []
+    end, rows = equal_time.t[-1], []
     for tol in tolerances:
         green = (
-            timed.green
+            equal_time.green
             if tol == FINE_TOL
             else solve_with_restarts(SCENE, PERIOD, end, tol, FINE_FIRST)
         )
-        error = compute_frame_error(green, timed.true)
-        indices = np.flatnonzero(error > timed.L["BS"])
-        rows.append((tol, float(timed.t[indices[0]]) if indices.size else None, float(error[-1])))
+        error = compute_frame_error(green, equal_time.true)
+        indices = np.flatnonzero(error > equal_time.L["BS"])
+        rows.append(
+            (tol, float(equal_time.t[indices[0]]) if indices.size else None, float(error[-1]))
+        )
     return rows
 
 
@@ -254,9 +256,9 @@ def run_equal_evaluations(end=30.0):
     }
 
 
-def measure_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
+def measure_first_steps(equal_time, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
     """Return the largest frame error of extrap in experiment 6.2 for several initial step sizes."""
-    times = timed.t[timed.t <= end]
+    times = equal_time.t[equal_time.t <= end]
     true = solve_truth(SCENE, times)
     return {
         h: float(

@@ -70,7 +70,7 @@ def draw_frame_errors(four):
     ]
     true = [("BS", "Bobenko-Suris (theorem 4.2)", BLUE), ("Ext", "Extrap", GREEN)]
     for number, end in (("6.6", 50), ("6.7", 300), ("6.8", 600)):
-        also = "; ".join(
+        remark = "; ".join(
             f"{name} {largest_until(four.t, error, end):.2g}" for name, error in errors.items()
         )
         yield Figure(
@@ -81,7 +81,7 @@ def draw_frame_errors(four):
                 draw_frame_log(four.t, four.L, true, errors, end),
             ],
             f"Against the truth at most: Bobenko-Suris {four.until('BS', end):.3g}, Extrap "
-            f"{four.until('Ext', end):.2g} rad. In the same steps: {also}.",
+            f"{four.until('Ext', end):.2g} rad. In the same steps: {remark}.",
         )
 
 
