@@ -122,8 +122,8 @@ class Series:
         """Return the Taylor coefficients of the attitude and of the momentum in the body frame."""
         m, q, half = [[x] for x in self.m], [[x] for x in self.q], Decimal("0.5")
         p, u = (
-            [[x] for x in turn(conjugate(self.q), fixed)]
-            for fixed in (decimals((0, 0, 1)), self.turning)
+            [[x] for x in turn(conjugate(self.q), vector)]
+            for vector in (decimals((0, 0, 1)), self.turning)
         )
         w, pull, heavy = [[x] for x in self._velocity()], self._pull(), [[], [], []]
         v = [[x[0] - y[0]] for x, y in zip(w, u, strict=True)]

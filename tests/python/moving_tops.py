@@ -136,9 +136,9 @@ def compare_methods(scene, end, fewest):
     """Check the results of all applicable methods against a SciPy solution."""
     q, m = integrate(scene, end)
     tolerance = {0: 3e-9, 1: 0.03, 2: 3e-5, 4: 1e-8, 6: 1e-9, 8: 1e-9}
-    suited = [method for method in kr.methods.values() if method.suits(scene)]
-    assert fewest <= {method.name for method in suited}
-    for method in suited:
+    methods = [method for method in kr.methods.values() if method.suits(scene)]
+    assert fewest <= {method.name for method in methods}
+    for method in methods:
         step = {} if method.adaptive or method.exact else {"step": 0.005}
         path = kr.solve(scene, [0.0, end], method.name, **step)
         limit = tolerance[method.order]
@@ -172,8 +172,8 @@ def check_resumed(scene, words, t=(0.7, 1.6)):
         assert rest.states.tobytes() == again.to([t[1]]).states.tobytes()
         whole = kr.solve(scene, t, **options)
         assert np.abs(rest.q[-1] - whole.q[-1]).max() < 1e-13
-        streamed = [path.states for path in kr.stream(scene, list(t), **options)]
-        assert np.abs(np.concatenate(streamed) - whole.states).max() < 1e-13
+        states = [path.states for path in kr.stream(scene, list(t), **options)]
+        assert np.abs(np.concatenate(states) - whole.states).max() < 1e-13
 
 
 def compare_tangents(scene, end, columns, digits=16, step=1e-6):

@@ -102,10 +102,10 @@ def nutation_by_quadrature(scene, n=400):
     h = start.energy[0] - c * c / (2 * i3)
     fall = np.poly1d([-2 * i1 * lever, 2 * i1 * h])
     cubic = fall * np.poly1d([-1, 0, 1]) - np.poly1d([-c, v]) ** 2
-    low, high, beyond = sorted(cubic.roots.real)
+    low, high, third = sorted(cubic.roots.real)
     angle = np.pi * (np.arange(n) + 0.5) / n
     u = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
-    pace = i1 / np.sqrt(2 * i1 * lever * (beyond - u))
+    pace = i1 / np.sqrt(2 * i1 * lever * (third - u))
     period = 2 * np.pi * pace.mean()
     return low, high, period, 2 * np.pi * (pace * (v - c * u) / (i1 * (1 - u * u))).mean() / period
 

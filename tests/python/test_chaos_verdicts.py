@@ -71,8 +71,8 @@ def test_every_doubtful_verdict_has_a_reason():
     short = kr.oli(kr.scenes.thesis, 100.0)
     assert short.doubt == "under 100 turns" and short.is_doubtful and not short.is_chaotic
     assert short.turns < 100.0 and "regular, in doubt: under 100 turns>" in repr(short)
-    near = kr.lyapunov(TOP, 75.0)
-    assert 2.5 < near.final_megno < 8.0 and near.doubt == "MEGNO near the threshold"
+    doubtful = kr.lyapunov(TOP, 75.0)
+    assert 2.5 < doubtful.final_megno < 8.0 and doubtful.doubt == "MEGNO near the threshold"
     rough = kr.megno(TOP, 1000.0, tol=0.5)
     assert rough.certificate > 0.01 and rough.doubt == "certificate above 0.01"
     indicator = kr.megno(TOP.vary(gravity=[1.0, 1e30]), [1000.0], max_steps=20000)

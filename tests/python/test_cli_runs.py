@@ -101,9 +101,9 @@ def test_a_failed_run_keeps_its_states_and_can_be_resumed(tmp_path):
 
 
 @signals
-@pytest.mark.parametrize("buffered", [True, False])
+@pytest.mark.parametrize("is_buffered", [True, False])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, buffered):
+def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, is_buffered):
     words = (
         f"solve asymmetric --t 0:1e6:0.05 --method strang --step 0.1 --csv - --save {tmp_path}/run"
     )
@@ -112,7 +112,7 @@ def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, 
         [sys.executable, "-c", start, *words.split()],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=os.environ | ({} if buffered else {"PYTHONUNBUFFERED": "1"}),
+        env=os.environ | ({} if is_buffered else {"PYTHONUNBUFFERED": "1"}),
         text=True,
     ) as run:
         text = run.stdout.readline() + run.stdout.readline()

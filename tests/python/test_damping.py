@@ -137,8 +137,8 @@ def test_streams_runs_and_events_agree_with_solve():
     run.to(0.5)
     run_copy = kr.resume(run.checkpoint)
     assert np.array_equal(run_copy.to(TIMES[1:]).states, path.states[1:])
-    streamed = list(kr.stream(HEAVY, TIMES, chunk=1))
-    assert np.array_equal(np.concatenate([piece.q for piece in streamed]), path.q)
+    pieces = list(kr.stream(HEAVY, TIMES, chunk=1))
+    assert np.array_equal(np.concatenate([piece.q for piece in pieces]), path.q)
     quantities = kr.solve(HEAVY, TIMES, want=("nutation", "kinetic"))
     assert np.abs(quantities.nutation - path.nutation).max() < 1e-13
     assert np.abs(kr.solve(path.end, [1.0]).q - kr.solve(HEAVY, [8.0]).q).max() < 1e-12

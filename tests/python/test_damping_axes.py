@@ -93,10 +93,10 @@ def test_ensembles_and_reductions_agree_with_the_series():
     for times in ([0.5, 2.0], [-0.25, -1.0]):
         tops = kr.Ensemble.of([scene_of(name) for name in names])
         paths = kr.solve(tops, times)
-        reduced = kr.reduce(tops, times, {"nutation": "max"})
+        reductions = kr.reduce(tops, times, {"nutation": "max"})
         for i in range(len(names)):
             assert_agrees(paths[i], compute_states(tops[i], *times), 1e-14)
-            assert abs(reduced["nutation"]["max"][i] - paths[i].nutation.max()) < 1e-15
+            assert abs(reductions["nutation"]["max"][i] - paths[i].nutation.max()) < 1e-15
 
 
 @pytest.mark.parametrize("name", THREE)
@@ -160,8 +160,8 @@ def test_streams_and_resumed_runs_equal_the_path_bitwise(name):
     run = kr.start(scene)
     run.to(times[0])
     assert np.array_equal(kr.resume(run.checkpoint).to(times[1:]).states, path.states[1:])
-    streamed = np.concatenate([piece.states for piece in kr.stream(scene, times, chunk=1)])
-    assert np.array_equal(streamed, path.states)
+    states = np.concatenate([piece.states for piece in kr.stream(scene, times, chunk=1)])
+    assert np.array_equal(states, path.states)
 
 
 @pytest.mark.parametrize(

@@ -95,18 +95,18 @@ def test_tangents_agree_with_differences_for_every_order_of_axes(name):
         assert np.abs(path.tangents - fine.tangents).max() < 1e-13 * size
 
 
-def continue_angles(values, near):
-    """Shift angles by multiples of 2 pi to the values closest to `near`."""
-    return values + 2.0 * np.pi * np.round((near - values) / (2.0 * np.pi))
+def continue_angles(values, targets):
+    """Shift angles by multiples of 2 pi to the values closest to `targets`."""
+    return values + 2.0 * np.pi * np.round((targets - values) / (2.0 * np.pi))
 
 
 def quantity_changes(name, reference):
     """Return a function that computes the quantity `name` from states."""
-    near = getattr(reference, name)
+    targets = getattr(reference, name)
 
     def values_at(block, states, low):
         found = values(name, block, states)
-        return continue_angles(found, near) if name in ANGLES else found
+        return continue_angles(found, targets) if name in ANGLES else found
 
     return values_at
 

@@ -135,8 +135,8 @@ def test_the_error_of_thirty_digits_is_an_angle():
     )
     path = kr.solve(free, np.linspace(0.0, 1900.0, 20), digits=30)
     assert path.error == np.pi
-    near = kr.solve(free, [20.0], digits=30)
-    assert near.error < 1e-20
+    short_path = kr.solve(free, [20.0], digits=30)
+    assert short_path.error < 1e-20
 
 
 # Boundary values

@@ -227,8 +227,8 @@ def test_verticals_are_rotated_by_the_smallest_angle():
         ]
     )
     np.testing.assert_allclose(turns, expected, atol=1e-15)
-    near = starts._compute_rotations_to_vertical(np.array([[3e-9, 4e-9, -1.0]]))
-    np.testing.assert_allclose(near, [(2.5e-9, 0.8, -0.6, 0)], rtol=1e-7)
+    attitudes = starts._compute_rotations_to_vertical(np.array([[3e-9, 4e-9, -1.0]]))
+    np.testing.assert_allclose(attitudes, [(2.5e-9, 0.8, -0.6, 0)], rtol=1e-7)
 
 
 def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():

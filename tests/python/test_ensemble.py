@@ -240,9 +240,9 @@ def test_ensembles_are_immutable():
 
 
 def test_copies_are_equal():
-    for copied in (copy.copy(FULL), copy.deepcopy(FULL), pickle.loads(pickle.dumps(FULL))):
-        assert copied == FULL and copied[1, 2]._block == FULL[1, 2]._block
-        assert copied.axes == FULL.axes and [*copied.coords] == [*FULL.coords]
+    for other in (copy.copy(FULL), copy.deepcopy(FULL), pickle.loads(pickle.dumps(FULL))):
+        assert other == FULL and other[1, 2]._block == FULL[1, 2]._block
+        assert other.axes == FULL.axes and [*other.coords] == [*FULL.coords]
     assert FULL[::-1] != FULL and FULL[:3] != FULL and FULL != LAGRANGE
     assert kr.Ensemble(CORNER, momentum=M) != kr.Ensemble(MANY, momentum=M)
 

@@ -76,11 +76,11 @@ def test_results_do_not_depend_on_other_requests():
 @pytest.mark.parametrize("name", kr.methods)
 def test_members_move_like_single_tops(name):
     method = kr.methods[name]
-    suited = [scene for scene in SCENES if method.suits(scene)]
+    scenes = [scene for scene in SCENES if method.suits(scene)]
     words = {} if method.adaptive else {"step": 0.125}
     for times in ([0.0, 0.25, 0.3, 1.0], [-0.25, -0.3, -1.0]):
-        many = kr.solve(kr.Ensemble.of(suited), times, name, **words).check()
-        for i, scene in enumerate(suited):
+        many = kr.solve(kr.Ensemble.of(scenes), times, name, **words).check()
+        for i, scene in enumerate(scenes):
             alone = kr.solve(scene, times, name, **words)
             if name == "taylor" and not any(scene.damping):
                 difference = kr.attitude_error(many[i].q, alone.q).max()

@@ -32,8 +32,8 @@ def test_only_wanted_quantities_are_stored():
     for want in (("nutation", "energy"), ("q_low", "apex"), ("m",)):
         paths = kr.solve(MIXED, TIMES, want=want)
         for name in want:
-            near = getattr(kr.solve(MIXED, TIMES), name)
-            assert np.allclose(getattr(paths, name), near, rtol=0, atol=1e-12)
+            expected = getattr(kr.solve(MIXED, TIMES), name)
+            assert np.allclose(getattr(paths, name), expected, rtol=0, atol=1e-12)
         for i, scene in enumerate(SCENES):
             assert paths[i].want == want and len(paths[i]) == len(TIMES)
             if kr.methods["exact"].suits(scene):
@@ -263,12 +263,14 @@ def test_members_with_a_single_time_equal_single_tops():
 
 
 def test_reductions_are_a_mapping_that_shows_its_names():
-    reduced = kr.reduce(MANY, 1.0, {"nutation": ("min", "max"), "apex": "mean"})
-    assert list(reduced.keys()) == ["nutation", "apex"]
-    shapes = {name: {kind: x.shape for kind, x in kinds.items()} for name, kinds in reduced.items()}
+    reductions = kr.reduce(MANY, 1.0, {"nutation": ("min", "max"), "apex": "mean"})
+    assert list(reductions.keys()) == ["nutation", "apex"]
+    shapes = {
+        name: {kind: x.shape for kind, x in kinds.items()} for name, kinds in reductions.items()
+    }
     assert shapes == {"nutation": {"min": (2, 3), "max": (2, 3)}, "apex": {"mean": (2, 3, 3)}}
-    np.testing.assert_allclose(reduced["nutation"]["min"], [[0.2] * 3, [0.4] * 3], rtol=1e-14)
-    assert "shape (2, 3), nutation: min max, apex: mean" in repr(reduced)
+    np.testing.assert_allclose(reductions["nutation"]["min"], [[0.2] * 3, [0.4] * 3], rtol=1e-14)
+    assert "shape (2, 3), nutation: min max, apex: mean" in repr(reductions)
 
 
 def test_an_empty_ensemble_has_no_events():

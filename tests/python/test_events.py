@@ -128,12 +128,12 @@ def test_separatrix_events_occur_when_the_top_flips_over():
     body = kr.Body.cuboid(half=(0.3, 0.6, 1.0), pivot=(0, 0, 0))
     tumbling = kr.Scene(body, body_velocity=(1e-6, 1.0, 1e-6))
     path = kr.solve(tumbling, 300, events=[events.separatrix(tumbling)])
-    near = path.events.path
+    event_path = path.events.path
     middle = int(np.argsort(body.moments)[1])
-    share = np.abs((near.velocity * near.frame[:, middle]).sum(axis=1)) / np.linalg.norm(
-        near.velocity, axis=1
-    )
-    assert len(near) > 3 and share.min() > 1 - 1e-9
+    share = np.abs(
+        (event_path.velocity * event_path.frame[:, middle]).sum(axis=1)
+    ) / np.linalg.norm(event_path.velocity, axis=1)
+    assert len(event_path) > 3 and share.min() > 1 - 1e-9
     up = events.separatrix(GENERAL)
     highest = kr.solve(GENERAL, 30, events=[up]).events
     dense = kr.solve(GENERAL, np.linspace(0, 30, 30001), "taylor").apex[:, 2]

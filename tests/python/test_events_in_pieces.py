@@ -56,10 +56,10 @@ def test_a_stream_finds_the_events_of_solve(words, chunk, sign):
 def test_a_saved_run_finds_the_events_of_solve(words, sign):
     """Save and resume a run at each event, and shortly before and after it."""
     event_times = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
-    near = np.concatenate(
+    neighbours = np.concatenate(
         [event_times, np.nextafter(event_times, 0.0), np.nextafter(event_times, sign * 99.0)]
     )
-    times = sign * np.unique(np.abs(np.concatenate([near, sign * np.linspace(0, 30, 17)])))
+    times = sign * np.unique(np.abs(np.concatenate([neighbours, sign * np.linspace(0, 30, 17)])))
     whole = kr.solve(GENERAL, times, events=LOOKED_FOR, **words)
     run, parts = kr.start(GENERAL, events=LOOKED_FOR, back=sign < 0, **words), []
     for t in times:

@@ -48,10 +48,10 @@ def form(request):
 
 
 def largest_distance(one, other):
-    near = np.minimum(
+    distances = np.minimum(
         np.linalg.norm(one.q - other.q, axis=1), np.linalg.norm(one.q + other.q, axis=1)
     )
-    return float((near + np.linalg.norm(one.m - other.m, axis=1)).max())
+    return float((distances + np.linalg.norm(one.m - other.m, axis=1)).max())
 
 
 def test_states_agree_with_30_digits(form):

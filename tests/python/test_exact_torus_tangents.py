@@ -135,16 +135,16 @@ def test_tangents_do_not_change_the_path():
 
 def test_tangents_near_a_separatrix_have_an_error_or_are_refused():
     level = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)  # the closed form refuses this start at rest
-    near, nearer = (
+    near_scene, nearer_scene = (
         KOWALEWSKI.replace(momentum=size * np.array(KOWALEWSKI.momentum), attitude=level)
         for size in (1e-3, 1e-6)
     )
-    path = kr.exact(near)(150.0, tangents="start")
-    truth = kr.solve(near, [150.0], digits=20, tangents="start")
+    path = kr.exact(near_scene)(150.0, tangents="start")
+    truth = kr.solve(near_scene, [150.0], digits=20, tangents="start")
     assert_near(path.tangents, truth.tangents, path.tangents_rest)
     assert 1e-7 < path.tangents_rest < 1e-4
     with pytest.raises(ValueError, match=r"neighbouring tops, which fail here.*no closed form"):
-        kr.exact(nearer)(1.0, tangents="start")
+        kr.exact(nearer_scene)(1.0, tangents="start")
 
 
 @pytest.mark.parametrize("name", ["moments", "com", "damping"])

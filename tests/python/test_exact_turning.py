@@ -51,7 +51,7 @@ def true_turning(scene):
 
 def scenes_near(rng, kind):
     """Return a random top whose motion is close to that named by `kind`, such as a cusp."""
-    near = 10.0 ** rng.uniform(-14, -1)
+    deviation = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True
     )
@@ -64,19 +64,19 @@ def scenes_near(rng, kind):
             body, rng.normal(size=3) * 10.0 ** rng.uniform(-2, 2), q, rng.uniform(-1, 1)
         )
     if kind == "cusp":
-        return kr.Scene(body, apex * 3 * math.sqrt(i1 * lever) + near * rng.normal(size=3), q)
+        return kr.Scene(body, apex * 3 * math.sqrt(i1 * lever) + deviation * rng.normal(size=3), q)
     if kind == "steady":
         rate = rng.uniform(0.3, 3) * math.sqrt(lever / i1)
         spin = (i1 * rate**2 * math.cos(tilt) + lever) / rate
         transverse = i1 * rate * math.sin(tilt) * np.array((0, math.cos(tilt), math.sin(tilt)))
-        return kr.Scene(body, spin * apex + transverse + near * rng.normal(size=3), q)
+        return kr.Scene(body, spin * apex + transverse + deviation * rng.normal(size=3), q)
     if kind == "upright":
-        q = unit((1, near, 0, 0))
+        q = unit((1, deviation, 0, 0))
         spin = rng.uniform(0.2, 4) * math.sqrt(i1 * lever)
-        return kr.Scene(body, (near * rng.normal(), near * rng.normal(), spin), q)
-    # a pendulum whose energy differs by up to `near` from the energy at the upright position
+        return kr.Scene(body, (deviation * rng.normal(), deviation * rng.normal(), spin), q)
+    # a pendulum whose energy differs by up to `deviation` from the energy at the upright position
     rate = 2 * math.sqrt(lever / i1) * math.sin(tilt / 2)
-    return kr.Scene(body, (i1 * rate * (1 + near), 0, 0), q)
+    return kr.Scene(body, (i1 * rate * (1 + deviation), 0, 0), q)
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "cusp", "steady", "upright", "separatrix"])

@@ -256,11 +256,11 @@ def test_the_error_of_30_digits_is_at_least_their_rounding():
 
 @pytest.mark.parametrize("want", [None, ("energy", "apex")])
 @pytest.mark.parametrize(
-    "another", [copy.copy, copy.deepcopy, lambda path: pickle.loads(pickle.dumps(path))]
+    "make_copy", [copy.copy, copy.deepcopy, lambda path: pickle.loads(pickle.dumps(path))]
 )
-def test_a_copy_of_a_path_is_read_only(want, another):
+def test_a_copy_of_a_path_is_read_only(want, make_copy):
     path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0, 2.0], want=want)
-    twin = another(path)
+    twin = make_copy(path)
     for name in ("t", "energy", "apex") + (() if want else ("states", "q", "m")):
         assert np.array_equal(getattr(twin, name), getattr(path, name))
         with pytest.raises(ValueError, match="read-only"):
@@ -303,10 +303,10 @@ FRESH = "failed", "q_xyzw"  # computed anew at each access
 
 @pytest.mark.parametrize("name", RESULTS)
 @pytest.mark.parametrize(
-    "another", [lambda one: one, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
+    "make_copy", [lambda one: one, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
 )
-def test_arrays_of_a_result_and_of_its_copies_are_read_only(name, another):
-    result = another(RESULTS[name]())
+def test_arrays_of_a_result_and_of_its_copies_are_read_only(name, make_copy):
+    result = make_copy(RESULTS[name]())
     names = [n for n in {*dir(type(result)), *vars(result)} if n[0] != "_" and n not in FRESH]
     found = {n: value for n in names if isinstance(value := getattr(result, n, None), np.ndarray)}
     assert found and not [n for n, value in found.items() if value.flags.writeable]

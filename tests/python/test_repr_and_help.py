@@ -65,9 +65,9 @@ def test_dir_of_the_scenes_lists_scenes():
 
 
 def test_dir_lists_the_public_names_of_a_run():
-    may = {"checkpoint", "ended", "plan", "save", "start_time", "stream", "to"}
-    may |= {"change", "push", "reset"}
-    assert {name for name in dir(kr.Run) if not name.startswith("_")} == may
+    names = {"checkpoint", "ended", "plan", "save", "start_time", "stream", "to"}
+    names |= {"change", "push", "reset"}
+    assert {name for name in dir(kr.Run) if not name.startswith("_")} == names
 
 
 def test_dir_of_events_lists_its_constructors():

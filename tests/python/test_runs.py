@@ -142,11 +142,11 @@ def test_a_run_advances_in_one_direction():
         run.to([1.0])
     with pytest.raises(ValueError, match="goes back"):
         run.to(-3)
-    limited = kr.start(TOP, "strang", step=0.01, max_steps=100)
+    short_run = kr.start(TOP, "strang", step=0.01, max_steps=100)
     with pytest.raises(kr.Error, match="largest number of steps"):
-        limited.to(3)
-    assert limited.t == 1
-    next_run = kr.resume(limited.checkpoint, max_steps=0)
+        short_run.to(3)
+    assert short_run.t == 1
+    next_run = kr.resume(short_run.checkpoint, max_steps=0)
     assert np.array_equal(
         next_run.to(3).states[-1], kr.solve(TOP, 3, "strang", step=0.01).states[-1]
     )
@@ -215,12 +215,12 @@ def test_resuming_with_another_kernel_warns():
 
 
 @pytest.mark.parametrize(
-    "another", [copy.copy, copy.deepcopy, lambda run: pickle.loads(pickle.dumps(run))]
+    "make_copy", [copy.copy, copy.deepcopy, lambda run: pickle.loads(pickle.dumps(run))]
 )
-def test_a_copy_of_a_run_is_independent(another):
+def test_a_copy_of_a_run_is_independent(make_copy):
     run = kr.start(TOP, "strang", step=0.01)
     run.to(1.0)
-    twin = another(run)
+    twin = make_copy(run)
     assert twin.t == 1.0 and twin.stats == run.stats
     states = run.to(2.0).states
     assert twin.t == 1.0 and np.array_equal(twin.to(2.0).states, states)

@@ -256,11 +256,11 @@ class Evil:
 
 def test_invalid_arrays_are_refused(file, parts, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    pickled = io.BytesIO()
-    np.save(pickled, np.array([Evil()], dtype=object), allow_pickle=True)
+    buffer = io.BytesIO()
+    np.save(buffer, np.array([Evil()], dtype=object), allow_pickle=True)
     rows = len(np.load(io.BytesIO(parts["t.npy"])))
     bad = [
-        b"", b"x", pickled.getvalue(), parts["q.npy"][:-1], parts["q.npy"] + b"x",
+        b"", b"x", buffer.getvalue(), parts["q.npy"][:-1], parts["q.npy"] + b"x",
         npy("'<f8'", "(1000000000000,)", b""), npy("'<f8'", f"({rows}, 4)", b""),
         npy("'<f8'", "(0, 99999999999999999999999999)", b""), npy("'<f8'", "()", bytes(8)),
         npy("'|O'", "(1,)", pickle.dumps(Evil())), npy("'<U99999999999'", "()", b""),

@@ -107,8 +107,8 @@ def test_every_function_takes_the_same_steps():
     run = kr.start(top)
     run.to(times[1])
     assert np.array_equal(kr.resume(run.checkpoint).to(times[2:]).states, path.states[2:])
-    streamed = np.concatenate([piece.states for piece in kr.stream(top, times, chunk=1)])
-    assert np.array_equal(streamed, path.states)
+    states = np.concatenate([piece.states for piece in kr.stream(top, times, chunk=1)])
+    assert np.array_equal(states, path.states)
     tops = kr.Ensemble.of([top, kr.scenes.thesis])
     assert np.array_equal(kr.solve(tops, times, max_steps=200)[0].states, path.states)
 

@@ -161,8 +161,8 @@ def test_dense_times_streams_runs_and_resumption_agree(damping):
     top, times = scene(damping, **BOTH), np.linspace(0, 2, 41)
     path, alone = kr.solve(top, times), kr.solve(top, [2.0])
     assert np.array_equal(path.q[-1], alone.q[0])
-    streamed = np.concatenate([part.q for part in kr.stream(top, times)])
-    assert np.array_equal(streamed, path.q)
+    attitudes = np.concatenate([part.q for part in kr.stream(top, times)])
+    assert np.array_equal(attitudes, path.q)
     half = kr.solve(top, [1.0])
     later_path = kr.solve(half.end, [1.0])
     assert kr.attitude_error(later_path.q[0], path.q[-1]) < 1e-14

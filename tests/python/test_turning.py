@@ -75,8 +75,8 @@ def test_quantities_without_the_heading():
         tops = scene.vary(turning=[turning, (0, 0, 0)])
         many = kr.solve(tops, t, want=("nutation",))
         assert np.abs(many.nutation[0] - whole.nutation).max() < 1e-14
-        reduced = kr.reduce(tops, t, {"nutation": "max"})
-        assert reduced["nutation"]["max"][0] == pytest.approx(whole.nutation.max(), abs=1e-14)
+        reductions = kr.reduce(tops, t, {"nutation": "max"})
+        assert reductions["nutation"]["max"][0] == pytest.approx(whole.nutation.max(), abs=1e-14)
 
 
 def test_jacobis_integral_is_conserved():

@@ -250,7 +250,7 @@ def test_the_closed_form_has_the_period_and_precession_of_the_integrals(prefix, 
 
 def test_cpp_frees_by_a_destructor_and_throws(prefix, tmp_path):
     output = compile_and_run(
-        EXAMPLES / "raii.cpp", prefix, "-std=c++17", compiler="g++", to=tmp_path / "raii"
+        EXAMPLES / "raii.cpp", prefix, "-std=c++17", compiler="g++", file=tmp_path / "raii"
     )
     assert re.search(f"^caught: {REFUSAL}$", output, re.M)
     ((t, loss),) = numbers("^t = #: .+, lost energy #", output)

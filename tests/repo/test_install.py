@@ -41,7 +41,7 @@ def test_an_installation_can_be_moved(prefix, tmp_path):
     folder = folder_copy / "lib/pkgconfig"
     flags = run("pkg-config", "--cflags", "--libs", "kreisel", PKG_CONFIG_PATH=str(folder))
     assert str(folder_copy) in flags and str(prefix) not in flags
-    output = compile_and_run(EXAMPLES / "hello.c", folder_copy, "-std=c99", to=tmp_path / "a.out")
+    output = compile_and_run(EXAMPLES / "hello.c", folder_copy, "-std=c99", file=tmp_path / "a.out")
     assert output.startswith(FIRST_LINE)
 
 
@@ -54,6 +54,6 @@ def test_pkg_config_builds_a_working_program(prefix, language, linking, tmp_path
     source = tmp_path / "hello.c"
     source.write_text((EXAMPLES / "hello.c").read_text())
     output = compile_and_run(
-        source, prefix, *options, compiler=compiler, linking=linking, to=tmp_path / "a.out"
+        source, prefix, *options, compiler=compiler, linking=linking, file=tmp_path / "a.out"
     )
     assert output.startswith(FIRST_LINE)

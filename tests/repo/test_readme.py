@@ -62,7 +62,7 @@ def test_c_blocks_compile_and_run(tmp_path):
         source = tmp_path / f"block{i}.c"
         source.write_text(text)
         compile_and_run(
-            source, install_library(), "-std=c99", libraries=["-lm"], to=source.with_suffix("")
+            source, install_library(), "-std=c99", libraries=["-lm"], file=source.with_suffix("")
         )
 
 

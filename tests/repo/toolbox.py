@@ -163,7 +163,7 @@ def build_and_install(build, prefix, gsl):
     run("cmake", "--install", build)
 
 
-def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), to):
+def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), file):
     """Compile a program with the flags of pkg-config, run it, and return its output."""
     need(compiler, "pkg-config")
     static = ["-static"] if linking == "static" else []
@@ -182,6 +182,6 @@ def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", 
         *libraries,
         f"-Wl,-rpath,{prefix / 'lib'}",
         "-o",
-        to,
+        file,
     )
-    return run(to)
+    return run(file)

@@ -55,8 +55,8 @@ def test_families_have_cases_with_unique_names():
 )
 def test_no_cell_is_wrong_in_silence(name):
     found = examine_case(name)
-    suited = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
-    assert suited | {"heyoka"} <= set(found) <= suited | set(single_runs.RECORDERS)
+    methods = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
+    assert methods | {"heyoka"} <= set(found) <= methods | set(single_runs.RECORDERS)
     for method, cell in found.items():
         assert cell["verdict"] in ("right", "as asked", "degraded", "lost"), f"{method}: {cell}"
         assert cell["agreement"] < cell["conditioning"], "the truth is truer than the data"
@@ -349,12 +349,12 @@ def test_random_tops_are_of_their_kind_and_reproducible(kind):
 
 def test_random_tops_are_run_by_every_suitable_method():
     found = random_tops.measure_kind("Euler", 2)
-    suited = [
+    names = [
         name
         for name, method in kr.methods.items()
         if method.suits(random_tops.draw_problems("Euler", 1)[0].user)
     ]
-    assert [run["method"] for run in found] == [name for name in suited for _ in range(2)]
+    assert [run["method"] for run in found] == [name for name in names for _ in range(2)]
     worst = {
         line["method"]: line["worst"] for line in random_tops.summarize_methods(found, "Euler")
     }

@@ -41,8 +41,8 @@ def test_an_interruption_keeps_measurements():
         if len(calls) == 5:
             raise KeyboardInterrupt
 
-    samples, interrupted = timing.time_in_turn([call, call], [1.0, 1.0], rounds=10)
-    assert interrupted and [len(own) for own in samples] == [2, 2]
+    samples, is_interrupted = timing.time_in_turn([call, call], [1.0, 1.0], rounds=10)
+    assert is_interrupted and [len(own) for own in samples] == [2, 2]
 
 
 def test_findings_are_stored_and_not_recomputed(tmp_path):

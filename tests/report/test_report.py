@@ -42,8 +42,8 @@ def test_the_report_writes_its_table(quick_report):
             run["method"]: run for run in rows_of(quick_report) if run["scene"] == name
         }  # the last run of each method has the tightest setting
         scene = load_problem(name).to_scene()
-        suited = {method for method in kr.methods if kr.methods[method].suits(scene)}
-        assert set(runs_by_method) == suited | {"heyoka", "scipy_dop853"}
+        methods = {method for method in kr.methods if kr.methods[method].suits(scene)}
+        assert set(runs_by_method) == methods | {"heyoka", "scipy_dop853"}
         for method, run in runs_by_method.items():
             assert not run["failure"] and float(run["seconds"]) > 0, f"{method} on {name}"
             if method != "scipy_dop853":  # the run may stop early on a slow machine

@@ -102,8 +102,8 @@ def test_dragging_with_the_right_button_pans(page, is_flat):
     set_flat(page, is_flat)
     (offset, target, _), x = read_camera(page), page.evaluate("kreisel.locate('tip')[0]")
     drag_empty(page, (90, 0), button="right")
-    same, panned, _ = read_camera(page)
-    assert same == pytest.approx(offset) and np.linalg.norm(panned - target) > 0.1
+    new_offset, new_target, _ = read_camera(page)
+    assert new_offset == pytest.approx(offset) and np.linalg.norm(new_target - target) > 0.1
     assert page.evaluate("kreisel.locate('tip')[0]") == pytest.approx(x + 90, abs=20)
 
 

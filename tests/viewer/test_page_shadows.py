@@ -26,11 +26,11 @@ def test_each_scene_has_shadows(page, preset):
     load(page, preset)
     advance(page, 6)
     assert page.evaluate(f"{SHADOWS}.visible && {SHADOWS}.children.length") > 0
-    shaded = brightness(page)
+    shadow = brightness(page)
     page.evaluate(f"{SHADOWS}.visible = false")
-    brightness_before = brightness(page)
+    full = brightness(page)
     page.evaluate(f"{SHADOWS}.visible = true")
-    darker = brightness_before - shaded
+    darker = full - shadow
     assert darker.max() > 15 and darker.min() > -3
     rows, _ = np.nonzero(darker > 10)
     assert len(rows) > (4 if preset == ROD else 40)
