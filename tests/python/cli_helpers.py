@@ -7,9 +7,11 @@ from internals import cli
 
 
 def call(line, *more, code=0, text=None):
-    done = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=text)
-    assert done.exit_code == code and (code == 0 or done.exc_info[0] is SystemExit), done.output
-    return done.output
+    result = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=text)
+    assert result.exit_code == code and (code == 0 or result.exc_info[0] is SystemExit), (
+        result.output
+    )
+    return result.output
 
 
 def make_raiser(error):

@@ -173,13 +173,13 @@ def test_report_runs_the_validation_of_the_source_tree(tmp_path):
     (tmp_path / "validation/__main__.py").write_text(
         "def main(argv):\n    print('made with', argv)\n    return 3\n"
     )
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-m", "kreisel", "report", "--quick", "-h"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
     )
-    assert (done.returncode, done.stdout) == (3, "made with ['--quick', '-h']\n")
+    assert (result.returncode, result.stdout) == (3, "made with ['--quick', '-h']\n")
 
 
 PRECESSING = kr.Scene.spinning(LAGRANGE.body, spin=1.0, tilt=1.0, precession=2.0)
@@ -275,8 +275,8 @@ def test_a_report_without_its_dependencies_names_them(monkeypatch):
 def test_a_missing_module_of_the_report_is_not_hidden(monkeypatch):
     missing = ModuleNotFoundError("no", name="validation.parts")
     monkeypatch.setattr(importlib, "import_module", make_raiser(missing))
-    done = CliRunner().invoke(cli.main, ["report"])
-    assert done.exception is missing
+    result = CliRunner().invoke(cli.main, ["report"])
+    assert result.exception is missing
 
 
 @pytest.mark.usefixtures("source_tree")
@@ -293,11 +293,11 @@ def test_report_runs_the_validation_of_the_working_directory(tmp_path):
     (folder / "__init__.py").write_text("")
     (folder / "__main__.py").write_text("def main(words):\n    print('made here', words)\n")
     kreisel = Path(sys.executable).parent / "kreisel"  # its folder is the first in sys.path
-    done = subprocess.run(
+    result = subprocess.run(
         [kreisel, "report", "--quick"],
         capture_output=True,
         text=True,
         cwd=tmp_path,
         timeout=60,
     )
-    assert done.stdout == "made here ['--quick']\n" and done.returncode == 0
+    assert result.stdout == "made here ['--quick']\n" and result.returncode == 0

@@ -116,11 +116,11 @@ def test_random_command_lines_end_with_an_exit_code(tmp_path, monkeypatch, seed)
         kr.scenes.asymmetric.to_toml("top.toml")
         words = line(dice)
         text = dice.choice([kr.scenes.cusps.to_toml(), "", "a = ["])
-        done = CliRunner().invoke(cli.main, words, input=text)
-        has_ended = done.exception is None or isinstance(done.exception, SystemExit)
-        assert has_ended and done.exit_code in (0, 1, 2), (words, done.exception, done.output)
-        codes.append(done.exit_code)
-        if done.exit_code:
-            last = done.stderr.splitlines()[-1]
-            assert last.startswith("Error: ") and len(last) < 500, (words, done.stderr)
+        result = CliRunner().invoke(cli.main, words, input=text)
+        has_ended = result.exception is None or isinstance(result.exception, SystemExit)
+        assert has_ended and result.exit_code in (0, 1, 2), (words, result.exception, result.output)
+        codes.append(result.exit_code)
+        if result.exit_code:
+            last = result.stderr.splitlines()[-1]
+            assert last.startswith("Error: ") and len(last) < 500, (words, result.stderr)
     assert {0, 2} <= set(codes)

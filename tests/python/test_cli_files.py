@@ -16,11 +16,11 @@ ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run too long for a test t
 
 def shell(words, **options):
     """Run a command in a separate process, and assert that it prints no traceback."""
-    done = subprocess.run(
+    result = subprocess.run(
         [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **options
     )
-    assert "Traceback" not in done.stderr and "Exception ignored" not in done.stderr
-    return done
+    assert "Traceback" not in result.stderr and "Exception ignored" not in result.stderr
+    return result
 
 
 @pytest.mark.parametrize("option", ["csv", "json", "npz", "save", "events-csv --events loop"])
@@ -97,16 +97,16 @@ def test_archives_and_runs_can_go_to_standard_output(tmp_path):
 def test_a_full_disk_is_reported_in_one_line_and_other_outputs_are_complete(tmp_path, option):
     if option == "npz -":
         with open("/dev/full", "wb") as full:
-            done = shell("solve thesis --t 1 --npz -", stdout=full, cwd=tmp_path)
+            result = shell("solve thesis --t 1 --npz -", stdout=full, cwd=tmp_path)
     else:
         more = "" if option == "csv" else "--csv kept.csv"
         words = f"solve thesis --t 1 --method taylor --events loop --{option} /dev/full {more}"
         words = words.replace("--events loop", "") if option == "save" else words
-        done = shell(words, stdout=subprocess.DEVNULL, cwd=tmp_path)
+        result = shell(words, stdout=subprocess.DEVNULL, cwd=tmp_path)
         assert os.listdir(tmp_path) == (["kept.csv"] if more else [])
-    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
-    assert "No space left on device" in done.stderr
-    assert option == "npz -" or "'/dev/full'" in done.stderr
+    assert (result.returncode, result.stderr.count("\n")) == (1, 1)
+    assert "No space left on device" in result.stderr
+    assert option == "npz -" or "'/dev/full'" in result.stderr
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
@@ -115,8 +115,8 @@ def test_a_full_disk_is_reported_in_one_line_and_other_outputs_are_complete(tmp_
 )
 def test_full_standard_output_causes_no_traceback(words):
     with open("/dev/full", "w") as full:
-        done = shell(words, stdout=full)
-    assert done.returncode == 1 and "No space left on device" in done.stderr
+        result = shell(words, stdout=full)
+    assert result.returncode == 1 and "No space left on device" in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -130,9 +130,9 @@ def test_full_standard_output_causes_no_traceback(words):
 def test_closed_pipes_end_the_command_quietly(words):
     read_end, write_end = os.pipe()
     os.close(read_end)
-    done = shell(words, stdout=write_end)
+    result = shell(words, stdout=write_end)
     os.close(write_end)
-    assert (done.returncode, done.stderr) == (1, "")
+    assert (result.returncode, result.stderr) == (1, "")
 
 
 def test_rows_are_written_as_they_are_computed():

@@ -155,9 +155,9 @@ main()
 )
 def test_a_signal_keeps_the_computed_states(tmp_path, name, options):
     line = f"solve asymmetric --t 1e7 {options} --csv part.csv --json part.json --npz part.npz"
-    done = python(PRESSED.replace("SIGNAL", name), *line.split(), cwd=tmp_path)
-    assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
-    assert done.stderr.count("\n") == 1
+    result = python(PRESSED.replace("SIGNAL", name), *line.split(), cwd=tmp_path)
+    assert result.returncode == 130 and result.stderr.startswith("Error: interrupted")
+    assert result.stderr.count("\n") == 1
     found = rows((tmp_path / "part.csv").read_text())
     assert len(found) == 2 and 0 < found[1, 0] < 1e7
     assert all((tmp_path / f"part.{ending}").stat().st_size for ending in ("json", "npz"))
@@ -197,9 +197,9 @@ def press(*words):
 compare.compared = press
 main()
 """
-    done = python(program, *line.split(), cwd=tmp_path)
-    assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
-    assert done.stderr.count("\n") == 1
+    result = python(program, *line.split(), cwd=tmp_path)
+    assert result.returncode == 130 and result.stderr.startswith("Error: interrupted")
+    assert result.stderr.count("\n") == 1
 
 
 @signals

@@ -199,13 +199,13 @@ def test_errors_in_a_scene_from_standard_input_name_standard_input():
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_can_be_switched_on(shell):
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-m", "kreisel"],
         env=os.environ | {"_KREISEL_COMPLETE": f"{shell}_source"},
         capture_output=True,
         text=True,
     )
-    assert "kreisel" in done.stdout
+    assert "kreisel" in result.stdout
 
 
 @pytest.mark.parametrize(
@@ -229,8 +229,8 @@ def test_names_are_completed(line, found):
         "COMP_WORDS": " ".join(words),
         "COMP_CWORD": str(len(words) - 1),
     }
-    done = CliRunner().invoke(cli.main, prog_name="kreisel", env=environment)
-    assert f"plain,{found}" in done.output.splitlines()
+    result = CliRunner().invoke(cli.main, prog_name="kreisel", env=environment)
+    assert f"plain,{found}" in result.output.splitlines()
 
 
 # Boundary values

@@ -80,16 +80,16 @@ JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
 def run_writers(moment, folder):
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", WRITER, moment, str(folder)],
         capture_output=True,
         text=True,
         timeout=300,
     )
-    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
-    ends = {w: int(code) for w, code in re.findall(r"^(\w+) ended (-?\d+)$", done.stdout, re.M)}
+    assert result.returncode == 0 and "Traceback" not in result.stderr, result.stderr
+    ends = {w: int(code) for w, code in re.findall(r"^(\w+) ended (-?\d+)$", result.stdout, re.M)}
     assert set(ends) == WRITERS
-    return ends, done.stdout + done.stderr
+    return ends, result.stdout + result.stderr
 
 
 def test_each_writer_writes(tmp_path):
@@ -277,9 +277,9 @@ def replacement(*words):
 {kill} = replacement
 """
     for life in itertools.count(1):
-        done = python(code + example(), cwd=folder)
-        assert done.returncode in (0, 9), done.stderr
-        if done.returncode == 0:
+        result = python(code + example(), cwd=folder)
+        assert result.returncode in (0, 9), result.stderr
+        if result.returncode == 0:
             return life
         with open(folder / "states", "ab") as states:  # as if the write had been cut short
             states.write(b"half a row")

@@ -211,16 +211,16 @@ def test_ensemble_tangents_accept_or_refuse_every_other_argument():
 def test_a_failed_top_of_an_ensemble_keeps_its_valid_tangents():
     tops = members()
     paths = kr.solve(tops, np.linspace(0.0, 40.0, 50), tangents="start", max_steps=9)
-    done = paths.state_counts
-    assert (paths.status_names == "ERR_LIMIT").all() and (done > 0).all() and (done < 50).all()
+    counts = paths.state_counts
+    assert (paths.status_names == "ERR_LIMIT").all() and (counts > 0).all() and (counts < 50).all()
     finite = np.isfinite(paths.tangents).all(axis=(-1, -2))
-    assert np.array_equal(finite, np.arange(50) < done[..., None])
+    assert np.array_equal(finite, np.arange(50) < counts[..., None])
     assert np.array_equal(finite, np.isfinite(paths.derivative("spin")).all(axis=-1))
     one = paths[1, 1]
-    assert len(one) == done[1, 1] == len(one.tangents) == len(one.derivative("q"))
+    assert len(one) == counts[1, 1] == len(one.tangents) == len(one.derivative("q"))
     with pytest.raises(kr.Error) as error:
         paths.check()
-    assert len(error.value.path.tangents) == done[0, 0]
+    assert len(error.value.path.tangents) == counts[0, 0]
     upright = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0)).vary(gravity=[1.0, 2.0])
     unstable_paths = kr.solve(upright, np.arange(0.0, 4000.0, 10.0), tangents="start")
     assert (unstable_paths.status_names == "ERR_TANGENT").all() and len(

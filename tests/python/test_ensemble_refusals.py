@@ -157,12 +157,18 @@ def test_ctrl_c_keeps_finished_members(words):
     with send_sigint(0.3), pytest.raises(kr.Interrupted, match=r"top\[\d+\], .*interr") as stop:
         kr.solve(TOPS, short_and_long_times(400), "taylor", **words)
     paths = stop.value.paths
-    done = paths.status == 0
-    assert 0 < done.sum() < 400 and set(paths.status_names[~done]) == {"ERR_INTERRUPTED"}
+    is_complete = paths.status == 0
+    assert 0 < is_complete.sum() < 400 and set(paths.status_names[~is_complete]) == {
+        "ERR_INTERRUPTED"
+    }
     nutation = paths.nutation
-    assert np.isfinite(nutation[done]).all() and np.isnan(nutation[~done][:, -1]).all()
-    finished = kr.solve(TOPS[done], short_and_long_times(400)[done], "taylor", **words)
-    assert np.array_equal(finished.nutation, nutation[done])
+    assert (
+        np.isfinite(nutation[is_complete]).all() and np.isnan(nutation[~is_complete][:, -1]).all()
+    )
+    finished = kr.solve(
+        TOPS[is_complete], short_and_long_times(400)[is_complete], "taylor", **words
+    )
+    assert np.array_equal(finished.nutation, nutation[is_complete])
     first = int(paths.failed[0])
     assert stop.value.status == "ERR_INTERRUPTED" and stop.value.path.t[-1] == paths.reached[first]
 

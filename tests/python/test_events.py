@@ -313,9 +313,9 @@ try:
 except kr.Interrupted as stopped:
     print(len(stopped.path.events), stopped.path.t[-1])
 """
-    done = python(code)
-    assert done.returncode == 0, done.stderr
-    found, end = map(float, done.stdout.split())
+    result = python(code)
+    assert result.returncode == 0, result.stderr
+    found, end = map(float, result.stdout.split())
     assert found == 10 and 0 < end < 1e7
 
 

@@ -147,9 +147,9 @@ try:
 except kr.Interrupted as stopped:
     print(len(stopped.path))
 """
-    done = python(code)
-    assert done.returncode == 0, done.stderr
-    assert 1000 < int(done.stdout) < 5_000_000
+    result = python(code)
+    assert result.returncode == 0, result.stderr
+    assert 1000 < int(result.stdout) < 5_000_000
 
 
 @pytest.mark.parametrize("verb", [kr.solve, kr.stream])

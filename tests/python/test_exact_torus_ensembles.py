@@ -140,7 +140,7 @@ def test_plans_count_closed_forms():
 def test_a_sweep_records_the_closed_form(tmp_path):
     momenta = [(0.9, 2.1, 0.0), (0.9, 2.1, 0.1), (0.3, -1.4, 0.0)]
     tops = CHAPLYGIN.vary(momentum=momenta)
-    done = kr.sweep(tops, 30.0, "exact", folder=tmp_path, reduce={"nutation": "last"})
+    sweep = kr.sweep(tops, 30.0, "exact", folder=tmp_path, reduce={"nutation": "last"})
     paths = kr.solve(tops, 30.0, "exact")
-    assert done["status"].tolist() == paths.status.tolist() == [0, 6, 0]
-    assert np.array_equal(done["nutation_last"], paths.nutation[:, -1], equal_nan=True)
+    assert sweep["status"].tolist() == paths.status.tolist() == [0, 6, 0]
+    assert np.array_equal(sweep["nutation_last"], paths.nutation[:, -1], equal_nan=True)

@@ -67,9 +67,9 @@ def test_two_threads_can_save_one_file(tmp_path):
 @pytest.mark.parametrize("word", ["--csv", "--npz"])
 def test_a_missing_folder_is_refused_before_anything_runs(tmp_path, word):
     words = ["solve", "asymmetric", "--t", "1e9", word, str(tmp_path / "no" / "file")]
-    done = CliRunner().invoke(main, words)
-    assert done.exit_code == 2 and "there is no folder" in done.output
-    assert done.output.count("\n") == 1
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 2 and "there is no folder" in result.output
+    assert result.output.count("\n") == 1
 
 
 def test_deeply_nested_tables_are_refused(tmp_path):

@@ -54,7 +54,7 @@ soon = threading.Timer(0.5, send)
 
 @pytest.mark.parametrize("truth, option", [("exact", "progress=send"), ("rk4", "")])
 def test_ctrl_c_ends_a_comparison(truth, option):
-    done = python(
+    result = python(
         SEND
         + f"""
 try:
@@ -64,8 +64,8 @@ except kr.CompareInterrupted as stopped:
     print([row.method for row in stopped.table])
 """
     )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == ("['exact']" if truth == "exact" else "[]")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.strip() == ("['exact']" if truth == "exact" else "[]")
 
 
 def test_the_command_line_shows_finished_rows():
@@ -75,14 +75,14 @@ sys.argv[1:] = {[*words, "--truth", "exact"]}
 soon.start()
 main()
 """
-    done = python(SEND + code)
-    assert done.returncode == 130, done.stderr
-    assert "exact" in done.stdout and "rk4" not in done.stdout
-    assert "interrupted: 1 of 2 runs" in done.stderr
+    result = python(SEND + code)
+    assert result.returncode == 130, result.stderr
+    assert "exact" in result.stdout and "rk4" not in result.stdout
+    assert "interrupted: 1 of 2 runs" in result.stderr
 
 
 def test_ctrl_c_in_a_closed_form_raises_keyboard_interrupt():
-    done = python(
+    result = python(
         SEND
         + """
 times = np.linspace(0, 10, 3_000_000)
@@ -94,4 +94,4 @@ except KeyboardInterrupt as stopped:
     print(type(stopped).__name__)
 """
     )
-    assert (done.returncode, done.stdout) == (0, "KeyboardInterrupt\n"), done.stderr
+    assert (result.returncode, result.stdout) == (0, "KeyboardInterrupt\n"), result.stderr

@@ -160,12 +160,12 @@ def test_a_refused_call_does_not_change_the_time():
 
 @pytest.mark.parametrize("pieces", [1, 2, 4])
 def test_ctrl_c_between_two_chunks_keeps_the_path(monkeypatch, pieces):
-    record, done = kr.start(TOP)._record_path.__func__, []
+    record, sizes = kr.start(TOP)._record_path.__func__, []
 
     def record_or_stop(self, times, progress):
-        if len(done) == pieces:
+        if len(sizes) == pieces:
             raise KeyboardInterrupt
-        done.append(len(times))
+        sizes.append(len(times))
         return record(self, times, progress)
 
     monkeypatch.setattr(kr.Run, "_record_path", record_or_stop)
@@ -173,7 +173,7 @@ def test_ctrl_c_between_two_chunks_keeps_the_path(monkeypatch, pieces):
     with pytest.raises(kr.Interrupted) as interruption:
         kr.solve(TOP, times, want=("energy",))
     path = interruption.value.path
-    assert len(path) == sum(done) == len(path.energy) and path.want == ("energy",)
+    assert len(path) == sum(sizes) == len(path.energy) and path.want == ("energy",)
     assert np.array_equal(path.t, times[: len(path)])
 
 
@@ -216,9 +216,9 @@ except kr.Interrupted as stopped:
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_every_long_call(kind):
     """Check that SIGINT ends calls that would otherwise run very long."""
-    done = python(INTERRUPTED, STOPS[kind], timeout=120)
-    assert done.returncode == 0 and done.stdout, done.stderr
-    states, end = map(float, done.stdout.split())
+    result = python(INTERRUPTED, STOPS[kind], timeout=120)
+    assert result.returncode == 0 and result.stdout, result.stderr
+    states, end = map(float, result.stdout.split())
     assert states >= 1 and end >= 0
     assert kind not in ("fixed", "adaptive", "detours") or (states >= 2 and end > 0)
 

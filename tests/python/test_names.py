@@ -74,5 +74,5 @@ def test_the_core_matches_its_stub():
 
 def test_import_needs_only_numpy():
     optional = {"scipy", "rich", "click", "matplotlib", "heyoka", "pandas", "xarray", "pyarrow"}
-    done = python(f"import sys, kreisel; print(sorted(sys.modules.keys() & {optional}))")
-    assert (done.returncode, done.stdout) == (0, "[]\n")
+    result = python(f"import sys, kreisel; print(sorted(sys.modules.keys() & {optional}))")
+    assert (result.returncode, result.stdout) == (0, "[]\n")

@@ -25,9 +25,9 @@ def hashes(tmp_path_factory):
     """Return a hash of the results of each sweep, computed by a single thread."""
     place = tmp_path_factory.mktemp("hashes")
     for name, words in WORDS.items():
-        done = run_sweep(place / name, words, threads=1)
-        assert done.missing == [] and len(done.present) == PARTS
-        assert 0 < (done["status"] != 0).sum() < done.size
+        sweep = run_sweep(place / name, words, threads=1)
+        assert sweep.missing == [] and len(sweep.present) == PARTS
+        assert 0 < (sweep["status"] != 0).sum() < sweep.size
     return {name: hash_rows(place / name) for name in WORDS}
 
 
@@ -74,8 +74,8 @@ def test_results_do_not_depend_on_a_cluster(tmp_path, hashes, cluster, name):
 @pytest.mark.parametrize("name", WORDS)
 def test_results_do_not_depend_on_the_order_of_jobs(tmp_path, hashes, name):
     for i in reversed(range(PARTS)):
-        done = run_sweep(tmp_path, WORDS[name], parts=range(i, i + 1))
-        assert done.missing == [*range(i)]
+        sweep = run_sweep(tmp_path, WORDS[name], parts=range(i, i + 1))
+        assert sweep.missing == [*range(i)]
     assert hash_rows(tmp_path) == hashes[name]
 
 

@@ -328,19 +328,19 @@ def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path):
     }
     for name, table in tables.items():
         (tmp_path / "plan.toml").write_text(f"{head}'{name}'\n{table}\n")
-        done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / name.replace(".", "_"))
-        sweep = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part_size=4, folder=done.folder)
-        assert sweep.hash == done.hash
+        sweep = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / name.replace(".", "_"))
+        again = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part_size=4, folder=sweep.folder)
+        assert again.hash == sweep.hash
     plan = (
         "t = [1.0]\nmethod = 'taylor'\n[[events]]\nevent = 'crossing'\nfunction = { m_x = 2 }\n"
         "value = 0.1\n[scatter]\nn = 5\nseed = 2\ngravity = 0.1\n[scene]\n" + TOP.to_toml()
     )
     (tmp_path / "plan.toml").write_text(plan.replace("[body]", "[scene.body]"))
-    done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "events")
+    sweep = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "events")
     crossing = kr.events.crossing({"m_x": 2}, 0.1)
     source = kr.Source.scatter(TOP, 5, seed=2, gravity=0.1)
-    sweep = kr.sweep(source, [1.0], "taylor", events=crossing, folder=done.folder)
-    assert sweep.hash == done.hash and done.events is not None and done.parts < PARTS
+    again = kr.sweep(source, [1.0], "taylor", events=crossing, folder=sweep.folder)
+    assert again.hash == sweep.hash and sweep.events is not None and sweep.parts < PARTS
 
 
 def test_a_damping_of_one_number_applies_to_all_axes():

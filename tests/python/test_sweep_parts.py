@@ -15,11 +15,11 @@ def sweep_small(folder, n=4, **more):
 
 
 @pytest.mark.parametrize(
-    ("parts", "done"),
+    ("parts", "count"),
     [(range(0), 0), (range(4), 4), (range(3, 4), 1), (range(9, 7), 0), (range(-3, -5), 0)],
 )
-def test_parts_up_to_the_last_can_be_requested(tmp_path, parts, done):
-    assert len(sweep_small(tmp_path, parts=parts).present) == done
+def test_parts_up_to_the_last_can_be_requested(tmp_path, parts, count):
+    assert len(sweep_small(tmp_path, parts=parts).present) == count
 
 
 @pytest.mark.parametrize(

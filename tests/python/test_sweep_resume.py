@@ -294,8 +294,8 @@ def test_two_sweeps_in_one_folder_do_not_interfere(tmp_path, complete_hash):
 
 def test_two_threads_may_start_one_sweep(tmp_path, complete_hash):
     with ThreadPoolExecutor(4) as pool:
-        for done in pool.map(lambda _: run_sweep(tmp_path, threads=1), range(4)):
-            assert done.missing == []
+        for sweep in pool.map(lambda _: run_sweep(tmp_path, threads=1), range(4)):
+            assert sweep.missing == []
     assert hash_rows(tmp_path) == complete_hash and not list(tmp_path.glob(".*"))
 
 

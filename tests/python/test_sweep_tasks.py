@@ -135,10 +135,10 @@ def test_a_scattered_top_has_its_start_in_columns(tmp_path):
 def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path, text, words):
     table = "\npart_size = 4\nscene = 'asymmetric'\n[grid]\nspin = [1, 2]\n"
     (tmp_path / "plan.toml").write_text(text + table)
-    done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
+    sweep = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
     source = kr.Source.grid(TOP, spin=[1, 2])
-    assert kr.sweep(source, folder=done.folder, part_size=4, **words).hash == done.hash
-    assert not done.missing
+    assert kr.sweep(source, folder=sweep.folder, part_size=4, **words).hash == sweep.hash
+    assert not sweep.missing
     with pytest.raises(ValueError, match="is a whole plan"):
         kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs", task="oli")
 

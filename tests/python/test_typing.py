@@ -20,10 +20,10 @@ TOOLS = Path(sys.executable).parent
 def by_mypy(_):
     """Return the places with errors in the package and in both scripts."""
     words = ["--strict", "--hide-error-context", "python/kreisel", *FILES]
-    done = subprocess.run([TOOLS / "mypy", *words], cwd=ROOT, capture_output=True, text=True)
-    print(done.stdout)
-    assert done.returncode in (0, 1), done.stderr
-    found = re.findall(r"^([^:]+):(\d+): error", done.stdout, re.M)
+    result = subprocess.run([TOOLS / "mypy", *words], cwd=ROOT, capture_output=True, text=True)
+    print(result.stdout)
+    assert result.returncode in (0, 1), result.stderr
+    found = re.findall(r"^([^:]+):(\d+): error", result.stdout, re.M)
     return {(Path(file).name, int(line)) for file, line in found}
 
 
@@ -36,9 +36,9 @@ def by_pyright(folder):
     }
     (folder / "pyrightconfig.json").write_text(json.dumps(settings))
     words = ["--project", folder, "--pythonpath", sys.executable, "--outputjson"]
-    done = subprocess.run([TOOLS / "basedpyright", *words], capture_output=True, text=True)
-    assert done.returncode in (0, 1), done.stdout + done.stderr
-    messages = json.loads(done.stdout)["generalDiagnostics"]
+    result = subprocess.run([TOOLS / "basedpyright", *words], capture_output=True, text=True)
+    assert result.returncode in (0, 1), result.stdout + result.stderr
+    messages = json.loads(result.stdout)["generalDiagnostics"]
     return {
         (Path(message["file"]).name, message["range"]["start"]["line"] + 1)
         for message in messages

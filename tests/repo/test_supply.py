@@ -102,12 +102,12 @@ def need(checkout):
 
 
 def test_a_foreign_environment_is_not_touched(checkout):
-    done = need(checkout)
-    assert done.returncode == 1 and "move it elsewhere" in done.stderr
+    result = need(checkout)
+    assert result.returncode == 1 and "move it elsewhere" in result.stderr
     assert (checkout / ".venv/own").read_text() == "precious"
 
 
 def test_a_moved_environment_is_recreated_with_a_message(checkout):
     (checkout / ".venv/requirements.txt").write_text("numpy\n")
-    done = need(checkout)
-    assert "recreating .venv and build" in done.stdout and not (checkout / ".venv").exists()
+    result = need(checkout)
+    assert "recreating .venv and build" in result.stdout and not (checkout / ".venv").exists()

@@ -27,16 +27,16 @@ def run(*command, cwd=ROOT, **environment):
 
     The test fails if the command fails.
     """
-    done = subprocess.run(
+    result = subprocess.run(
         [str(word) for word in command],
         cwd=cwd,
         env=os.environ | environment,
         capture_output=True,
         text=True,
     )
-    if done.returncode:
-        pytest.fail(f"{' '.join(done.args)}\n{done.stdout}{done.stderr}", pytrace=False)
-    return done.stdout
+    if result.returncode:
+        pytest.fail(f"{' '.join(result.args)}\n{result.stdout}{result.stderr}", pytrace=False)
+    return result.stdout
 
 
 @functools.cache

@@ -23,10 +23,10 @@ def test_a_program_describes_its_measurement(name, capsys):
     if name == "benchmarks.viewer_speed":
         pytest.importorskip("playwright")
     program = importlib.import_module(f"validation.{name}")
-    with pytest.raises(SystemExit) as done:
+    with pytest.raises(SystemExit) as program_exit:
         program.main(["--help"])
     output = capsys.readouterr().out
-    assert done.value.code == 0 and f"python -m validation.{name}" in output
+    assert program_exit.value.code == 0 and f"python -m validation.{name}" in output
     assert program.__doc__.split()[0] in output
 
 

@@ -61,8 +61,10 @@ def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
     assert viewer.scene["methods"] == ["strang", "rk4"] and viewer.scene["step"] == [0.02]
     assert "cusps" in viewer.html
     assert viewer._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
-    done = CliRunner().invoke(cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])
-    assert done.exit_code == 0 and "flips over" in (tmp_path / "a.html").read_text()
+    result = CliRunner().invoke(
+        cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")]
+    )
+    assert result.exit_code == 0 and "flips over" in (tmp_path / "a.html").read_text()
 
 
 FORBIDDEN = """async () => {

@@ -89,10 +89,10 @@ def gsl_flags():
 def time_call(interpreter, call, folder):
     """Return the run time [us] of a function call, measured in a separate process."""
     code = TIMED.format(call=call, row=ROW)
-    done = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(done.stderr)
-    return float(done.stdout)
+    result = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
+    if result.returncode:
+        raise SystemExit(result.stderr)
+    return float(result.stdout)
 
 
 def main(argv=None):

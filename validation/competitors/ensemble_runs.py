@@ -82,12 +82,12 @@ def make_ensemble_call(tops, setting, threads):
 
     def move():
         iterations = starts.shape[1] // BATCH
-        done = hy.ensemble_propagate_until_batch(
+        results = hy.ensemble_propagate_until_batch(
             top, tops.end, iterations, begin, max_workers=threads
         )
-        for integrator, *_ in done:
+        for integrator, *_ in results:
             check_end_time(integrator.propagate_res)
-        return np.concatenate([integrator.state[:4] for integrator, *_ in done], axis=1)[
+        return np.concatenate([integrator.state[:4] for integrator, *_ in results], axis=1)[
             :, : len(tops)
         ].T
 

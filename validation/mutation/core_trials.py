@@ -75,10 +75,10 @@ class Trial:
         """Return the run time [s] of each test on the original source, in increasing order."""
         seconds = {}
         for name in self.programs:
-            done = self.run_program(name, {}, 600, sanitizers)
-            if done.status:
-                raise TrialError(f"{name} fails with nothing changed: {done.said[-500:]}")
-            seconds[name] = done.seconds
+            result = self.run_program(name, {}, 600, sanitizers)
+            if result.status:
+                raise TrialError(f"{name} fails with nothing changed: {result.said[-500:]}")
+            seconds[name] = result.seconds
         return dict(sorted(seconds.items(), key=lambda item: item[1]))
 
     def object_path(self, file, folder, sanitizers=()):
@@ -111,11 +111,11 @@ class Trial:
             self.object_path(f, "changed" if f in changed_files else "base", sanitizers)
             for f in files
         ]
-        done = run_with_limits(
+        result = run_with_limits(
             [*command, *sanitizers, *objects, "-lm", "-o", output], self.root, 300, 900
         )
-        if done.status:
-            raise TrialError(done.said)
+        if result.status:
+            raise TrialError(result.said)
 
     def run_program(self, name, changed_files, seconds, sanitizers=()):
         """Link a test program with the C library, and run the program."""
@@ -130,11 +130,11 @@ class Trial:
         )
         words = [program, *(FUZZ if name == "fuzz" else ())]
         memory = None if sanitizers else MEMORY  # sanitizers reserve any amount of memory
-        done = run_with_limits(words, self.root, seconds, 20 * seconds, memory)
+        result = run_with_limits(words, self.root, seconds, 20 * seconds, memory)
         is_wrong = (
-            name in GOLDEN and not done.status and not self.has_expected_output(name, done.said)
+            name in GOLDEN and not result.status and not self.has_expected_output(name, result.said)
         )
-        return replace(done, status=1) if is_wrong else done
+        return replace(result, status=1) if is_wrong else result
 
     def has_expected_output(self, name, output):
         golden = (self.root / f"tests/c/{name}.txt").read_text().splitlines()
@@ -194,10 +194,10 @@ class Trial:
             self.root / "python/kreisel" / ("_core" + sysconfig.get_config_var("EXT_SUFFIX"))
         )
         self.link(self.core, changed_files, module_file, "g++", "-shared", *self.binding)
-        done, test = run_pytest(
+        result, test = run_pytest(
             self.root, ["tests/python", *(f"--ignore={name}" for name in UNSURE)]
         )
-        return ("killed", test) if done.status else ("survived", "")
+        return ("killed", test) if result.status else ("survived", "")
 
 
 def list_programs(root):

@@ -88,13 +88,13 @@ def measure_module(root, module):
     data_option = f"--data-file={data / 'data'}"
     coverage = [sys.executable, "-m", "coverage"]
     tests = ["--rcfile=site/coverage.ini", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
-    done = run_with_limits([*coverage, "run", data_option, *tests, module], root, 900, 3600)
-    if done.status:
-        raise TrialError(f"{module} fails with nothing changed: {done.said[-500:]}")
+    result = run_with_limits([*coverage, "run", data_option, *tests, module], root, 900, 3600)
+    if result.status:
+        raise TrialError(f"{module} fails with nothing changed: {result.said[-500:]}")
     run_with_limits([*coverage, "combine", "-q", data_option, data], root, 300, 900)
     return {
         "module": module,
-        "seconds": done.seconds,
+        "seconds": result.seconds,
         "lines": read_lines(data / "data", root, module),
     }
 

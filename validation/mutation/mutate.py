@@ -41,8 +41,8 @@ def main(argv=None):
     side, root = SIDES[options.side], options.root.resolve()
     sample = draw_sample(side.list_mutants(root, options.only), options.seed, options.points)
     ledger = TrialLog(root / "build/mutate" / f"{options.side}.jsonl")
-    done = {"killed", "same", "unbuilt"} | (set() if options.again else {"survived"})
-    remaining = [m for m in sample if ledger.get_outcome(m) not in done]
+    final_outcomes = {"killed", "same", "unbuilt"} | (set() if options.again else {"survived"})
+    remaining = [m for m in sample if ledger.get_outcome(m) not in final_outcomes]
     print(f"{len(sample)} mutants, {len(remaining)} to try", flush=True)
     if remaining:
         try:

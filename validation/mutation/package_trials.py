@@ -110,8 +110,8 @@ class Trial:
         seconds = {uses.module: uses.seconds for uses in self.uses}
         for tests in filter(None, groups):
             limit = int(SLACK * sum(seconds[module] for module in {*tests.values()})) + 60
-            done, test = run_pytest(self.root, tests, limit, limit)
-            if done.status:
+            result, test = run_pytest(self.root, tests, limit, limit)
+            if result.status:
                 return "killed", test
         return "survived", ""
 

@@ -109,8 +109,8 @@ def make_environment(root):
 def run_pytest(root, words, cpu=600, wall=1800):
     """Run tests until one fails. Returns the result of pytest and the name of the failing test."""
     options = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
-    done = run_with_limits([sys.executable, "-m", "pytest", *options, *words], root, cpu, wall)
+    result = run_with_limits([sys.executable, "-m", "pytest", *options, *words], root, cpu, wall)
     failures = [
-        line.split()[1] for line in done.said.splitlines() if line.startswith(("FAILED", "ERROR"))
+        line.split()[1] for line in result.said.splitlines() if line.startswith(("FAILED", "ERROR"))
     ]
-    return done, failures[0] if failures else str(done.status)
+    return result, failures[0] if failures else str(result.status)
