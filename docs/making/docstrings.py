@@ -95,10 +95,10 @@ def signature(app, what, name, thing, options, arguments, return_annotation):
         return "", None
     if what not in {"class", "function", "method"} or not arguments:
         return None
-    found = inspect.signature(thing)
-    parameters = [simplify(p) for p in found.parameters.values() if p.name != "self"]
+    call_signature = inspect.signature(thing)
+    parameters = [simplify(p) for p in call_signature.parameters.values() if p.name != "self"]
     text = stringify_signature(inspect.Signature(parameters))
-    result = found.return_annotation
+    result = call_signature.return_annotation
     is_typed = isinstance(result, str) and what != "class"
     return make_public(text), make_public(result) if is_typed else None
 

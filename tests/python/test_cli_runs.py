@@ -123,11 +123,11 @@ def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, 
     first = rows(text)
     end = float(first[-1, 0]) + 100
     rest = rows(call(f"resume {tmp_path}/run --t 0:{end!r}:0.05 --csv -"))
-    found = np.concatenate([first, rest])
-    grid = np.isin(found[:, 0], np.arange(len(found)) * 0.05)
+    states = np.concatenate([first, rest])
+    grid = np.isin(states[:, 0], np.arange(len(states)) * 0.05)
     assert (~grid).sum() <= 1  # the last valid state may lie between two requested times
     path = kr.solve(TOP, np.arange(grid.sum()) * 0.05, "strang", step=0.1)
-    assert np.array_equal(found[grid], path.states)
+    assert np.array_equal(states[grid], path.states)
 
 
 PRESSED = """
@@ -158,11 +158,11 @@ def test_a_signal_keeps_the_computed_states(tmp_path, name, options):
     result = python(PRESSED.replace("SIGNAL", name), *line.split(), cwd=tmp_path)
     assert result.returncode == 130 and result.stderr.startswith("Error: interrupted")
     assert result.stderr.count("\n") == 1
-    found = rows((tmp_path / "part.csv").read_text())
-    assert len(found) == 2 and 0 < found[1, 0] < 1e7
+    states = rows((tmp_path / "part.csv").read_text())
+    assert len(states) == 2 and 0 < states[1, 0] < 1e7
     assert all((tmp_path / f"part.{ending}").stat().st_size for ending in ("json", "npz"))
     if "--save" in options:
-        assert kr.resume(tmp_path / "run").t == found[1, 0]
+        assert kr.resume(tmp_path / "run").t == states[1, 0]
     else:
         assert len((tmp_path / "events.csv").read_text().splitlines()) == 2
 

@@ -107,8 +107,8 @@ def test_an_interrupted_sweep_is_reported_and_resumed(plan, more, number):
         "of 469 parts are left; repeating the call resumes the sweep in" in output
         and "Traceback" not in output
     )
-    found = kr.read_sweep("runs", partial=True).check()
-    assert 0 < len(found.present) < 469
+    sweep = kr.read_sweep("runs", partial=True).check()
+    assert 0 < len(sweep.present) < 469
     call("sweep plan.toml --folder runs --parts 0:2")
 
 

@@ -25,7 +25,7 @@ def times(words):
 
 
 @pytest.mark.parametrize(
-    "words, found",
+    "words, expected",
     [
         ("3", [0, 3]),
         ("-3", [0, -3]),
@@ -39,17 +39,17 @@ def times(words):
         ("1,1", [1, 1]),
     ],
 )
-def test_times_are_numbers_and_grids(words, found):
-    assert times(words) == found
+def test_times_are_numbers_and_grids(words, expected):
+    assert times(words) == expected
 
 
 @pytest.mark.parametrize("steps", [7, 10, 1000, 12345])
 @pytest.mark.parametrize("end", [0.7, 1.0, 10.0, 123.4])
 def test_a_time_grid_ends_at_its_end_without_drift(steps, end):
     h = end / steps
-    found = times(f"0:{end!r}:{h!r}")
-    assert found == [k * h for k in range(steps + 1)]
-    assert math.isclose(found[-1], end, rel_tol=4e-16)
+    t = times(f"0:{end!r}:{h!r}")
+    assert t == [k * h for k in range(steps + 1)]
+    assert math.isclose(t[-1], end, rel_tol=4e-16)
 
 
 @pytest.mark.parametrize(
@@ -209,7 +209,7 @@ def test_completion_can_be_switched_on(shell):
 
 
 @pytest.mark.parametrize(
-    "line, found",
+    "line, completion",
     [
         ("solve thes", "thesis"),
         ("view dzh", "dzhanibekov"),
@@ -222,7 +222,7 @@ def test_completion_can_be_switched_on(shell):
         ("solve thesis --events sep", "separatrix"),
     ],
 )
-def test_names_are_completed(line, found):
+def test_names_are_completed(line, completion):
     words = ["kreisel", *line.split()]
     environment = {
         "_KREISEL_COMPLETE": "bash_complete",
@@ -230,7 +230,7 @@ def test_names_are_completed(line, found):
         "COMP_CWORD": str(len(words) - 1),
     }
     result = CliRunner().invoke(cli.main, prog_name="kreisel", env=environment)
-    assert f"plain,{found}" in result.output.splitlines()
+    assert f"plain,{completion}" in result.output.splitlines()
 
 
 # Boundary values

@@ -205,21 +205,21 @@ def inspect_file(file, contents):
     """Classify a file as old, complete or damaged, and remove leftover temporary files."""
     for name in filter(JUNK.fullmatch, os.listdir(file.parent)):
         os.unlink(file.parent / name)
-    found = file.read_bytes() if file.is_file() else None
-    return OLD if found == OLD.encode() else WHOLE if found in contents else TORN
+    content = file.read_bytes() if file.is_file() else None
+    return OLD if content == OLD.encode() else WHOLE if content in contents else TORN
 
 
 def count_outcomes(file, ways, times, chance):
     """Kill a writing process repeatedly, and count how often its file is old, whole or damaged."""
     contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]
-    found, before = Counter(), set(os.listdir(file.parent))
+    outcomes, before = Counter(), set(os.listdir(file.parent))
     for _ in range(times):
         file.write_bytes(OLD.encode())
-        found[ENDED] += not kill_writer(file, ways, chance.uniform(0.0, LONGEST * longest))
-        found[inspect_file(file, contents)] += 1
-        found[STRANGE] += set(os.listdir(file.parent)) != before
-    return found
+        outcomes[ENDED] += not kill_writer(file, ways, chance.uniform(0.0, LONGEST * longest))
+        outcomes[inspect_file(file, contents)] += 1
+        outcomes[STRANGE] += set(os.listdir(file.parent)) != before
+    return outcomes
 
 
 @pytest.fixture(scope="module")
@@ -234,16 +234,16 @@ def test_no_writer_is_forgotten(writers):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_killed_writer_leaves_the_old_file_or_a_new_one(writers, kind):
-    found = count_outcomes(*writers[kind], KILLS, random.Random(kind))
-    assert found[OLD] + found[WHOLE] == KILLS
-    assert not found[TORN] + found[STRANGE] + found[ENDED]
+    outcomes = count_outcomes(*writers[kind], KILLS, random.Random(kind))
+    assert outcomes[OLD] + outcomes[WHOLE] == KILLS
+    assert not outcomes[TORN] + outcomes[STRANGE] + outcomes[ENDED]
 
 
 def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
     ways = [lambda file, n=n: file.write_bytes(b"x" * n) for n in (1 << 24, (1 << 24) + 1)]
     chance = random.Random(1)
     tries = (count_outcomes(tmp_path / "file", ways, 12, chance) for _ in range(50))
-    assert any(found[TORN] for found in tries)
+    assert any(outcomes[TORN] for outcomes in tries)
 
 
 # Boundary values

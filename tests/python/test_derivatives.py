@@ -105,8 +105,8 @@ def quantity_changes(name, reference):
     targets = getattr(reference, name)
 
     def values_at(block, states, low):
-        found = values(name, block, states)
-        return continue_angles(found, targets) if name in ANGLES else found
+        changes = values(name, block, states)
+        return continue_angles(changes, targets) if name in ANGLES else changes
 
     return values_at
 
@@ -128,12 +128,12 @@ def test_derivatives_of_every_quantity_agree_with_differences(name):
             if word == "com" and not any(scene.body.com) and quantity in OF_THE_APEX:
                 assert np.isnan(own[..., column]).all()  # the apex jumps
                 continue
-            found = differences(scene, word, component, values_at)
+            expected = differences(scene, word, component, values_at)
             # K and G have no derivative if the change makes the body one of another kind
-            assert np.array_equal(np.isnan(found), np.isnan(own[..., column]))
-            exists = np.isfinite(found)
+            assert np.array_equal(np.isnan(expected), np.isnan(own[..., column]))
+            exists = np.isfinite(expected)
             limit = 1e-11 + 1e-10 * np.abs(own[..., column])[exists].max(initial=0.0)
-            assert np.abs(found - own[..., column])[exists].max(initial=0.0) < limit
+            assert np.abs(expected - own[..., column])[exists].max(initial=0.0) < limit
 
 
 def test_angles_have_no_derivative_at_a_vertical_apex():

@@ -37,9 +37,9 @@ def effective_potential(body, gravity, vertical, P):
 @pytest.mark.parametrize("options", [{"n": 40}, {"grid": (5, 6, 3)}, {"grid": (5, 6)}])
 def test_starts_have_the_energy_and_the_vertical_momentum(body, energy, vertical, gravity, options):
     words = {"energy": energy, "vertical": vertical, "gravity": gravity}
-    found = kr.starts(body, **words, **options)
-    assert len(set(found)) == len(found) > 10
-    for scene in found:
+    tops = kr.starts(body, **words, **options)
+    assert len(set(tops)) == len(tops) > 10
+    for scene in tops:
         path = kr.solve(scene, [0.0])
         assert path.energy[0] == pytest.approx(energy, abs=2e-14 * energy)
         assert path.vertical_momentum[0] == pytest.approx(vertical, abs=2e-14)
@@ -64,8 +64,8 @@ def test_a_seed_gives_the_same_starts_in_every_version():
 def test_random_starts_are_uniform_on_the_energy_surface():
     """Check the heights z of a Lagrange top: their density is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
     body = kr.Body.symmetric(1, 1, 0.1, 0.2)
-    found = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
-    heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in found])
+    tops = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
+    heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in tops])
     z = np.linspace(-1, 1, 20001)
     density = 1 / np.sqrt((1 - z * z) + 0.1 * z * z)
     integral = np.concatenate(([0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
@@ -76,7 +76,7 @@ def test_random_starts_are_uniform_on_the_energy_surface():
 
 def test_the_grid_contains_exactly_the_possible_starts():
     words = {"energy": 0.6, "vertical": 0.8}
-    found = kr.starts(TURNED, grid=(8, 10, 4), **words)
+    tops = kr.starts(TURNED, grid=(8, 10, 4), **words)
     z = -1 + (2 * np.arange(8) + 1) / 8
     angle = 2 * np.pi * (np.arange(10) + 0.5) / 10
     P = np.array(
@@ -87,8 +87,8 @@ def test_the_grid_contains_exactly_the_possible_starts():
         ]
     )
     can_be = effective_potential(TURNED, 1.0, 0.8, P) <= 0.6
-    assert 0 < can_be.sum() < 80 and len(found) == 4 * can_be.sum()
-    verticals = np.array([matrix(scene.attitude).T @ (0, 0, 1) for scene in found])
+    assert 0 < can_be.sum() < 80 and len(tops) == 4 * can_be.sum()
+    verticals = np.array([matrix(scene.attitude).T @ (0, 0, 1) for scene in tops])
     np.testing.assert_allclose(verticals, np.repeat(P[can_be], 4, axis=0), atol=1e-15)
 
 

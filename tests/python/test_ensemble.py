@@ -154,17 +154,19 @@ KEYS = [
 @pytest.mark.parametrize("key", KEYS, ids=str)
 def test_indexing_follows_numpy(key):
     order = np.arange(12).reshape(4, 3)
-    expected, found = order[key], FULL[key]
+    expected, selection = order[key], FULL[key]
     if not isinstance(expected, np.ndarray):
-        assert isinstance(found, kr.Scene) and found._block == FULL._core_scenes.block(
+        assert isinstance(selection, kr.Scene) and selection._block == FULL._core_scenes.block(
             int(expected)
         )
         return
-    assert isinstance(found, kr.Ensemble) and found.shape == expected.shape
-    assert found._core_scenes.check() == ("OK", expected.size)
-    blocks = [block(found, index) for index in np.ndindex(found.shape)]
+    assert isinstance(selection, kr.Ensemble) and selection.shape == expected.shape
+    assert selection._core_scenes.check() == ("OK", expected.size)
+    blocks = [block(selection, index) for index in np.ndindex(selection.shape)]
     assert blocks == [FULL._core_scenes.block(int(i)) for i in expected.ravel()]
-    assert len(found.axes) == found.ndim and pickle.loads(pickle.dumps(found)) == found
+    assert (
+        len(selection.axes) == selection.ndim and pickle.loads(pickle.dumps(selection)) == selection
+    )
 
 
 @pytest.mark.parametrize("key", [4, -5, (0, 3), (0, 0, 0), "x", 1.5, [7], [[0.5]], 10**30, {}])

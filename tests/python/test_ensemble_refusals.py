@@ -229,13 +229,13 @@ def test_progress_rises_to_one_and_may_stop_the_call():
 
 
 def test_several_threads_may_solve_at_once():
-    found = []
-    threads = [threading.Thread(target=lambda: found.append(kr.solve(TOPS, TIMES))) for _ in "ab"]
+    results = []
+    threads = [threading.Thread(target=lambda: results.append(kr.solve(TOPS, TIMES))) for _ in "ab"]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(found) == 2 and same(*found)
+    assert len(results) == 2 and same(*results)
 
 
 def test_closed_forms_of_an_ensemble_equal_those_of_members():

@@ -315,8 +315,8 @@ except kr.Interrupted as stopped:
 """
     result = python(code)
     assert result.returncode == 0, result.stderr
-    found, end = map(float, result.stdout.split())
-    assert found == 10 and 0 < end < 1e7
+    count, end = map(float, result.stdout.split())
+    assert count == 10 and 0 < end < 1e7
 
 
 def test_events_do_not_depend_on_threads():

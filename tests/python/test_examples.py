@@ -18,8 +18,8 @@ MODULES = sorted(
 def examples(name):
     """Return the doctest examples of a module, including those of private objects."""
     module = importlib.import_module(name)
-    found = doctest.DocTestFinder().find(module, globs={"kr": kr, "np": np})
-    return [test for test in found if test.examples]
+    tests = doctest.DocTestFinder().find(module, globs={"kr": kr, "np": np})
+    return [test for test in tests if test.examples]
 
 
 @pytest.mark.parametrize("name", ["kreisel", *MODULES])

@@ -116,8 +116,8 @@ def corrupt_header(draw, head):
 def read_and_use(load, use):
     """Read a file, use its contents, and check that error messages are short."""
     try:
-        found = load()
-        use(found)
+        result = load()
+        use(result)
     except (TypeError, ValueError, MemoryError, OSError, kr.Error) as error:
         assert len(str(error)) < LETTERS
 
@@ -207,7 +207,7 @@ def test_any_archive_is_a_path_or_is_refused(data, file):
 def test_any_bytes_are_a_path_or_are_refused(data, file):
     data.draw(st.sampled_from(PATHS)).save(file)
     file.write_bytes(data.draw(corrupt_bytes(file.read_bytes())))
-    read_and_use(lambda: kr.load(file), lambda found: None)
+    read_and_use(lambda: kr.load(file), lambda result: None)
 
 
 def test_a_damaged_archive_has_a_short_message(file):

@@ -121,8 +121,8 @@ def test_members_of_an_ensemble_equal_single_tops():
     assert tops.axes == ("friction",) and tops.coords["friction"].tolist() == [1e-3, 0.05, 0.7]
     check_members(tops, [0.0, 5.0])
     check_members(tops, [0.0, 5.0], digits=20)
-    found = kr.solve(tops, [0.0, 5.0], events=[kr.events.stopped()])
-    assert not found.status.any()
+    paths = kr.solve(tops, [0.0, 5.0], events=[kr.events.stopped()])
+    assert not paths.status.any()
     assert kr.Scene.from_toml(HEAVY.to_toml()) == HEAVY and "friction=0.05" in repr(HEAVY)
 
 

@@ -345,27 +345,27 @@ def run_search(monkeypatch, errors, **more):
 
 def test_the_search_refines_by_the_observed_errors(monkeypatch):
     enough = step_search._ENOUGH * 1e-9
-    search, found = run_search(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
-    assert found() == (enough, 14) and search.asked == [10, 11, 12, 13, 14]
-    search, found = run_search(monkeypatch, itertools.repeat(1e-8))
+    search, choice = run_search(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
+    assert choice() == (enough, 14) and search.asked == [10, 11, 12, 13, 14]
+    search, choice = run_search(monkeypatch, itertools.repeat(1e-8))
     with pytest.raises(ValueError, match=re.escape("rounding errors reach 1.0e-08 rad, and finer")):
-        found()
+        choice()
     assert search.asked == [10, *(11 * 2**k for k in range(len(search.asked) - 1))]
     assert len(search.asked) == step_search._STALLS + 1
-    search, found = run_search(monkeypatch, [1e-6, 1e-8, 0.5e-8, 1e-9, enough])
-    assert found() == (enough, 14)
+    search, choice = run_search(monkeypatch, [1e-6, 1e-8, 0.5e-8, 1e-9, enough])
+    assert choice() == (enough, 14)
 
 
 def test_a_search_ends_with_its_budget(monkeypatch):
     enough = step_search._ENOUGH * 1e-9
-    _, found = run_search(monkeypatch, [1e-3, enough], budget=21)
-    assert found() == (enough, 11)
-    _, found = run_search(monkeypatch, [1e-3, enough], budget=20)
+    _, choice = run_search(monkeypatch, [1e-3, enough], budget=21)
+    assert choice() == (enough, 11)
+    _, choice = run_search(monkeypatch, [1e-3, enough], budget=20)
     with pytest.raises(ValueError, match="the search is limited to 20 steps"):
-        found()
-    _, found = run_search(monkeypatch, [enough], conditioning=math.nextafter(1e-9, 1.0))
+        choice()
+    _, choice = run_search(monkeypatch, [enough], conditioning=math.nextafter(1e-9, 1.0))
     with pytest.raises(ValueError, match="the rounding of the scene alone exceeds it"):
-        found()
+        choice()
 
 
 def test_large_errors_are_not_extrapolated():

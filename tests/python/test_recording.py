@@ -308,8 +308,8 @@ FRESH = "failed", "q_xyzw"  # computed anew at each access
 def test_arrays_of_a_result_and_of_its_copies_are_read_only(name, make_copy):
     result = make_copy(RESULTS[name]())
     names = [n for n in {*dir(type(result)), *vars(result)} if n[0] != "_" and n not in FRESH]
-    found = {n: value for n in names if isinstance(value := getattr(result, n, None), np.ndarray)}
-    assert found and not [n for n, value in found.items() if value.flags.writeable]
+    arrays = {n: value for n in names if isinstance(value := getattr(result, n, None), np.ndarray)}
+    assert arrays and not [n for n, value in arrays.items() if value.flags.writeable]
 
 
 # Boundary values

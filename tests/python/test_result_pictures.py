@@ -84,22 +84,22 @@ def test_invalid_drawings_of_sections_are_refused(words, error, text):
 
 
 def test_a_spectrum_has_a_dot_at_each_line_and_counts_nutations():
-    found = kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0, 200, 4001)))
-    axes = found.plot(time_unit="s")
+    frequencies = kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0, 200, 4001)))
+    axes = frequencies.plot(time_unit="s")
     dots, dashed = axes.lines
-    assert np.array_equal(dots.get_xdata(), found.lines)
-    assert np.array_equal(dots.get_ydata(), np.abs(found.amplitudes))
-    assert list(dashed.get_xdata()) == [found.precession] * 2 and axes.get_yscale() == "log"
+    assert np.array_equal(dots.get_xdata(), frequencies.lines)
+    assert np.array_equal(dots.get_ydata(), np.abs(frequencies.amplitudes))
+    assert list(dashed.get_xdata()) == [frequencies.precession] * 2 and axes.get_yscale() == "log"
     assert axes.get_xlabel() == "angular frequency [s⁻¹]"
     positions = {text.get_text(): text.xy[0] for text in axes.texts}
-    assert len(positions) == 12 and positions["0"] == pytest.approx(found.precession)
-    assert positions["+2"] == pytest.approx(found.precession + 2 * found.nutation)
-    assert PNG in found._repr_html_()
+    assert len(positions) == 12 and positions["0"] == pytest.approx(frequencies.precession)
+    assert positions["+2"] == pytest.approx(frequencies.precession + 2 * frequencies.nutation)
+    assert PNG in frequencies._repr_html_()
 
 
 def test_a_chaotic_spectrum_has_lines_without_numbers():
-    found = kr.frequencies(kr.solve(TOP, np.linspace(0, 200, 2001)), 5)
-    axes = found.plot(Figure().add_subplot())
+    frequencies = kr.frequencies(kr.solve(TOP, np.linspace(0, 200, 2001)), 5)
+    axes = frequencies.plot(Figure().add_subplot())
     assert len(axes.lines[0].get_xdata()) == 5 and "rest" in axes.get_title()
     assert len(axes.texts) < 3
 
@@ -180,14 +180,14 @@ def test_notebooks_show_paths_as_pictures():
 def test_notebooks_show_fits_as_tables():
     t = np.arange(60) * 0.1
     record = kr.Record(t, {"apex": kr.solve(kr.scenes.cusps, t).apex}, sigma=0.01)
-    found = kr.fit(kr.scenes.cusps, record, ("start", "moments"))
-    html, text = found._repr_html_(), str(found).splitlines()
+    fit = kr.fit(kr.scenes.cusps, record, ("start", "moments"))
+    html, text = fit._repr_html_(), str(fit).splitlines()
     assert html.startswith(f"<p>{text[0]}</p>\n<table>")
-    assert html.count("<tr>") == 1 + len(found.names) + len(found.moment_ratios)
-    for name, error in found.error.items():
+    assert html.count("<tr>") == 1 + len(fit.names) + len(fit.moment_ratios)
+    for name, error in fit.error.items():
         error_text = f"+- {error:.2g}" if np.isfinite(error) else "not identified"
         assert f">{name}<" in html and f"{error_text}<" in html
-    assert html.count("<p>Not identified: ") == len(found.unidentified) == 2
+    assert html.count("<p>Not identified: ") == len(fit.unidentified) == 2
 
 
 def test_notebooks_show_no_pictures_of_long_paths(monkeypatch):

@@ -127,9 +127,9 @@ def test_steady_rotations_are_left_at_the_rate_of_the_formula(axis, rotor):
     for sign in (1.0, -1.0):
         turn = 2.0 * np.pi / spin
         t = sign * turn * np.round(np.array([300.0, 600.0]) / turn)
-        found = kr.lyapunov(scene, t)
-        first, last = found.curve * np.abs(t)
-        assert found.certificate < 1e-12
+        indicator = kr.lyapunov(scene, t)
+        first, last = indicator.curve * np.abs(t)
+        assert indicator.certificate < 1e-12
         if square > 0.0:
             assert abs((last - first) / abs(t[1] - t[0]) - np.sqrt(square)) < 1e-9
         else:
@@ -149,17 +149,17 @@ def test_a_sleeping_gyrostat_falls_at_the_rate_of_the_formula():
 
 def test_growths_are_those_of_the_tangents_of_each_path():
     tops, t = random_gyrostats(33, seed=8), [-5.0, -60.0]
-    found = kr.lyapunov(tops, t)
-    assert found.certificate.max() < 1e-12 and set(found.status) == {"OK"}
+    indicator = kr.lyapunov(tops, t)
+    assert indicator.certificate.max() < 1e-12 and set(indicator.status) == {"OK"}
     for i in (1, 2, 4, 13, 20):
         path = kr.solve(tops[i], t, "taylor", tangents="start", digits=20)
         size = np.log(np.abs(path.tangents).max(axis=(1, 2)))
-        assert np.abs(found.curve[i] * np.abs(t) - size).max() < 4.0
+        assert np.abs(indicator.curve[i] * np.abs(t) - size).max() < 4.0
         alone = kr.lyapunov(tops[i], t)
-        assert np.array_equal(alone.curve, found.curve[i])
-        assert alone.certificate == found.certificate[i]
+        assert np.array_equal(alone.curve, indicator.curve[i])
+        assert alone.certificate == indicator.certificate[i]
     plain = kr.lyapunov(tops[::3], t)
-    assert np.array_equal(plain.curve, found.curve[::3])
+    assert np.array_equal(plain.curve, indicator.curve[::3])
 
 
 def test_the_known_solutions_of_a_gyrostat_have_no_growth():

@@ -195,17 +195,17 @@ def test_an_ended_run_stays_ended_until_it_is_reset():
 
 def test_threads_share_requests():
     expected = kr.solve(TOP, TIMES).states.tobytes()
-    found = []
+    results = []
 
     def work():
-        found.extend(kr.solve(TOP, TIMES).states.tobytes() for _ in range(200))
+        results.extend(kr.solve(TOP, TIMES).states.tobytes() for _ in range(200))
 
     threads = [threading.Thread(target=work) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(found) == 800 and set(found) == {expected}
+    assert len(results) == 800 and set(results) == {expected}
 
 
 def test_the_core_refuses_invalid_arguments():

@@ -41,8 +41,8 @@ def names():
 
 def value_of(expression):
     """Evaluate an expression, and format its value with six significant digits."""
-    found = eval(expression, names())
-    return found if isinstance(found, str) else f"{float(found):.6g}"
+    value = eval(expression, names())
+    return value if isinstance(value, str) else f"{float(value):.6g}"
 
 
 @pytest.mark.parametrize(("expression", "value"), LINES, ids=[line[0] for line in LINES])

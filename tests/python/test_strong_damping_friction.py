@@ -50,8 +50,8 @@ def follow_torque(scene, t):
         velocity = (torque + friction * apex) / damping
         return 0.5 * np.array(kr.quaternion.multiply(tuple(q), (0, *velocity)))
 
-    found = solve_ivp(rates, (0, t), scene.attitude, "DOP853", rtol=1e-12, atol=1e-14)
-    return found.y[:, -1] / np.linalg.norm(found.y[:, -1])
+    solution = solve_ivp(rates, (0, t), scene.attitude, "DOP853", rtol=1e-12, atol=1e-14)
+    return solution.y[:, -1] / np.linalg.norm(solution.y[:, -1])
 
 
 @pytest.mark.parametrize(

@@ -162,10 +162,10 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
         kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; repeating the call"
     ) as interruption:
         run_sweep(tmp_path, executor=pool, progress=stop)
-    found = interruption.value.sweep
-    assert f"interrupted: {len(found.missing)} of 5" in str(interruption.value) and found.present
-    assert pickle.loads(pickle.dumps(interruption.value)).sweep.present == found.present
-    assert found.missing or pool
+    sweep = interruption.value.sweep
+    assert f"interrupted: {len(sweep.missing)} of 5" in str(interruption.value) and sweep.present
+    assert pickle.loads(pickle.dumps(interruption.value)).sweep.present == sweep.present
+    assert sweep.missing or pool
     run_sweep(tmp_path)
     assert hash_rows(tmp_path) == hashes["reduced"]
 

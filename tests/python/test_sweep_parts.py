@@ -46,14 +46,14 @@ def test_the_error_lists_the_first_eight_missing_parts(tmp_path, n, message):
 
 
 def test_a_part_is_read_by_its_number(tmp_path):
-    found = sweep_small(tmp_path, parts=range(1, 2))
-    assert found.part(1)["top"].tolist() == [1] and list(found.part(1)) == list(found.columns)
+    sweep = sweep_small(tmp_path, parts=range(1, 2))
+    assert sweep.part(1)["top"].tolist() == [1] and list(sweep.part(1)) == list(sweep.columns)
     for i in (0, 2, 4):
         with pytest.raises(IndexError, match=f"^there is no part {i}: the sweep has 1 parts$"):
-            found.part(i)
+            sweep.part(i)
     with pytest.raises(ValueError, match="the number of a part must be at least 0"):
-        found.part(-1)
-    assert found.verify() == {"done": [1], "missing": [0, 2, 3]} and found.check() is found
+        sweep.part(-1)
+    assert sweep.verify() == {"done": [1], "missing": [0, 2, 3]} and sweep.check() is sweep
 
 
 def test_columns_are_read_only(tmp_path):
@@ -78,10 +78,10 @@ def test_a_truncated_part_is_computed_again_with_a_warning(tmp_path, size):
     file = tmp_path / "part-000002.parquet"
     data = file.read_bytes()
     file.write_bytes(b"PAR1" if size is None else data[:size])
-    found = kr.read_sweep(tmp_path)
-    assert found.verify() == {"done": [0, 1, 3], "damaged": [2]}
+    sweep = kr.read_sweep(tmp_path)
+    assert sweep.verify() == {"done": [0, 1, 3], "damaged": [2]}
     with pytest.raises(ValueError, match=r"part-000002\.parquet is damaged; repeating the call"):
-        found.check()
+        sweep.check()
     with pytest.warns(UserWarning, match=r": part 2 computed again, damaged$"):
         sweep_small(tmp_path)
     assert file.read_bytes() == data and hash_rows(tmp_path) == before

@@ -81,12 +81,12 @@ def test_a_folder_in_place_of_a_part_stays_untouched(tmp_path):
     with pytest.raises(FileExistsError, match=r"part-000003\.parquet is a folder, in the place of"):
         run_sweep(tmp_path)
     assert list_files(tmp_path) == ["part-000003.parquet", "plan.json"]
-    found = kr.read_sweep(tmp_path)
-    assert found.verify() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
+    sweep = kr.read_sweep(tmp_path)
+    assert sweep.verify() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
     with pytest.raises(FileExistsError, match=r"is a folder"):
-        found.check()
+        sweep.check()
     with pytest.raises(ValueError, match=r"part-000003\.parquet is damaged, or not a part"):
-        found.part(3)
+        sweep.part(3)
 
 
 def test_a_part_of_another_plan_stays_untouched(tmp_path):
@@ -98,14 +98,14 @@ def test_a_part_of_another_plan_stays_untouched(tmp_path):
     with pytest.raises(FileExistsError, match=r"part 0 of the plan .* place of part 0 of the plan"):
         run_sweep(other, REDUCED | {"tol": 1e-9})
     assert (other / "part-000000.parquet").read_bytes() == data
-    found = kr.read_sweep(other)
-    assert found.verify() == {"done": [], "foreign": [0], "missing": [1, 2, 3, 4]}
+    sweep = kr.read_sweep(other)
+    assert sweep.verify() == {"done": [], "foreign": [0], "missing": [1, 2, 3, 4]}
     with pytest.raises(FileExistsError, match="move or delete it"):
-        found.check()
+        sweep.check()
     with pytest.raises(
         ValueError, match="is not part 0 of this plan; repeating the call of kreisel"
     ):
-        found.part(0)
+        sweep.part(0)
     assert kr.read_sweep(other, partial=True).present == []
 
 
@@ -331,14 +331,14 @@ def test_a_plan_in_a_file_excludes_other_arguments(tmp_path):
 
 
 def test_missing_parts_raise(tmp_path):
-    found = run_sweep(tmp_path, parts=range(3))
-    for call in (lambda: found["status"], found.to_pandas, found.to_arrow, found.to_xarray):
+    sweep = run_sweep(tmp_path, parts=range(3))
+    for call in (lambda: sweep["status"], sweep.to_pandas, sweep.to_arrow, sweep.to_xarray):
         with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; repeating the call"):
             call()
     with pytest.raises(KeyError, match="did you mean 'nutation_max'"):
-        found["nutation_maxx"]
+        sweep["nutation_maxx"]
     with pytest.raises(IndexError, match="there is no part 3"):
-        found.part(3)
+        sweep.part(3)
     empty = run_sweep(tmp_path / "none", parts=range(0))
     with pytest.raises(ValueError, match="has no parts yet"):
         empty.units  # noqa: B018  reading the attribute raises

@@ -128,9 +128,9 @@ def flip_bit(data, position):
 
 
 def test_every_changed_bit_is_detected(tmp_path):
-    found = run_sweep(tmp_path, WATCHED)
+    sweep = run_sweep(tmp_path, WATCHED)
     file = tmp_path / "part-000001.parquet"
-    data, folder = file.read_bytes(), found._store
+    data, folder = file.read_bytes(), sweep._store
     assert folder.determine_part_status(1) == "done"
     rng = random.Random(1)
     edges = [*range(32), *range(8 * len(data) - 32, 8 * len(data))]
@@ -146,12 +146,12 @@ def test_every_changed_bit_is_detected(tmp_path):
 
 
 def test_a_part_without_its_checksum_is_damaged_not_foreign(tmp_path):
-    found = run_sweep(tmp_path, parts=range(1))
+    sweep = run_sweep(tmp_path, parts=range(1))
     file = tmp_path / "part-000000.parquet"
     data = file.read_bytes()
     for mark in (b"kreisel-sha256:", b"kreisel-", b"sha256:"):
         file.write_bytes(data.replace(mark, b"?" * len(mark)))
-        assert found._store.determine_part_status(0) == "damaged"
+        assert sweep._store.determine_part_status(0) == "damaged"
 
 
 def test_damaged_parts_are_recomputed_with_a_warning(tmp_path):
@@ -182,9 +182,9 @@ def test_arbitrary_bytes_in_place_of_a_part_are_replaced(tmp_path, content):
     file = tmp_path / "part-000002.parquet"
     before = file.read_bytes()
     file.write_bytes(content)
-    found = kr.read_sweep(tmp_path)
-    assert found.verify() == {"done": [0, 1, 3, 4], "damaged": [2]}
-    for load in (found.check, lambda: found["status"], lambda: found.part(2)):
+    sweep = kr.read_sweep(tmp_path)
+    assert sweep.verify() == {"done": [0, 1, 3, 4], "damaged": [2]}
+    for load in (sweep.check, lambda: sweep["status"], lambda: sweep.part(2)):
         with pytest.raises(ValueError, match=r"part-000002.* repeating the call of kreisel\.sweep"):
             load()
     with pytest.warns(UserWarning, match=r": part 2 computed again, damaged$"):
@@ -200,9 +200,9 @@ def test_swapped_parts_are_not_read(tmp_path):
     for contents, wrong in (((second, first), [1, 2]), ((first, first), [2])):
         one.write_bytes(contents[0])
         two.write_bytes(contents[1])
-        found = kr.read_sweep(tmp_path)
-        assert found.verify() == {"done": sorted({*range(PARTS)} - {*wrong}), "damaged": wrong}
-        for load in (lambda found=found: found["nutation_max"], found.check, found.to_xarray):
+        other = kr.read_sweep(tmp_path)
+        assert other.verify() == {"done": sorted({*range(PARTS)} - {*wrong}), "damaged": wrong}
+        for load in (lambda other=other: other["nutation_max"], other.check, other.to_xarray):
             with pytest.raises(ValueError, match=rf"part-00000{wrong[0]}"):
                 load()
         with pytest.warns(UserWarning, match=rf"part {wrong[0]} .*computed again, damaged"):
@@ -220,13 +220,13 @@ def test_a_partial_sweep_omits_damaged_parts(tmp_path):
         kr.read_sweep(tmp_path).to_pandas()
     files[1].write_bytes(bytes(100))
     files[3].unlink()
-    found = kr.read_sweep(tmp_path, partial=True)
-    assert found.present == [2, 4] and found.missing == [0, 1, 3]
-    top = found["top"]
+    partial_sweep = kr.read_sweep(tmp_path, partial=True)
+    assert partial_sweep.present == [2, 4] and partial_sweep.missing == [0, 1, 3]
+    top = partial_sweep["top"]
     assert top.tolist() == [*range(128, 192), *range(256, 300)]
     for name, values in whole.items():
-        assert np.array_equal(found[name], values[top], equal_nan=True)
-    assert len(list(found)) == 2 and len(found.to_pandas()) == len(top)
+        assert np.array_equal(partial_sweep[name], values[top], equal_nan=True)
+    assert len(list(partial_sweep)) == 2 and len(partial_sweep.to_pandas()) == len(top)
 
 
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
@@ -239,13 +239,13 @@ def test_a_damaged_schema_is_a_damaged_part(tmp_path):
     for position in range(8 * begin, 8 * len(data) - 8, 101):
         file.write_bytes(flip_bit(data, position))
         try:
-            found = sweep.part(0)
+            part = sweep.part(0)
         except ValueError as error:
             assert "damaged" in str(error) or "is not part 0" in str(error), position
             count += 1
         else:
             assert all(
-                np.array_equal(found[n], whole[n], equal_nan=True) for n in whole if n in found
+                np.array_equal(part[n], whole[n], equal_nan=True) for n in whole if n in part
             )
     assert count > 100
 

@@ -63,10 +63,10 @@ def test_columns_may_contain_flags(tmp_path):
     for words in ({}, {"degrees": True}, {"steady": True}, {"steady": True, "fast": True}):
         source = kr.Source.columns(scene, tmp_path / "TOPS.CSV", **words)
         assert source[:] == scene.vary(spin=spin, tilt=tilt, **words)
-    found = kr.sweep(
+    sweep = kr.sweep(
         kr.Source.columns(scene, tmp_path / "TOPS.CSV", degrees=True), 1, folder=tmp_path / "runs"
     )
-    assert [found.units[name] for name in ("spin", "tilt")] == ["deg T^-1", "deg"]
+    assert [sweep.units[name] for name in ("spin", "tilt")] == ["deg T^-1", "deg"]
 
 
 def test_columns_of_components_are_joined(tmp_path):
@@ -105,8 +105,8 @@ def test_values_of_a_plan_may_be_spaced_between_vectors(tmp_path):
         "t = 1\nscene = 'thesis'\n[grid]\ngravity = { from = 0.5, to = 2, n = 1 }\n"
         "momentum = { from = [0, 0, 1], to = [1, 2, 3], n = 3 }\n"
     )
-    found = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
-    assert found["momentum_y"].tolist() == [[0, 1, 2]] and found["gravity"].tolist() == [[0.5] * 3]
+    sweep = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
+    assert sweep["momentum_y"].tolist() == [[0, 1, 2]] and sweep["gravity"].tolist() == [[0.5] * 3]
     for words in ({"task": "oli"}, {"part_size": 3}, {"t": 1}):
         with pytest.raises(ValueError, match=r"plan\.toml is a whole plan"):
             kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs", **words)

@@ -38,46 +38,46 @@ def pool():
 
 @pytest.mark.parametrize("task", GROWN)
 def test_indicators_equal_those_of_the_ensemble(tmp_path, task):
-    found = kr.sweep(SOURCE, folder=tmp_path, task=task, part_size=7, **GROWN[task])
+    sweep = kr.sweep(SOURCE, folder=tmp_path, task=task, part_size=7, **GROWN[task])
     whole = getattr(kr, task)(ensemble(), **GROWN[task])
     columns = {task: whole.value, "certificate": whole.certificate, f"{task}_curve": whole.curve}
     columns |= {"is_chaotic": whole.is_chaotic, "is_doubtful": whole.is_doubtful}
     columns["t"] = np.broadcast_to(whole.t, whole.curve.shape)
     for name, values in columns.items():
-        assert np.array_equal(found[name], values, equal_nan=values.dtype.kind == "f"), name
-    assert np.array_equal(found["status"] != 0, whole.status != "OK")
-    assert np.isfinite(found[task]).any()
-    assert (found["status"] != 0).any() == (task == "oli")
-    assert found.units[f"{task}_curve"] == found.units[task] == ("T^-1" * (task == "lyapunov"))
-    assert found.events is None and found.plan[task]["t"] == GROWN[task]["t"]
-    grid = found.to_xarray()
+        assert np.array_equal(sweep[name], values, equal_nan=values.dtype.kind == "f"), name
+    assert np.array_equal(sweep["status"] != 0, whole.status != "OK")
+    assert np.isfinite(sweep[task]).any()
+    assert (sweep["status"] != 0).any() == (task == "oli")
+    assert sweep.units[f"{task}_curve"] == sweep.units[task] == ("T^-1" * (task == "lyapunov"))
+    assert sweep.events is None and sweep.plan[task]["t"] == GROWN[task]["t"]
+    grid = sweep.to_xarray()
     assert grid[f"{task}_curve"].dims == ("spin", "gravity", "time")
     assert np.array_equal(grid["time"], whole.t) and grid[task].shape == SOURCE.shape
-    frame = found.to_pandas()
+    frame = sweep.to_pandas()
     assert np.array_equal(frame[f"{task}_curve"], whole.curve.ravel(), equal_nan=True)
 
 
 def test_a_single_top_has_a_section_too(tmp_path):
     alone, words = kr.scenes.asymmetric.vary(spin=[1.0]), {"n": 3, "max_wait": 20.0}
-    found = kr.sweep(alone, folder=tmp_path, task="section", **words)
-    assert found["event_t"].size == 3
-    assert np.array_equal(found["event_t"], kr.section(alone, **words).states[:, 0])
+    sweep = kr.sweep(alone, folder=tmp_path, task="section", **words)
+    assert sweep["event_t"].size == 3
+    assert np.array_equal(sweep["event_t"], kr.section(alone, **words).states[:, 0])
 
 
 @pytest.mark.parametrize("words", MET)
 def test_sections_equal_those_of_the_ensemble(tmp_path, words):
-    found = kr.sweep(SOURCE, folder=tmp_path, task="section", part_size=7, **words)
+    sweep = kr.sweep(SOURCE, folder=tmp_path, task="section", part_size=7, **words)
     whole = kr.section(ensemble(), **words)
     for name in ("status", "reached", "steps"):
-        assert np.array_equal(found[name], getattr(whole, name)), name
-    assert np.array_equal(found["events"], whole.count)
+        assert np.array_equal(sweep[name], getattr(whole, name)), name
+    assert np.array_equal(sweep["events"], whole.count)
     assert 0 < whole.count.sum() < SOURCE.size * words["n"]
-    flat = np.column_stack([found[f"event_{name}"] for name in ("t", "q_w", "q_z", "m_x", "m_z")])
+    flat = np.column_stack([sweep[f"event_{name}"] for name in ("t", "q_w", "q_z", "m_x", "m_z")])
     assert np.array_equal(flat, whole.states[:, [0, 1, 4, 5, 7]])
-    lists = found.to_arrow()["event_t"].to_pylist()
+    lists = sweep.to_arrow()["event_t"].to_pylist()
     assert [len(times) for times in lists] == whole.count.ravel().tolist()
-    assert found.units["event_t"] == "T" and found.units["event_m_x"] == "M L^2 T^-1"
-    assert found.events is None and "event_t" not in found.to_xarray()
+    assert sweep.units["event_t"] == "T" and sweep.units["event_m_x"] == "M L^2 T^-1"
+    assert sweep.events is None and "event_t" not in sweep.to_xarray()
 
 
 @pytest.mark.parametrize("words", WORDS)
@@ -112,9 +112,9 @@ def test_equivalent_arguments_give_one_plan(tmp_path):
 
 def test_a_scattered_top_has_its_start_in_columns(tmp_path):
     source = kr.Source.scatter(TOP, 6, seed=2, gravity=0.1)
-    found = kr.sweep(source, 5, folder=tmp_path, task="oli", part_size=4)
-    assert np.array_equal(found["gravity"], source[:].gravity)
-    assert np.array_equal(found["oli"], kr.oli(source[:], 5).value)
+    sweep = kr.sweep(source, 5, folder=tmp_path, task="oli", part_size=4)
+    assert np.array_equal(sweep["gravity"], source[:].gravity)
+    assert np.array_equal(sweep["oli"], kr.oli(source[:], 5).value)
 
 
 @pytest.mark.parametrize(

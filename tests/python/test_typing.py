@@ -23,8 +23,8 @@ def by_mypy(_):
     result = subprocess.run([TOOLS / "mypy", *words], cwd=ROOT, capture_output=True, text=True)
     print(result.stdout)
     assert result.returncode in (0, 1), result.stderr
-    found = re.findall(r"^([^:]+):(\d+): error", result.stdout, re.M)
-    return {(Path(file).name, int(line)) for file, line in found}
+    errors = re.findall(r"^([^:]+):(\d+): error", result.stdout, re.M)
+    return {(Path(file).name, int(line)) for file, line in errors}
 
 
 def by_pyright(folder):

@@ -254,8 +254,8 @@ def test_a_rounded_body_follows_eulers_equations():
     scene = kr.Scene(ROUNDED[0], (0.1, 0.2, 1.0))
     true = solve_ivp(euler, (0, 20), scene.momentum, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     for method in ("exact", "taylor"):
-        found = kr.solve(scene, [20.0], method).body_momentum[0]
-        np.testing.assert_allclose(found, true, atol=1e-9)
+        momentum = kr.solve(scene, [20.0], method).body_momentum[0]
+        np.testing.assert_allclose(momentum, true, atol=1e-9)
 
 
 def test_the_viewer_refuses_rounded_bodies():

@@ -92,9 +92,9 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 @pytest.fixture
 def browser_addresses(monkeypatch):
     """Replace the browser by a stub, and return the list of addresses that it opens."""
-    found = []
-    monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
-    return found
+    addresses = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or True)
+    return addresses
 
 
 def test_a_page_opens_in_a_browser(browser_addresses):
@@ -212,17 +212,17 @@ def test_viewers_are_saved_in_the_cache_folder_of_the_system(
     for name, value in words.items():
         monkeypatch.setenv(name, value.format(empty_home))
     monkeypatch.setattr(sys, "platform", system)
-    found = view._create_viewer_folder()
+    folder = view._create_viewer_folder()
     monkeypatch.setattr(sys, "platform", "linux")
-    assert found == empty_home / place and found.is_dir()
+    assert folder == empty_home / place and folder.is_dir()
 
 
 def test_viewers_are_saved_in_a_temporary_folder_without_a_cache_folder(empty_home, monkeypatch):
     (empty_home / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(empty_home / "file"))
     monkeypatch.setattr(tempfile, "tempdir", str(empty_home))
-    found = view._create_viewer_folder()
-    assert found.parent == empty_home and found.name.startswith("kreisel-") and found.is_dir()
+    folder = view._create_viewer_folder()
+    assert folder.parent == empty_home and folder.name.startswith("kreisel-") and folder.is_dir()
 
 
 def test_an_installation_without_viewer_raises_an_error(empty_home):

@@ -17,11 +17,11 @@ C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
 @cache
 def layers():
     """Return the layers of each source tree, beginning with the lowest."""
-    found = {}
+    layer_of_name = {}
     for tree, text in re.findall(r"^```layers (\S+)\n(.*?)^```", PLAN.read_text(), re.M | re.S):
         rows = [re.split(r"\s{2,}", line.strip())[0].split() for line in text.splitlines()]
-        found[tree] = rows[::-1]
-    return found
+        layer_of_name[tree] = rows[::-1]
+    return layer_of_name
 
 
 def files(tree):
@@ -114,13 +114,13 @@ def circle(arrows):
         for other in sorted(arrows.get(file, ())):
             if state.get(other) == "open":
                 return way[way.index(other) :]
-            found = [] if other in state else visit(other)
-            if found:
-                return found
+            cycle = [] if other in state else visit(other)
+            if cycle:
+                return cycle
         way.pop()
         state[file] = "done"
         return []
 
     return next(
-        (found for file in sorted(arrows) if file not in state if (found := visit(file))), []
+        (cycle for file in sorted(arrows) if file not in state if (cycle := visit(file))), []
     )

@@ -41,11 +41,11 @@ def output(program, library, folder):
 
 def kernels_of(text):
     """Return the lines of `text`, grouped by instruction set."""
-    found = defaultdict(list)
+    kernels = defaultdict(list)
     for line in text.splitlines():
         isa, bits = line.split(maxsplit=1)
-        found[isa].append(bits)
-    return found
+        kernels[isa].append(bits)
+    return kernels
 
 
 # All compilers run in the folder of kreisel.c, so that ccache finds earlier object files.
@@ -138,7 +138,7 @@ def test_no_two_files_define_the_same_name(script):
                 for name in script.names_of(item) - {"NAME"}:  # a macro that forms names
                     owners[name].add(file.relative_to(CSRC).as_posix())
     assert {"time_since_start", "dd", "KR_TAYLOR_MAX"} <= owners.keys()
-    assert {name: found for name, found in owners.items() if len(found) > 1} == {}
+    assert {name: paths for name, paths in owners.items() if len(paths) > 1} == {}
 
 
 def test_every_section_enables_the_features_of_its_instruction_set(script, folder):

@@ -71,10 +71,10 @@ def test_links_to_examples_are_valid():
 def test_the_index_of_the_header_has_every_function():
     header = (CSRC / "kreisel.h").read_text()
     public = set(re.findall(r"\b(kr_\w+)\(", re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)))
-    found = list(functions(header))
-    assert {name for _, name, _ in found} == public
+    names = list(functions(header))
+    assert {name for _, name, _ in names} == public
     lines = header.splitlines()
-    assert all(f"{name}(" in lines[number - 1] for _, name, number in found)
+    assert all(f"{name}(" in lines[number - 1] for _, name, number in names)
 
 
 def test_plain_docstrings_become_lists_code_and_links():

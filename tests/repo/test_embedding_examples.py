@@ -90,9 +90,9 @@ def build_and_run(name, prefix, tmp_path, *words, linking=("-Wl,--gc-sections",)
 
 def numbers(pattern, text):
     """Return the numbers in `text` that the groups of `pattern` match."""
-    found = re.findall(pattern.replace("#", r"([-+.\de]+)"), text, re.M)
-    assert found, text
-    return np.array(found, dtype=float).reshape(len(found), -1)
+    rows = re.findall(pattern.replace("#", r"([-+.\de]+)"), text, re.M)
+    assert rows, text
+    return np.array(rows, dtype=float).reshape(len(rows), -1)
 
 
 def check_hello(output):

@@ -43,8 +43,8 @@ def test_the_installed_library_gives_the_golden_bits(golden, tmp_path):
 
 
 def test_the_library_agrees_with_the_snapshot(tmp_path):
-    found = run_with_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
-    assert found.splitlines() == (ROOT / "tests/c/snapshot.txt").read_text().splitlines()
+    output = run_with_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
+    assert output.splitlines() == (ROOT / "tests/c/snapshot.txt").read_text().splitlines()
 
 
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):

@@ -11,10 +11,10 @@ from toolbox import ROOT, compile_and_run, install_library, need, run
 
 
 def blocks(*languages):
-    found = re.findall(
+    pairs = re.findall(
         r"^```(\w+)\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE
     )
-    return [text for language, text in found if language in languages]
+    return [text for language, text in pairs if language in languages]
 
 
 def commands(name):

@@ -54,21 +54,21 @@ def test_families_have_cases_with_unique_names():
     ],
 )
 def test_no_cell_is_wrong_in_silence(name):
-    found = examine_case(name)
+    cells = examine_case(name)
     methods = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
-    assert methods | {"heyoka"} <= set(found) <= methods | set(single_runs.RECORDERS)
-    for method, cell in found.items():
+    assert methods | {"heyoka"} <= set(cells) <= methods | set(single_runs.RECORDERS)
+    for method, cell in cells.items():
         assert cell["verdict"] in ("right", "as asked", "degraded", "lost"), f"{method}: {cell}"
         assert cell["agreement"] < cell["conditioning"], "the truth is truer than the data"
-    assert max(found[method]["attitude_error"] for method in ("strang", "extrap", "rk4")) < 0.01
+    assert max(cells[method]["attitude_error"] for method in ("strang", "extrap", "rk4")) < 0.01
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name.startswith("damping")])
 def test_taylor_is_right_under_strong_damping(name):
-    found = examine_case(name, "taylor")
-    assert found["taylor"]["verdict"] in ("right", "as asked")
-    assert found["taylor"]["steps"] < 1000
-    assert found["taylor"]["agreement"] < found["taylor"]["conditioning"]
+    cells = examine_case(name, "taylor")
+    assert cells["taylor"]["verdict"] in ("right", "as asked")
+    assert cells["taylor"]["steps"] < 1000
+    assert cells["taylor"]["agreement"] < cells["taylor"]["conditioning"]
 
 
 def test_invalid_bodies_are_refused_with_their_message():
@@ -77,16 +77,16 @@ def test_invalid_bodies_are_refused_with_their_message():
 
 
 def test_steps_far_too_large_blow_up_or_lose_the_attitude():
-    found = examine_case("steps: Lagrange, 0.25 a turn", "rk4", "strang", "extrap")
-    assert found["rk4"]["verdict"] == "stopped" and found["rk4"]["mark"] == verdicts.BLOW_UP
-    assert found["strang"]["verdict"] == "lost", "but its energy stays"
-    assert found["extrap"]["verdict"] == "degraded", "it may choose a smaller first step"
+    cells = examine_case("steps: Lagrange, 0.25 a turn", "rk4", "strang", "extrap")
+    assert cells["rk4"]["verdict"] == "stopped" and cells["rk4"]["mark"] == verdicts.BLOW_UP
+    assert cells["strang"]["verdict"] == "lost", "but its energy stays"
+    assert cells["extrap"]["verdict"] == "degraded", "it may choose a smaller first step"
 
 
 def test_exact_drifts_keep_the_attitude_of_a_stiff_top():
-    found = examine_case("stiff: needle, 64 a turn of precession", "rk4", "strang")
-    assert found["strang"]["attitude_error"] < 0.01
-    assert found["rk4"]["verdict"] == "stopped"
+    cells = examine_case("stiff: needle, 64 a turn of precession", "rk4", "strang")
+    assert cells["strang"]["attitude_error"] < 0.01
+    assert cells["rk4"]["verdict"] == "stopped"
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
@@ -227,13 +227,13 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
     def increase_gravity_slightly(candidate, problem, scene, times, setting):
         return candidate.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
 
-    found = {
+    has_fault = {
         cell["method"]: cell
         for cell in atlas_cells.make_cells(
             CASES[FAULTY[0]], make_faulty_candidates(increase_gravity_slightly)
         )
     }
-    assert found[method]["verdict"] == "silent"
+    assert has_fault[method]["verdict"] == "silent"
 
 
 def test_a_missing_kick_is_found():
@@ -279,10 +279,10 @@ def test_wrong_orders_and_ignored_tolerances_are_detected():
 
         return replace(loose, run=run)
 
-    found = atlas_cells.make_cells(
+    cells = atlas_cells.make_cells(
         case, lambda scene, radians: [four, replace_tolerance(1e7, 1), replace_tolerance(1e-4, 0)]
     )
-    assert [cell["mark"] for cell in found] == [verdicts.REDUCED, verdicts.BEYOND, verdicts.ALARM]
+    assert [cell["mark"] for cell in cells] == [verdicts.REDUCED, verdicts.BEYOND, verdicts.ALARM]
 
 
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
@@ -319,20 +319,20 @@ def test_drift_is_distinguished_from_oscillation():
 
 
 def test_the_atlas_has_a_heat_map_notes_and_a_conclusion():
-    found = atlas_cells.make_cells(CASES["shape: rod, I3 = 0"]) + atlas_cells.make_cells(
+    cells = atlas_cells.make_cells(CASES["shape: rod, I3 = 0"]) + atlas_cells.make_cells(
         CASES["shape: sphere"]
     )
-    squares = list(map(atlas.make_square, found))
-    assert draw_heatmap(squares, atlas.column_names(found)).startswith("<svg")
-    (note,) = atlas.collect_notes(found)
+    squares = list(map(atlas.make_square, cells))
+    assert draw_heatmap(squares, atlas.column_names(cells)).startswith("<svg")
+    (note,) = atlas.collect_notes(cells)
     (group,) = note["whom"]
     assert (
         group["methods"] == ", ".join(kr.methods)
         and note["verdict"] == "refused"
         and "0.0 is not positive" in note["message"]
     )
-    assert sum(sum(line["counts"]) for line in atlas.count_verdicts(found)) == len(found)
-    assert len(atlas.write_table(found).splitlines()) == 1 + len(found)
+    assert sum(sum(line["counts"]) for line in atlas.count_verdicts(cells)) == len(cells)
+    assert len(atlas.write_table(cells).splitlines()) == 1 + len(cells)
 
 
 @pytest.mark.parametrize("kind", random_tops.KINDS)
@@ -348,16 +348,14 @@ def test_random_tops_are_of_their_kind_and_reproducible(kind):
 
 
 def test_random_tops_are_run_by_every_suitable_method():
-    found = random_tops.measure_kind("Euler", 2)
+    runs = random_tops.measure_kind("Euler", 2)
     names = [
         name
         for name, method in kr.methods.items()
         if method.suits(random_tops.draw_problems("Euler", 1)[0].user)
     ]
-    assert [run["method"] for run in found] == [name for name in names for _ in range(2)]
-    worst = {
-        line["method"]: line["worst"] for line in random_tops.summarize_methods(found, "Euler")
-    }
+    assert [run["method"] for run in runs] == [name for name in names for _ in range(2)]
+    worst = {line["method"]: line["worst"] for line in random_tops.summarize_methods(runs, "Euler")}
     assert worst["exact"] < 1e-13 and all(0 <= error <= pi for error in worst.values())
 
 

@@ -37,8 +37,8 @@ def cell(method, verdict, mark="", sign="second run"):
     }
 
 
-def conclude(found):
-    return atlas.conclude(atlas.Atlas(found, []))
+def conclude(cells):
+    return atlas.conclude(atlas.Atlas(cells, []))
 
 
 def test_the_conclusion_on_the_atlas_counts_verdicts():
@@ -109,10 +109,10 @@ def test_only_faster_runs_recover_the_compile_time():
 
 
 def test_omissions_are_listed_and_measured():
-    found = omissions.measure_scene(load_problem("thesis"), SHORT, 1)
-    rows = {row["case"]: row for row in found["rows"]}
-    assert set(found["plans"]) == {"all", "level"} and all(
-        "left out" in text for text in found["plans"].values()
+    findings = omissions.measure_scene(load_problem("thesis"), SHORT, 1)
+    rows = {row["case"]: row for row in findings["rows"]}
+    assert set(findings["plans"]) == {"all", "level"} and all(
+        "left out" in text for text in findings["plans"].values()
     )
     assert rows["intermediate states"]["bytes"] * 100 < rows["intermediate states"]["bytes_with"]
     assert rows["attitude"]["bytes"] < rows["attitude"]["bytes_with"], (

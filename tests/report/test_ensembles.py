@@ -115,13 +115,13 @@ def test_the_tightest_common_error_is_reached_by_both_programs():
 
 
 def test_the_map_shows_sleeping_tops():
-    found = part.compute_sleeping_map(9)
+    findings = part.compute_sleeping_map(9)
     spins, tilts = np.linspace(0, part.FASTEST, 9), np.linspace(part.LEAST, part.LARGEST, 9)
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     for i, j in ((0, 0), (3, 5), (8, 8)):
         one = kr.exact(kr.Scene.spinning(top, spin=spins[i], tilt=tilts[j]))
-        assert found[i, j] == pytest.approx(one.greatest_nutation, rel=1e-12)
-    assert (found[spins > 4, 0] < 0.01).all() and (found[spins < 4, 0] > 1.0).all()
+        assert findings[i, j] == pytest.approx(one.greatest_nutation, rel=1e-12)
+    assert (findings[spins > 4, 0] < 0.01).all() and (findings[spins < 4, 0] > 1.0).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -84,8 +84,8 @@ def test_c_mutants_change_computations():
 )
 def test_mutations_of_c(line, changes):
     text = f"void f(int a)\n{{\n{line}\n}}\n"
-    found = {mutant.change for mutant in mutate_c.list_mutants("f.c", text)}
-    assert found == changes
+    mutations = {mutant.change for mutant in mutate_c.list_mutants("f.c", text)}
+    assert mutations == changes
 
 
 @pytest.mark.parametrize(

@@ -194,11 +194,11 @@ def find_late_cells():
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)
-    found = atlas_cells.make_cells(
+    cells = atlas_cells.make_cells(
         LATE, lambda *_: [make_faulty_closed_form(*one) for one in faults.items()]
     )
-    assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in found)
-    return {cell["method"]: cell for cell in found}
+    assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in cells)
+    return {cell["method"]: cell for cell in cells}
 
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
@@ -224,10 +224,10 @@ def test_all_methods_refuse_unresolvable_times():
             0,
         ),
     )
-    found = atlas_cells.make_cells(
+    cells = atlas_cells.make_cells(
         BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), endless_candidate]
     )
-    *ours, last_cell = found
+    *ours, last_cell = cells
     assert last_cell["verdict"] == "lost" and last_cell["conditioning"] > 1.0
     assert {"exact", "taylor", "strang", "rk4"} <= {cell["method"] for cell in ours}
     for cell in ours:

@@ -93,12 +93,12 @@ def test_sentences_have_the_expected_verdicts(results):
         sentence.says for sentence in sentences if not (sentence.holds or sentence.why)
     ] == [], "each has a reason"
     for place, begin in REFUTED | CONFIRMED:
-        (found,) = [
+        (match,) = [
             sentence
             for sentence in sentences
             if sentence.where == place and sentence.says.startswith(begin)
         ]
-        assert found.holds == ((place, begin) in CONFIRMED), f"{place}, {begin}: {found.found}"
+        assert match.holds == ((place, begin) in CONFIRMED), f"{place}, {begin}: {match.found}"
 
 
 def test_the_report_writes_the_chapter(tmp_path, monkeypatch, results, page):

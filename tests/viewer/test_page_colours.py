@@ -17,8 +17,8 @@ VIEWER = ROOT / "python/viewer"
 
 def find_colours(file, pattern):
     """Return the hexadecimal colours in the text that matches `pattern`."""
-    found = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
-    return re.findall(r"#[0-9a-f]{6}", found[0])
+    match = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
+    return re.findall(r"#[0-9a-f]{6}", match[0])
 
 
 TOPS = find_colours("scene.js", r"COLOURS = .*")

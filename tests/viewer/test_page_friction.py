@@ -47,7 +47,7 @@ def solve_fall(settings, contact):
         return 1 - 2 * (state[1] ** 2 + state[2] ** 2) - np.cos(contact)
 
     reach.terminal = True
-    found = solve_ivp(
+    solution = solve_ivp(
         differentiate,
         (0, 100),
         [*settings["attitude"], *settings["momentum"]],
@@ -62,7 +62,7 @@ def solve_fall(settings, contact):
         rtol=1e-11,
         atol=1e-11,
     )
-    return found.t_events[0][0]
+    return solution.t_events[0][0]
 
 
 def read_end(page, top=0):

@@ -444,7 +444,7 @@ def test_numbers_have_units(page):
 
 def list_round_times(page, *asks):
     """Return the precession periods of several exercises."""
-    found = []
+    times = []
     for exercise in asks:
         load(page, "Fast precession")
         exact = (
@@ -452,8 +452,8 @@ def list_round_times(page, *asks):
             if exercise
             else kr.exact(scene_in_python(read_scene(page)))
         )
-        found.append(2 * np.pi / exact.precession)
-    return found
+        times.append(2 * np.pi / exact.precession)
+    return times
 
 
 def test_texts_of_fast_precession_are_true(page):

@@ -34,13 +34,13 @@ def largest_change(page, top, name, end=None):
 
 def largest_errors(page, *times):
     """Return, for each time, the largest attitude error of any top up to this time."""
-    found = []
+    errors = []
     for t in times:
         advance(page, t)
         roles = page.evaluate("kreisel.page.tops.map(({role}) => role)")
         tops = (i for i, role in enumerate(roles) if role != "ghost")
-        found.append([np.nanmax(read_record(page, i, "error")) for i in tops])
-    return np.array(found)
+        errors.append([np.nanmax(read_record(page, i, "error")) for i in tops])
+    return np.array(errors)
 
 
 # Comparison of methods

@@ -233,7 +233,7 @@ def check_growth(reference, family):
     scene, end = reference.scene, float(reference.t[-1])
     if any(scene.damping):
         return
-    found = kr.lyapunov(scene, end)
+    indicator = kr.lyapunov(scene, end)
     size = np.linalg.norm(scene.momentum) + math.sqrt(
         max(scene.body.moments)
         * scene.body.mass
@@ -242,7 +242,7 @@ def check_growth(reference, family):
     )
     unit = np.array([1.0] * 3 + [1.0 / size] * 3)
     start = reference.path.tangents[-1][:, :6] * unit[:, None] / unit[None, :]
-    growth = float(found.value) * abs(end)
+    growth = float(indicator.value) * abs(end)
     yield "growth: bound", growth / (math.log(np.linalg.norm(start)) + math.log(100.0))
     if family in REGULAR:
         rate = float(np.linalg.norm(kr.solve(scene, [0.0]).velocity[0])) + 1.0
@@ -254,7 +254,7 @@ def check_top(family, scene, times, folder):
     reference = Reference(scene, times)
     if reference.allowed.max() > UNRESOLVED:
         return {}
-    found = {}
+    errors = {}
     checks = (
         check_solve(reference),
         check_resume(reference, folder),
@@ -264,8 +264,8 @@ def check_top(family, scene, times, folder):
         check_growth(reference, family),
     )
     for check in checks:
-        found.update(check)
-    return found
+        errors.update(check)
+    return errors
 
 
 def check_ensemble(scenes, times):
@@ -316,9 +316,9 @@ def check_family(family, n, seed, k, folder):
     rows = [(i, check_top(family.__name__, scenes[i], times[i], folder)) for i in range(n)]
     for i, verb, ratio in check_ensemble(scenes, times):
         rows.append((i, {verb: ratio}))
-    unresolved = sum(not found for _, found in rows)
-    for i, found in rows:
-        for verb, ratio in found.items():
+    unresolved = sum(not errors for _, errors in rows)
+    for i, errors in rows:
+        for verb, ratio in errors.items():
             worst[verb] = max(worst[verb], ratio)
             if not ratio <= 1.0:
                 bad += 1

@@ -70,12 +70,12 @@ def time_core(folder):
         ["cc", "-O2", f"-I{ROOT}/csrc", source, library, "-lm", *gsl_flags(), "-o", program],
         check=True,
     )
-    found = {}
+    seconds = {}
     for name, (scene, method, step, times, _) in SOLVES.items():
         block = compiled_core.scene_bytes(getattr(kr.scenes, scene)).hex()
         words = [str(program), method, str(step), block, *map(str, times)]
-        found[name] = float(subprocess.run(words, capture_output=True, text=True).stdout) / 1e3
-    return found
+        seconds[name] = float(subprocess.run(words, capture_output=True, text=True).stdout) / 1e3
+    return seconds
 
 
 def gsl_flags():

@@ -56,19 +56,19 @@ def make_batch_call(tops, setting, threads):
     own = [make_integrator(tops, setting) for _ in range(threads)]
     pool = ThreadPoolExecutor(threads)
 
-    def work(top, batches, found):
+    def work(top, batches, attitudes):
         for i in batches:
             top.set_time(0.0)
             top.state[:] = starts[:, i : i + BATCH]
             top.propagate_until(end)
             check_end_time(top.propagate_res)
-            found[:, i : i + BATCH] = top.state[:4]
+            attitudes[:, i : i + BATCH] = top.state[:4]
 
     def move():
-        found = np.empty((4, starts.shape[1]))
+        attitudes = np.empty((4, starts.shape[1]))
         batches = iter(range(0, starts.shape[1], BATCH))
-        list(pool.map(lambda top: work(top, batches, found), own))
-        return found[:, : len(tops)].T
+        list(pool.map(lambda top: work(top, batches, attitudes), own))
+        return attitudes[:, : len(tops)].T
 
     return move
 

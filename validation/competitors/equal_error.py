@@ -78,15 +78,15 @@ def time_per_top(call, mover, tops, threads):
 
     The run time of a serial integrator is divided by the number of threads.
     """
-    found = []
+    results = []
     with timing.pause_gc():
-        seconds = timing.time_once(lambda: found.append(call()))
-    return found[0], seconds / len(tops) / (threads if mover.is_serial else 1)
+        seconds = timing.time_once(lambda: results.append(call()))
+    return results[0], seconds / len(tops) / (threads if mover.is_serial else 1)
 
 
-def group_by_mover(found):
+def group_by_mover(runs):
     groups = {}
-    for run in found:
+    for run in runs:
         groups.setdefault(run.mover, []).append(run)
     return groups
 

@@ -114,13 +114,13 @@ def find_leaders(lines):
 
 def select_leaders(groups, methods, quantities_and_costs):
     """Return the fastest methods that are not closed forms."""
-    found = set()
+    leaders = set()
     for quantity, cost in quantities_and_costs:
         lines, _ = collect_lines(groups, quantity, cost)
-        found |= find_leaders(
+        leaders |= find_leaders(
             {name: lines[name] for name in methods if name in lines and len(lines[name][0]) > 1}
         )
-    return [name for name in methods if name in found]
+    return [name for name in methods if name in leaders]
 
 
 def draw_overview(groups, leaders, peers, quantity, label, cost, floor=None):

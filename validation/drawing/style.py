@@ -157,7 +157,7 @@ def choose_line_styles(family, peers):
     """
     own = [name for name in LEADERS if name in family]
     own += [name for name in family if name not in (*peers, *own)]
-    found = {
+    styles = {
         name: {
             "color": COLOURS[i % len(COLOURS)],
             "marker": MARKERS[i % len(MARKERS)],
@@ -166,7 +166,7 @@ def choose_line_styles(family, peers):
         for i, name in enumerate(own)
     }
     hollow = {"color": INK, "markerfacecolor": "none"}
-    return found | {
+    return styles | {
         name: {**hollow, "linestyle": STROKES[place][0], "marker": STROKES[place][1]}
         for name in peers
         if (place := PEER_STROKES.get(name)) is not None

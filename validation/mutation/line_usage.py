@@ -61,11 +61,11 @@ def measure_usage(root, modules, folder):
 
     def load_or_measure(module):
         file = folder / f"{module.replace('/', '-')}.json"
-        found = json.loads(file.read_text()) if file.exists() else {}
-        if found.get("text") != texts[module]:
-            found = measure_module(root, module) | {"text": texts[module]}
-            file.write_text(json.dumps(found))
-        return ModuleUsage(**found)
+        data = json.loads(file.read_text()) if file.exists() else {}
+        if data.get("text") != texts[module]:
+            data = measure_module(root, module) | {"text": texts[module]}
+            file.write_text(json.dumps(data))
+        return ModuleUsage(**data)
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         return list(pool.map(load_or_measure, modules))
@@ -103,11 +103,11 @@ def read_lines(file, root, module):
     """Return the lines of each source file that the tests of a module execute."""
     data = CoverageData(str(file))
     data.read()
-    found = {}
+    lines = {}
     for source in data.measured_files():
-        tests = found.setdefault(Path(source).relative_to(root).as_posix(), {})
+        tests = lines.setdefault(Path(source).relative_to(root).as_posix(), {})
         for line, contexts in data.contexts_by_lineno(source).items():
             for context in contexts:
                 name = context.rpartition(".")[2]
                 tests.setdefault(f"{module}::{name}" if name else SET_UP, []).append(line)
-    return found
+    return lines

@@ -40,8 +40,8 @@ def list_mutants(file, text):
 
     annotations = {id(node) for part in find_annotations(tree) for node in ast.walk(part)}
     nodes = [node for node in ast.walk(tree) if id(node) not in annotations]
-    found = {change for node in nodes for change in mutate_node(node, text, span)}
-    return [Mutant(file, text, *change) for change in sorted(found)]
+    changes = {change for node in nodes for change in mutate_node(node, text, span)}
+    return [Mutant(file, text, *change) for change in sorted(changes)]
 
 
 def find_annotations(tree):

@@ -97,19 +97,19 @@ def list_fixed_steps(comparison):
 
 def describe_late(comparison):
     """Return the range of run times for states at a large time, or None if none were measured."""
-    late = [found for found in comparison.late.values() if found]
+    late = [findings for findings in comparison.late.values() if findings]
     if not late:
         return None
 
     def span(values, form):
         return " to ".join(dict.fromkeys(form(bound(values)) for bound in (min, max)))
 
-    scenes = [scene for scene, found in comparison.late.items() if found]
+    scenes = [scene for scene, findings in comparison.late.items() if findings]
     times = {
-        name: span([found[name] for found in late], format_milliseconds)
+        name: span([findings[name] for findings in late], format_milliseconds)
         for name in ("exact", "taylor")
     }
-    ratios = [found["heyoka"] / found["taylor"] for found in late]
+    ratios = [findings["heyoka"] / findings["taylor"] for findings in late]
     return times | {
         "t": f"{late[0]['t']:g}".replace("e+0", "e"),
         "scenes": join_words(scenes),

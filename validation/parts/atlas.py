@@ -64,9 +64,9 @@ def load_findings(problems, store):
     return Atlas(cells, stiff_needle.load_findings(store)) if cells else None
 
 
-def column_names(found):
+def column_names(cells):
     """Return the names of all methods and other integrators that have been tested."""
-    names = {cell["method"] for cell in found}
+    names = {cell["method"] for cell in cells}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in names]
 
 
@@ -83,9 +83,9 @@ def make_square(cell):
     )
 
 
-def family_contexts(found):
+def family_contexts(cells):
     for name, (_, description) in atlas_cases.FAMILIES.items():
-        own = [cell for cell in found if cell["family"] == name]
+        own = [cell for cell in cells if cell["family"] == name]
         if own:
             yield {
                 "name": name,
@@ -111,13 +111,13 @@ def describe_cell(cell):
     return None
 
 
-def collect_notes(found):
+def collect_notes(cells):
     """Yield the rows of the table of explanations.
 
     Test cases with the same explanation are combined in one row.
     """
     explanations = {}
-    for cell in found:
+    for cell in cells:
         if describe_cell(cell):
             explanations.setdefault(describe_cell(cell), {}).setdefault(cell["case"], []).append(
                 cell["method"]
@@ -136,10 +136,10 @@ def collect_notes(found):
         }
 
 
-def count_verdicts(found):
+def count_verdicts(cells):
     """Yield the counts of all verdicts on each method."""
-    for name in column_names(found):
-        own = [cell for cell in found if cell["method"] == name]
+    for name in column_names(cells):
+        own = [cell for cell in cells if cell["method"] == name]
         errors = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
         yield {
             "method": name,
@@ -204,21 +204,21 @@ def conclude(atlas):
     )
 
 
-def describe_silent_cells(found):
-    silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
+def describe_silent_cells(cells):
+    silent = [f"{cell['method']} on {cell['case']}" for cell in cells if is_silent(cell)]
     n, names = len(silent), f": {join_words(silent)}" if silent else ""
     return (
-        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} silently wrong{names}. "
+        f"{count_word(n).capitalize()} of {len(cells)} cells {verb_be(n)} silently wrong{names}. "
         "A cell is one method on one top. It is silently wrong if neither a finer run nor the step "
         "reveals its error."
     )
 
 
-def describe_verdicts(found):
-    n = Counter(cell["verdict"] for cell in found)
+def describe_verdicts(cells):
+    n = Counter(cell["verdict"] for cell in cells)
 
     def share(verdict):
-        return f"{100 * n[verdict] / len(found):.0f} %"
+        return f"{100 * n[verdict] / len(cells):.0f} %"
 
     return (
         f"{share('right')} are right: no error beyond rounding. {share('as asked')} are as asked: "
@@ -237,9 +237,9 @@ def describe_signs(cells):
     )
 
 
-def describe_methods(found):
-    counts = Counter(cell["method"] for cell in found if cell["verdict"] in verdicts.MET)
-    ill = Counter(cell["method"] for cell in found if cell["verdict"] in ("lost", "stopped"))
+def describe_methods(cells):
+    counts = Counter(cell["method"] for cell in cells if cell["verdict"] in verdicts.MET)
+    ill = Counter(cell["method"] for cell in cells if cell["verdict"] in ("lost", "stopped"))
     (best, count), *_ = counts.most_common(1) or [("none", 0)]
     worst = join_words(f"{name} ({n})" for name, n in ill.most_common(3))
     return (
@@ -258,12 +258,12 @@ def describe_tolerance_failures(cells):
     )
 
 
-def write_table(found):
+def write_table(cells):
     def format_value(value):
         return f"{value:.4g}" if isinstance(value, float) else value
 
     return write_csv(
-        COLUMNS, ({key: format_value(value) for key, value in cell.items()} for cell in found)
+        COLUMNS, ({key: format_value(value) for key, value in cell.items()} for cell in cells)
     )
 
 

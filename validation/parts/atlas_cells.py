@@ -57,8 +57,10 @@ def make_peer_candidate(name):
 
 def list_candidates(scene, radians):
     """Return all methods that can integrate a motion through a total angle of `radians`."""
-    found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
-    return found + [
+    candidates = [
+        make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)
+    ]
+    return candidates + [
         candidate
         for candidate in map(make_peer_candidate, single_runs.RECORDERS)
         if radians <= candidate.longest

@@ -241,8 +241,8 @@ def load_findings(problems, store):
     return store.under("calls/")
 
 
-def list_bands(found):
-    return [(scene, band) for scene in found for band in scene["bands"]]
+def list_bands(findings):
+    return [(scene, band) for scene in findings for band in scene["bands"]]
 
 
 def format_band(scene, band):
@@ -267,9 +267,9 @@ def format_band(scene, band):
     }
 
 
-def describe_payment(found):
+def describe_payment(findings):
     """Describe heyoka's compile time in relation to its run time."""
-    bands = [band for _, band in list_bands(found)]
+    bands = [band for _, band in list_bands(findings)]
     seconds = [band["compiling"] for band in bands]
     runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)
     text = f"heyoka compiles an integrator for {min(seconds):.2f} to {max(seconds):.2f} s."
@@ -281,8 +281,8 @@ def describe_payment(found):
     )
 
 
-def conclude(found):
-    bands = [band for _, band in list_bands(found)]
+def conclude(findings):
+    bands = [band for _, band in list_bands(findings)]
     sentences = []
     for name, title in ((SOLVE, "kr.solve"), (RUN, "a kr.Run used again")):
         ratios = [compare(band, name)[0] for band in bands]
@@ -291,21 +291,21 @@ def conclude(found):
             f"as {title} in the median of {len(bands)} rows, and {min(ratios):.2f} to "
             f"{max(ratios):.2f} times in each."
         )
-    return join_sentences(*sentences, describe_payment(found))
+    return join_sentences(*sentences, describe_payment(findings))
 
 
-def build_context(found):
+def build_context(findings):
     return {
-        "rows": [format_band(*each) for each in list_bands(found)],
-        "processor": found[0]["processor"],
-        "rounds": found[0]["rounds"],
-        "peak": found[0]["peak"] and f"{1e-9 * found[0]['peak']:.0f}",
-        "payment": describe_payment(found),
+        "rows": [format_band(*each) for each in list_bands(findings)],
+        "processor": findings[0]["processor"],
+        "rounds": findings[0]["rounds"],
+        "peak": findings[0]["peak"] and f"{1e-9 * findings[0]['peak']:.0f}",
+        "payment": describe_payment(findings),
     }
 
 
-def list_rows(found):
-    for scene, band in list_bands(found):
+def list_rows(findings):
+    for scene, band in list_bands(findings):
         columns = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
         for name, seconds in band["seconds"].items():
             yield columns | {

@@ -41,12 +41,12 @@ def choose_sizes(budget):
 
 def measure_energy_drift(size):
     """Add the largest relative energy drift and the number of states to a copy of `size`."""
-    found = []
+    findings = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
-        found.append(float(np.abs(section.energy / section_data.ENERGY - 1.0).max()))
+        findings.append(float(np.abs(section.energy / section_data.ENERGY - 1.0).max()))
     states = len(section_data.BODIES) * size["orbits"] * size["crossings"]
-    return size | {"energy": max(found), "states": states}
+    return size | {"energy": max(findings), "states": states}
 
 
 def measure_kowalewski(size):

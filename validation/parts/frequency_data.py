@@ -46,8 +46,8 @@ def turns_per_nutation(path):
 
     The number of whole turns is arbitrary.
     """
-    found = kr.frequencies(path, 1)
-    return found.lines[0] / found.nutation
+    frequencies = kr.frequencies(path, 1)
+    return frequencies.lines[0] / frequencies.nutation
 
 
 def largest_frequency_error(n):
@@ -63,11 +63,11 @@ def largest_frequency_error(n):
         scene = kr.Scene(body, 2.0 * rng.normal(size=3), q / np.linalg.norm(q))
         exact = kr.exact(scene)
         path = kr.solve(scene, np.linspace(0.0, 40.0 * min(exact.period, 10.0), 4096), "taylor")
-        found, nutation = kr.frequencies(path), 2.0 * np.pi / exact.period
+        frequencies, nutation = kr.frequencies(path), 2.0 * np.pi / exact.period
         pairs = (
-            (found.precession, exact.precession),
-            (found.nutation, nutation),
-            (found.spin, exact.spin),
+            (frequencies.precession, exact.precession),
+            (frequencies.nutation, nutation),
+            (frequencies.spin, exact.spin),
         )
         worst = max(worst, *(abs(one / other - 1.0) for one, other in pairs))
     return worst

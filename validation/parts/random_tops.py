@@ -133,8 +133,8 @@ def measure_kind(kind, members):
         piece = slice(first, first + PIECE)
         for name, setting in settings.items():
             columns = {"kind": kind, "method": name, "setting": describe_setting(setting)}
-            found = measure_outcomes(problems[piece], truths[piece], name, setting)
-            runs += [columns | {"top": first + i} | each for i, each in enumerate(found)]
+            outcomes = measure_outcomes(problems[piece], truths[piece], name, setting)
+            runs += [columns | {"top": first + i} | each for i, each in enumerate(outcomes)]
     return runs
 
 

@@ -181,10 +181,10 @@ def load_runs(store, scene):
 
 def load_measurements(store, scene):
     """Return the errors and the run times that are stored for a scene."""
-    rounds, found = store.under(f"times/{scene}/"), load_runs(store, scene)
-    for row in found:
+    rounds, rows = store.under(f"times/{scene}/"), load_runs(store, scene)
+    for row in rows:
         row.samples = [times[row.key] for times in rounds if row.key in times]
-    return found
+    return rows
 
 
 def group_by_method(rows, scene):

@@ -46,14 +46,14 @@ def critical_values(g, h):
     Each critical value is paired with the number of its formula, from 1 to 3.
     """
     parabola = (h - g * g) ** 2
-    found = [(0.0, 1)] if h > g * g else []
+    values = [(0.0, 1)] if h > g * g else []
     if g * g / 2.0 - 1.0 <= h and 2.0 * g * g * (h - g * g) <= 1.0:
-        found.append((parabola, 2))
+        values.append((parabola, 2))
     for t in np.roots((0.5, 0.0, -h, -g)):
         if abs(t.imag) < 1e-9 and (t.real < 0.0 or t.real > g):
-            found.append((float(1.0 + t.real * g + t.real**4 / 4.0), 3))
+            values.append((float(1.0 + t.real * g + t.real**4 / 4.0), 3))
     least = 0.0 if h > g * g else parabola
-    return sorted(value for value in found if value[0] >= least)
+    return sorted(value for value in values if value[0] >= least)
 
 
 def region_borders(greatest):

@@ -72,9 +72,9 @@ def path_attitudes(path):
 
 def rotation_angles(one, other):
     """Return the angles [rad] between pairs of attitudes; even small angles are accurate."""
-    found = []
+    angles = []
     for p, q in zip(one, other, strict=True):
         turn = np.array(product(conjugate(p), q))
         sine, cosine = (turn[1:] @ turn[1:]) ** to_real(0.5), abs(float(turn[0]))
-        found.append(2.0 * np.arctan2(float(sine), cosine))
-    return np.array(found)
+        angles.append(2.0 * np.arctan2(float(sine), cosine))
+    return np.array(angles)

@@ -86,7 +86,7 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
     top = build_integrator(fp, len(coefficients))
     top.pars[:] = coefficients
     top.state[:] = equations.round_to(equations.start_state(model, variables), fp)
-    top.time, found = fp(0), []
+    top.time, states = fp(0), []
     for t in times:
         outcome = top.propagate_until(fp(t) * fp(rate))[0]
         if outcome != hy.taylor_outcome.time_limit:
@@ -98,8 +98,8 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
             )
             q, m = variables_at_t[:4], variables_at_t[4:]
             norm = mp.sqrt(sum(x * x for x in q))
-            found.append([x / norm for x in q] + [x * moment * rate for x in m])
-    return found
+            states.append([x / norm for x in q] + [x * moment * rate for x in m])
+    return states
 
 
 def rotation_angle(p, q):
@@ -314,7 +314,7 @@ def compare_computations(problem, end, entry):
 def compute_entry(problem, times):
     """Return reference solutions at several times, together with estimates of their accuracy."""
     form = "symmetric" if problem.symmetric else "velocity"
-    found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
+    states, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
     conditioning = compute_conditioning(problem, times, form)
     return {
         f"{t:g}": {
@@ -324,7 +324,7 @@ def compute_entry(problem, times):
             "energy_error": energy_error(problem, state),
             "conditioning": condition,
         }
-        for t, state, other, condition in zip(times, found, again, conditioning, strict=True)
+        for t, state, other, condition in zip(times, states, again, conditioning, strict=True)
     }
 
 
@@ -360,8 +360,8 @@ def main(argv=None):
         "conditioning": "angle [rad] by which roundings (2^-53) of all the data move it",
     }
     FILE.write_text(json.dumps({**header, "truths": truths}, indent=1) + "\n")
-    for name, found in truths.items():
-        for t, truth in found.items():
+    for name, entries in truths.items():
+        for t, truth in entries.items():
             print(
                 f"{name:20} t = {t:>4}  two ways agree to {truth['agreement']:.0e} rad, energy to "
                 f"{truth['energy_error']:.0e}; one rounding of the data moves it by "

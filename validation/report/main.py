@@ -118,16 +118,16 @@ def run_parts(out, problems, parts, budget, console):
 def write_report(out, findings, metadata):
     """Write the HTML page and the tables, and return the names of all files."""
     texts = {"index.html": page.render_page(findings, metadata)}
-    for part, found in findings:
-        texts |= dict(part.list_files(found, metadata))
+    for part, part_findings in findings:
+        texts |= dict(part.list_files(part_findings, metadata))
     for name, text in texts.items():
         write_atomic(out / name, text)
     return list(texts)
 
 
 def print_summary(console, findings):
-    for part, found in findings:
-        for line in part.terminal_lines(found):
+    for part, part_findings in findings:
+        for line in part.terminal_lines(part_findings):
             console.print(line)
     if not machine.has_gsl():
         console.print(f"GSL is {machine.GSL_MISSING}")
@@ -147,7 +147,7 @@ def make_report(options):
         "budget": "; ".join(filter(None, (budget.name, missing)))
     }
     findings_by_part = [(part, part.load_findings(problems, store)) for part in PARTS]
-    findings = [(part, found) for part, found in findings_by_part if found]
+    findings = [(part, part_findings) for part, part_findings in findings_by_part if part_findings]
     files = write_report(options.out, findings, metadata)
     print_summary(console, findings)
     if missing:

@@ -38,17 +38,17 @@ def cite_peers(svg, metadata):
     return markupsafe.Markup("<small>{}</small>").format(metadata["peers"])
 
 
-def render_section(part, found, metadata):
+def render_section(part, findings, metadata):
     """Return the HTML code of one part of the report."""
-    text = load_template(f"{part.name}.html").render(about=metadata, **part.build_context(found))
+    text = load_template(f"{part.name}.html").render(about=metadata, **part.build_context(findings))
     summary, mark, details = text.partition(FOLD)
     lead = ""
     if part.build_lead:
         lead = load_template(f"{part.name}_lead.html").render(
-            about=metadata, **part.build_lead(found)
+            about=metadata, **part.build_lead(findings)
         )
     bodies = {"shown": summary, "body": details} if mark else {"shown": "", "body": text}
-    return {"part": part, "conclusion": part.conclude(found), "lead": lead, **bodies}
+    return {"part": part, "conclusion": part.conclude(findings), "lead": lead, **bodies}
 
 
 def describe_methods(names):
@@ -73,10 +73,12 @@ def describe_methods(names):
 
 def render_page(findings, metadata):
     """Return the HTML code of the report."""
-    names = {name for part, found in findings for name in part.list_methods(found)}
+    names = {name for part, part_findings in findings for name in part.list_methods(part_findings)}
     return load_template("report.html").render(
         about=metadata,
         references=list(fastest.list_references(names).values()),
-        sections=[render_section(part, found, metadata) for part, found in findings],
+        sections=[
+            render_section(part, part_findings, metadata) for part, part_findings in findings
+        ],
         methods=list(describe_methods(names)),
     )

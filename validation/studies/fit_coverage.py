@@ -240,8 +240,8 @@ def measure_coverage(kind, seeds):
         if fit.chi2 > LOST * dof:
             failures += 1
             continue
-        found, error = fit.error_of(case.compare)
-        deviations.append((found - case.compare(case.truth)) / error)
+        values, error = fit.error_of(case.compare)
+        deviations.append((values - case.compare(case.truth)) / error)
         chi2.append(fit.chi2 / dof)
     return Coverage(np.array(deviations), np.array(chi2), np.array(times), dof, failures)
 
@@ -253,12 +253,12 @@ def main():
     parser.add_argument("--seeds", type=int, default=1000)
     options = parser.parse_args()
     for kind in options.kinds or KINDS:
-        found = measure_coverage(kind, options.seeds)
-        shares = " ".join(f"{share:.4f}" for share in found.shares())
+        result = measure_coverage(kind, options.seeds)
+        shares = " ".join(f"{share:.4f}" for share in result.shares())
         print(
-            f"{kind:<23} lost {found.lost}; within 1, 2, 3 sigma {shares}; "
-            f"chi2 {found.chi2.mean():.4f} +- {found.chi2.std():.4f} "
-            f"({np.sqrt(2.0 / found.dof):.4f} expected); {np.median(found.milliseconds):.0f} ms",
+            f"{kind:<23} lost {result.lost}; within 1, 2, 3 sigma {shares}; "
+            f"chi2 {result.chi2.mean():.4f} +- {result.chi2.std():.4f} "
+            f"({np.sqrt(2.0 / result.dof):.4f} expected); {np.median(result.milliseconds):.0f} ms",
             flush=True,
         )
 

@@ -94,9 +94,9 @@ def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
-        found = error_quantiles(run(), truth)
-        if (found <= most).all():
-            return less, run, found
+        errors = error_quantiles(run(), truth)
+        if (errors <= most).all():
+            return less, run, errors
     return None
 
 
@@ -107,15 +107,15 @@ def orders(lanes):
             single = error_quantiles(solve_states(scenes, t, tol=2.0**log2_tol), truth)
             most = single * (1.05, 1.15)
             trials = (fit_tolerance(lanes, scenes, t, truth, log2_tol, n, most) for n in ORDERS)
-            found = [(n, *row) for n, row in zip(ORDERS, trials, strict=True) if row]
+            rows = [(n, *row) for n, row in zip(ORDERS, trials, strict=True) if row]
             lane_run = lanes.run(scenes, t, log2_tol)
             ratios = error_quantiles(lane_run(), truth) / single
-            *times, own = median_times([*(run for _, _, run, _ in found), lane_run], ROUNDS)
+            *times, own = median_times([*(run for _, _, run, _ in rows), lane_run], ROUNDS)
             print(
                 f"{name}, tol 2^{log2_tol}, single {single[0]:.1e} {single[1]:.1e}; used: "
                 f"{own / TOPS * 1e6:.1f} us, {ratios[0]:.2f} {ratios[1]:.2f} times these"
             )
-            for (order, less, _, error), time in zip(found, times, strict=True):
+            for (order, less, _, error), time in zip(rows, times, strict=True):
                 microseconds = time / TOPS * 1e6
                 print(f"    order {order:2} less {less:4.1f} {microseconds:7.1f} us {error[0]:.1e}")
 

@@ -26,10 +26,10 @@ def compile_library(folder, terms):
 
 def read_list(get_number):
     """Return the values of `give(i)` for i = 0, 1, 2 and so on, before the first false value."""
-    found = []
-    while number := get_number(len(found)):
-        found.append(number)
-    return found
+    numbers = []
+    while number := get_number(len(numbers)):
+        numbers.append(number)
+    return numbers
 
 
 class TaylorKernels:

@@ -147,41 +147,41 @@ class Findings:
     late: list = field(default_factory=list)
 
 
-def examine(number, scene, top, tau, options, limit, rng, found):
-    """Compute the errors of the closed form for one top, and append them to `found`."""
+def examine(number, scene, top, tau, options, limit, rng, findings):
+    """Compute the errors of the closed form for one top, and append them to `findings`."""
     scale = largest_momentum(scene)
-    found.certificates.append(top.certificate)
+    findings.certificates.append(top.certificate)
     t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-1, np.log10(options.longest)) * tau)
     error, sensitive = compare_with_series(scene, top, t, rng, scale, limit)
-    found.errors.append(error)
+    findings.errors.append(error)
     if error > limit:
-        found.excess.append((error, sensitive, top.certificate, t / tau, number))
-    found.integrals.append(drift_of_integrals(top, tau, rng, scale))
+        findings.excess.append((error, sensitive, top.certificate, t / tau, number))
+    findings.integrals.append(drift_of_integrals(top, tau, rng, scale))
     if number < options.restarted:
-        found.restarted.append(compare_restarted(scene, top, tau, rng, scale))
+        findings.restarted.append(compare_restarted(scene, top, tau, rng, scale))
     if number < options.late:
         t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(4, 6) * tau)
-        found.late.append(compare_with_series(scene, top, t, rng, scale, np.inf)[0])
+        findings.late.append(compare_with_series(scene, top, t, rng, scale, np.inf)[0])
 
 
-def print_findings(found, options, limit):
+def print_findings(findings, options, limit):
     """Print the distributions of all results, and the tops with large errors."""
-    describe("certificate", found.certificates)
-    describe(f"error up to {options.longest:g} tau", found.errors, limit, 10 * limit)
-    for error, sensitive, certificate, t, number in sorted(found.excess, reverse=True)[:20]:
+    describe("certificate", findings.certificates)
+    describe(f"error up to {options.longest:g} tau", findings.errors, limit, 10 * limit)
+    for error, sensitive, certificate, t, number in sorted(findings.excess, reverse=True)[:20]:
         print(
             f"  top {number} at {t:.3g} tau: error {error:.1e}, conditioning {sensitive:.1e}, "
             f"certificate {certificate:.1e}, ratio {error / sensitive:.2g}"
         )
     names = ("energy", "vertical momentum", "third integral")
-    for name, values in zip(names, np.transpose(found.integrals), strict=True):
+    for name, values in zip(names, np.transpose(findings.integrals), strict=True):
         describe(f"{name} up to {LATE:g} tau", values)
-    ratios = [x for x in found.restarted if x is not None]
+    ratios = [x for x in findings.restarted if x is not None]
     if ratios:
         describe(f"second plan at {LATE:g} tau, over the conditioning", ratios, 1.0, 10.0)
-    print(f"  {len(found.restarted) - len(ratios)} second plans refused")
-    if found.late:
-        describe(f"error at 1e4 to {LATE:g} tau", found.late, limit)
+    print(f"  {len(findings.restarted) - len(ratios)} second plans refused")
+    if findings.late:
+        describe(f"error at 1e4 to {LATE:g} tau", findings.late, limit)
 
 
 def reason_of(refusal):
@@ -195,7 +195,7 @@ def count_above(values, limits):
 
 def plan_tops(kind, options):
     """Compute closed forms for many random tops of one kind, and print the errors."""
-    rng, refusals, certificates, found = np.random.default_rng(options.seed), Counter(), [], []
+    rng, refusals, certificates, rows = np.random.default_rng(options.seed), Counter(), [], []
     for number in range(options.plans):
         scene, tau = draw_top(rng, KINDS[kind][0])
         t = float(rng.choice([-1, 1]) * rng.uniform(1.0, 10.0) * tau)
@@ -207,14 +207,14 @@ def plan_tops(kind, options):
         certificates.append(top.certificate)
         size = float(np.linalg.norm(scene.momentum)) + max(scene.body.inertia) / tau
         error = differ(top([t]), kr.solve(scene, [t], method="taylor"), size)
-        found.append((error, top.certificate, t / tau, number))
+        rows.append((error, top.certificate, t / tau, number))
     print(f"{kind}: {options.plans} tops, {sum(refusals.values())} refused: {dict(refusals)}")
-    errors = [row[0] for row in found]
+    errors = [row[0] for row in rows]
     describe("certificate", certificates)
     print(f"  {count_above(certificates, LARGE_CERTIFICATES)}")
     describe("difference from the Taylor series of 16 digits at 1 to 10 tau", errors)
     print(f"  {count_above(errors, LARGE_ERRORS)}")
-    for error, certificate, t, number in sorted(found, reverse=True)[:10]:
+    for error, certificate, t, number in sorted(rows, reverse=True)[:10]:
         print(
             f"  top {number} at {t:.3g} tau: difference {error:.1e}, certificate {certificate:.1e}"
         )
@@ -223,7 +223,7 @@ def plan_tops(kind, options):
 def measure(kind, options):
     """Run the study for random tops of one kind, and print the errors."""
     ratio, limit = KINDS[kind]
-    rng, refusals, found = np.random.default_rng(options.seed), Counter(), Findings()
+    rng, refusals, findings = np.random.default_rng(options.seed), Counter(), Findings()
     for number in range(options.tops):
         scene, tau = draw_top(rng, ratio)
         try:
@@ -231,9 +231,9 @@ def measure(kind, options):
         except ValueError as refusal:
             refusals[reason_of(refusal)] += 1
             continue
-        examine(number, scene, top, tau, options, limit, rng, found)
+        examine(number, scene, top, tau, options, limit, rng, findings)
     print(f"{kind}: {options.tops} tops, {sum(refusals.values())} refused: {dict(refusals)}")
-    print_findings(found, options, limit)
+    print_findings(findings, options, limit)
 
 
 def main(argv=None):

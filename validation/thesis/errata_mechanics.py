@@ -74,14 +74,14 @@ def curvature():
     back = np.linalg.inv(Phi)
     kappa1 = rates[2] @ n
     formula = su2.to_matrix((rates[2] @ b, -kappa1, -rates[0] @ b))
-    found = [
+    values = [
         -2
         * np.trace(
             (back @ e @ change - back @ change @ back @ su2.E3 @ Phi) @ back @ su2.E1 @ Phi
         ).real
         for e in (su2.E2, su2.E3)
     ]
-    return abs(found[0] - kappa1), max(abs(found[1] - kappa1), abs(change @ back - formula).max())
+    return abs(values[0] - kappa1), max(abs(values[1] - kappa1), abs(change @ back - formula).max())
 
 
 @register_erratum(

@@ -50,13 +50,13 @@ def hide_frame(axes):
 
 def cuboid_faces(half, centre):
     """Return the corners of all faces, counterclockwise as seen from outside."""
-    found = np.zeros((6, 4, 3))
-    for i, face in enumerate(found):
+    faces = np.zeros((6, 4, 3))
+    for i, face in enumerate(faces):
         axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
         face[:, axis] = sign
         face[:, (axis + 1) % 3] = np.array((-1, 1, 1, -1)) * sign
         face[:, (axis + 2) % 3] = (-1, -1, 1, 1)
-    return found * half + centre
+    return faces * half + centre
 
 
 def draw_cuboid(axes, corners, top):

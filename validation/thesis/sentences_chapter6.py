@@ -173,9 +173,9 @@ def correlate_errors(four, end=200.0):
     swing = (four.L["BS"][1:] / four.t[1:])[selection[1:]]
     first = int(np.argmax(selection))
     later = [four.blue.energy_error[first + k : first + k + len(swing)] for k in range(21)]
-    found = [np.corrcoef(energy, swing)[0, 1] for energy in later]
-    best = int(np.argmax(found))
-    return float(found[0]), float(found[best]), best * four.eps2
+    correlations = [np.corrcoef(energy, swing)[0, 1] for energy in later]
+    best = int(np.argmax(correlations))
+    return float(correlations[0]), float(correlations[best]), best * four.eps2
 
 
 def check_failing(four, rows):
