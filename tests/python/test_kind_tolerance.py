@@ -7,9 +7,11 @@ from tops import TILT, matrix, unit
 
 EPS = 2.0**-52
 NEARLY = {  # relative deviations of the moments from those of a Lagrange top
-    "com": lambda off: kr.Body(1, (1, 1, 0.5), (off, 0, 1), unphysical=True),
-    "moments": lambda off: kr.Body(1, (1, 1 + off, 0.5), (0, 0, 1), unphysical=True),
-    "sphere": lambda off: kr.Body(1, (1, 1 + off, 1 - off / 5), (0.6, 0.5, 0.4), unphysical=True),
+    "com": lambda deviation: kr.Body(1, (1, 1, 0.5), (deviation, 0, 1), unphysical=True),
+    "moments": lambda deviation: kr.Body(1, (1, 1 + deviation, 0.5), (0, 0, 1), unphysical=True),
+    "sphere": lambda deviation: kr.Body(
+        1, (1, 1 + deviation, 1 - deviation / 5), (0.6, 0.5, 0.4), unphysical=True
+    ),
 }
 
 

@@ -329,5 +329,5 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda found, about: [("calls.csv", write_csv(COLUMNS, list_rows(found)))],
+    list_files=lambda findings, metadata: [("calls.csv", write_csv(COLUMNS, list_rows(findings)))],
 )

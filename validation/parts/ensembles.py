@@ -196,7 +196,7 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda findings, about: [
+    list_files=lambda findings, metadata: [
         ("ensembles.csv", write_csv(COLUMNS, table_rows(findings)))
     ],
     list_methods=lambda findings: {

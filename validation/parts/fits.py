@@ -102,5 +102,5 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda rows, about: [("fits.csv", write_csv(COLUMNS, rows))],
+    list_files=lambda rows, metadata: [("fits.csv", write_csv(COLUMNS, rows))],
 )

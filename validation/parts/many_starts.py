@@ -326,8 +326,8 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda found, about: [
-        ("many_starts.csv", write_csv(COLUMNS, (run for each in found for run in each["runs"])))
+    list_files=lambda findings, metadata: [
+        ("many_starts.csv", write_csv(COLUMNS, (run for each in findings for run in each["runs"])))
     ],
     build_lead=build_context,
 )

@@ -222,6 +222,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda left, about: [("omissions.csv", write_csv(COLUMNS, left.rows))],
-    list_methods=lambda left: {row["name"] for row in left.forms},
+    list_files=lambda findings, metadata: [("omissions.csv", write_csv(COLUMNS, findings.rows))],
+    list_methods=lambda findings: {row["name"] for row in findings.forms},
 )

@@ -251,6 +251,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda rows, about: [("published.csv", write_csv(COLUMNS, rows))],
+    list_files=lambda rows, metadata: [("published.csv", write_csv(COLUMNS, rows))],
     list_methods=lambda rows: {row["by"] for row in rows},
 )

@@ -233,6 +233,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda runs, about: [("random_tops.csv", write_csv(COLUMNS, runs))],
+    list_files=lambda runs, metadata: [("random_tops.csv", write_csv(COLUMNS, runs))],
     list_methods=lambda runs: {run["method"] for run in runs},
 )
