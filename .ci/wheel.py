@@ -20,18 +20,18 @@ def solve_top(i):
 
 def processor_flags():
     """Return the features of the processor, as Linux lists them."""
-    told = Path("/proc/cpuinfo")
-    return told.read_text().split() if told.exists() else []
+    file = Path("/proc/cpuinfo")
+    return file.read_text().split() if file.exists() else []
 
 
 def see_licences():
     """Sees that the wheel holds the texts of the licences it names, of all that its bill names."""
     files = importlib.metadata.files("kreisel")
     (bill,) = [file.read_text() for file in files if file.match("sboms/kreisel.cdx.json")]
-    told = importlib.metadata.metadata("kreisel").get_all("License-File")
-    assert any(name.endswith("pybind11.txt") for name in told), "a licence is missing"
-    assert any(name.endswith("llvm.txt") for name in told) or '"libc++"' not in bill
-    for name in told:
+    licences = importlib.metadata.metadata("kreisel").get_all("License-File")
+    assert any(name.endswith("pybind11.txt") for name in licences), "a licence is missing"
+    assert any(name.endswith("llvm.txt") for name in licences) or '"libc++"' not in bill
+    for name in licences:
         (text,) = [file.read_text() for file in files if file.match(f"*.dist-info/licenses/{name}")]
         assert len(text) > 1000, name
 
@@ -45,8 +45,8 @@ def main():
     see_licences()
     alone = [solve_top(i) for i in range(16)]
     with ThreadPoolExecutor(8) as threads:
-        together = list(threads.map(solve_top, list(range(16)) * 4))
-    assert np.array_equal(together, alone * 4), "threads give different results"
+        results = list(threads.map(solve_top, list(range(16)) * 4))
+    assert np.array_equal(results, alone * 4), "threads give different results"
     kernel = kr.plan(kr.scenes.asymmetric, method="taylor").kernel
     has_vectors = "avx2" in processor_flags()
     assert kernel != "base" or not has_vectors, "the processor's vectors are not used"

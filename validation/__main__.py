@@ -14,8 +14,8 @@ def main(argv=None):
         action="store_true",
         help="write only the chapter on the thesis, thesis.html",
     )
-    asked = parser.parse_args(argv)
-    return chapter.main(asked.out) if asked.thesis else report.make_report(asked)
+    options = parser.parse_args(argv)
+    return chapter.main(options.out) if options.thesis else report.make_report(options)
 
 
 if __name__ == "__main__":

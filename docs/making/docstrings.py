@@ -86,19 +86,19 @@ def link(found):
     return f":py:obj:`{found[0]}`" if thing is not None and found[0] != "kreisel.h" else found[0]
 
 
-def signature(app, what, name, thing, options, given, returned):
+def signature(app, what, name, thing, options, arguments, return_annotation):
     """Return the signature with the names of types in the source code.
 
     Classes that users do not construct have no signature.
     """
     if what in {"class", "exception"} and name.split(".")[-1] not in MADE_BY_USERS:
         return "", None
-    if what not in {"class", "function", "method"} or not given:
+    if what not in {"class", "function", "method"} or not arguments:
         return None
-    found = inspect.signature(thing)
-    shown = [simplify(p) for p in found.parameters.values() if p.name != "self"]
-    text = stringify_signature(inspect.Signature(shown))
-    result = found.return_annotation
+    call_signature = inspect.signature(thing)
+    parameters = [simplify(p) for p in call_signature.parameters.values() if p.name != "self"]
+    text = stringify_signature(inspect.Signature(parameters))
+    result = call_signature.return_annotation
     is_typed = isinstance(result, str) and what != "class"
     return make_public(text), make_public(result) if is_typed else None
 

@@ -24,8 +24,8 @@ def display(writer, node):
     raise SkipNode
 
 
-def mathml(node, **how):
-    text = convert(node.astext(), **how)
-    for written, better in BETTER.items():
-        text = text.replace(written, better)
+def mathml(node, **options):
+    text = convert(node.astext(), **options)
+    for symbol, better in BETTER.items():
+        text = text.replace(symbol, better)
     return text

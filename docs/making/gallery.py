@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
-shown = WeakSet()  # figures already shown at the end of earlier blocks
+shown_figures = WeakSet()  # figures already shown at the end of earlier blocks
 LAST = "___"  # the name under which sphinx-gallery stores the value of a block's last expression
 # Distinct under normal vision, protanopia and deuteranopia, with a contrast of about 3 or more.
 COLOURS = ["#1f6fd6", "#e07a1f", "#29413d", "#b38f76", "#0e9ebb", "#5e3f04", "#0609f9", "#232a65"]
@@ -43,9 +43,9 @@ def scraper(block, block_vars, gallery_conf):
     """
     figure = figure_of(block_vars["example_globals"].get(LAST))
     pyplots_own = hasattr(figure, "number")
-    if figure is None or pyplots_own or figure in shown:
+    if figure is None or pyplots_own or figure in shown_figures:
         return ""
-    shown.add(figure)
+    shown_figures.add(figure)
     file = next(block_vars["image_path_iterator"])
     figure.savefig(file, dpi=LOOK["savefig.dpi"])
     return figure_rst([file], gallery_conf["src_dir"])

@@ -35,17 +35,17 @@ class Header(Directive):
         text = file.read_text()
         rows = sorted(functions(text))
         lists = [index_of(s, list(row)) for s, row in groupby(rows, key=lambda row: row[0])]
-        shown = HtmlFormatter(cssclass="highlight", lineanchors="line", linenos=False)
-        return [*lists, nodes.raw("", highlight(text, CLexer(), shown), format="html")]
+        formatter = HtmlFormatter(cssclass="highlight", lineanchors="line", linenos=False)
+        return [*lists, nodes.raw("", highlight(text, CLexer(), formatter), format="html")]
 
 
 def index_of(subject, rows):
     """Return a paragraph of links, which are also entries of the site's index."""
-    made = nodes.paragraph("", "", nodes.strong("", subject), nodes.Text(": "))
+    paragraph = nodes.paragraph("", "", nodes.strong("", subject), nodes.Text(": "))
     for i, (_, name, line) in enumerate(rows):
         entry = addnodes.index(entries=[("single", f"{name} (C function)", name, "", None)])
         link = nodes.reference("", "", refuri=f"#line-{line}", internal=True)
         link += nodes.literal("", name)
-        made += [nodes.Text(", ")] if i else []
-        made += [entry, nodes.target("", "", ids=[name]), link]
-    return made
+        paragraph += [nodes.Text(", ")] if i else []
+        paragraph += [entry, nodes.target("", "", ids=[name]), link]
+    return paragraph

@@ -13,9 +13,9 @@ def name_side_bars(app, exception):
     if exception is None and app.builder.name == "html":
         for file in Path(app.outdir).rglob("*.html"):
             text = file.read_text()
-            named = add_names(text)
-            if named != text:
-                file.write_text(named)
+            result = add_names(text)
+            if result != text:
+                file.write_text(result)
 
 
 def add_names(text):

@@ -32,13 +32,13 @@ class RunBlock(Directive):
         names = page.setdefault("run_names", {"__name__": "__main__"})
         with matplotlib.rc_context(LOOK):
             output, value = run_program(program, names)
-            shown = render_value(value, self.options.get("alt", "The picture of this program"))
-        made = [nodes.literal_block(program, program, language="python")]
+            picture = render_value(value, self.options.get("alt", "The picture of this program"))
+        blocks = [nodes.literal_block(program, program, language="python")]
         if output:
-            made.append(nodes.literal_block(output, output, language="text", classes=["output"]))
-        if shown:
-            made.append(nodes.raw("", shown, format="html"))
-        return made
+            blocks.append(nodes.literal_block(output, output, language="text", classes=["output"]))
+        if picture:
+            blocks.append(nodes.raw("", picture, format="html"))
+        return blocks
 
 
 def run_program(program, names):

@@ -37,8 +37,8 @@ def scraper(block, block_vars, gallery_conf):
     """Draw the thumbnail of an example's first figure, which later scrapers save."""
     paths = block_vars["image_path_iterator"]
     numbers = plt.get_fignums()
-    shown = figure_of(block_vars["example_globals"].get(LAST))
-    figure = plt.figure(numbers[0]) if numbers else shown
+    last_figure = figure_of(block_vars["example_globals"].get(LAST))
+    figure = plt.figure(numbers[0]) if numbers else last_figure
     if len(paths) == 0 and figure is not None:
         example = Path(block_vars["src_file"]).stem
         looks = PANELS.get(example), CENTRES.get(example, MIDDLE)
@@ -87,7 +87,7 @@ def cut(image, panel, centre):
     A chart fills the thumbnail and is cropped about `centre`. A picture is shown completely.
     """
     box = tuple(round(x * size) for x, size in zip(panel.box, 2 * image.size, strict=True))
-    shown = image.crop(box)
+    section = image.crop(box)
     if panel.has_axes:
-        return ImageOps.fit(shown, SIZE, centering=(centre, MIDDLE))
-    return ImageOps.pad(shown, SIZE, color="white")
+        return ImageOps.fit(section, SIZE, centering=(centre, MIDDLE))
+    return ImageOps.pad(section, SIZE, color="white")

@@ -6,10 +6,12 @@ from click.testing import CliRunner
 from internals import cli
 
 
-def call(line, *more, code=0, given=None):
-    done = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=given)
-    assert done.exit_code == code and (code == 0 or done.exc_info[0] is SystemExit), done.output
-    return done.output
+def call(line, *more, code=0, text=None):
+    result = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=text)
+    assert result.exit_code == code and (code == 0 or result.exc_info[0] is SystemExit), (
+        result.output
+    )
+    return result.output
 
 
 def make_raiser(error):

@@ -122,8 +122,8 @@ class Series:
         """Return the Taylor coefficients of the attitude and of the momentum in the body frame."""
         m, q, half = [[x] for x in self.m], [[x] for x in self.q], Decimal("0.5")
         p, u = (
-            [[x] for x in turn(conjugate(self.q), fixed)]
-            for fixed in (decimals((0, 0, 1)), self.turning)
+            [[x] for x in turn(conjugate(self.q), vector)]
+            for vector in (decimals((0, 0, 1)), self.turning)
         )
         w, pull, heavy = [[x] for x in self._velocity()], self._pull(), [[], [], []]
         v = [[x[0] - y[0]] for x, y in zip(w, u, strict=True)]
@@ -168,9 +168,9 @@ class Series:
             goal = Decimal(float(t))
             while self.t != goal:
                 q, m = self._expand()
-                left = goal - self.t
-                span = min(self._choose_step(q, m), abs(left)).copy_sign(left)
-                self.t = goal if span == left else self.t + span
+                remaining = goal - self.t
+                span = min(self._choose_step(q, m), abs(remaining)).copy_sign(remaining)
+                self.t = goal if span == remaining else self.t + span
                 powers = [span**n for n in range(ORDER + 1)]
 
                 def end(row, powers=powers):
@@ -191,9 +191,9 @@ def attitude_error(q, high, low=(0, 0, 0, 0)):
     """Return the angle between the attitude `q` and the reference attitude `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
-        there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]
-        off = multiply(conjugate(q), unit(there))
-        return 2.0 * float(sum((c * c for c in off[1:]), Decimal(0)).sqrt())
+        attitude = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]
+        difference = multiply(conjugate(q), unit(attitude))
+        return 2.0 * float(sum((c * c for c in difference[1:]), Decimal(0)).sqrt())
 
 
 @cache

@@ -36,13 +36,14 @@ def same(one, other):
 def same_path(one, other, events=False):
     """Return True if two paths are bitwise equal and have the same options."""
     words = "method", "step", "tol", "digits", "want"
-    alike = all(getattr(one, word) == getattr(other, word) for word in words)
+    is_equal = all(getattr(one, word) == getattr(other, word) for word in words)
     columns = one.want or ("states",)
-    alike &= all(np.array_equal(getattr(one, f), getattr(other, f)) for f in ("t", *columns))
+    is_equal &= all(np.array_equal(getattr(one, f), getattr(other, f)) for f in ("t", *columns))
     if events:
-        mine, its = one.events, other.events
-        alike &= (
-            np.array_equal(mine.states, its.states) and mine.which.tolist() == its.which.tolist()
+        own_events, other_events = one.events, other.events
+        is_equal &= (
+            np.array_equal(own_events.states, other_events.states)
+            and own_events.which.tolist() == other_events.which.tolist()
         )
-        alike &= mine.direction.tolist() == its.direction.tolist()
-    return alike
+        is_equal &= own_events.direction.tolist() == other_events.direction.tolist()
+    return is_equal

@@ -98,7 +98,7 @@ def integrate_with_stops(scene, end):
     """Return the final state, and the times at which friction switches between slip and stick."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     motion, friction = Motion(scene), scene.friction
-    y, t, stops = np.array([*scene.attitude, *scene.momentum]), 0.0, []
+    y, t, stop_times = np.array([*scene.attitude, *scene.momentum]), 0.0, []
     sign = np.sign(motion.spin(y)) if friction else 0.0
     while t != end:
         if friction and not sign:
@@ -121,10 +121,10 @@ def integrate_with_stops(scene, end):
         events = change if friction and end > 0.0 else None
         part = solve_ivp(rates, (t, end), y, "DOP853", rtol=1e-12, atol=1e-13, events=events)
         t, y = part.t[-1], part.y[:, -1]
-        stops += [t] if part.status == 1 else []
+        stop_times += [t] if part.status == 1 else []
         force = motion.find_holding(t, y)
         sign = 0.0 if sign and abs(force) <= friction else -np.sign(force)
-    return y[:4] / np.linalg.norm(y[:4]), y[4:], stops
+    return y[:4] / np.linalg.norm(y[:4]), y[4:], stop_times
 
 
 def integrate(scene, t):
@@ -136,14 +136,14 @@ def compare_methods(scene, end, fewest):
     """Check the results of all applicable methods against a SciPy solution."""
     q, m = integrate(scene, end)
     tolerance = {0: 3e-9, 1: 0.03, 2: 3e-5, 4: 1e-8, 6: 1e-9, 8: 1e-9}
-    suited = [method for method in kr.methods.values() if method.suits(scene)]
-    assert fewest <= {method.name for method in suited}
-    for method in suited:
+    methods = [method for method in kr.methods.values() if method.suits(scene)]
+    assert fewest <= {method.name for method in methods}
+    for method in methods:
         step = {} if method.adaptive or method.exact else {"step": 0.005}
         path = kr.solve(scene, [0.0, end], method.name, **step)
-        allowed = tolerance[method.order]
-        assert kr.attitude_error(path.q[-1], q) < allowed, method.name
-        assert np.abs(path.m[-1] - m).max() < allowed, method.name
+        limit = tolerance[method.order]
+        assert kr.attitude_error(path.q[-1], q) < limit, method.name
+        assert np.abs(path.m[-1] - m).max() < limit, method.name
 
 
 def integral_of(values, t):
@@ -172,8 +172,8 @@ def check_resumed(scene, words, t=(0.7, 1.6)):
         assert rest.states.tobytes() == again.to([t[1]]).states.tobytes()
         whole = kr.solve(scene, t, **options)
         assert np.abs(rest.q[-1] - whole.q[-1]).max() < 1e-13
-        streamed = [path.states for path in kr.stream(scene, list(t), **options)]
-        assert np.abs(np.concatenate(streamed) - whole.states).max() < 1e-13
+        states = [path.states for path in kr.stream(scene, list(t), **options)]
+        assert np.abs(np.concatenate(states) - whole.states).max() < 1e-13
 
 
 def compare_tangents(scene, end, columns, digits=16, step=1e-6):
@@ -189,8 +189,8 @@ def compare_tangents(scene, end, columns, digits=16, step=1e-6):
     expected = []
     for _, change in columns:
         one, other = (kr.solve(change(s * step), [0.0, end], "taylor") for s in (1.0, -1.0))
-        turned = 2 * np.array(multiply(back, tuple((one.q[-1] - other.q[-1]) / (2 * step))))[1:]
-        expected.append([*turned, *((one.m[-1] - other.m[-1]) / (2 * step))])
+        rotation = 2 * np.array(multiply(back, tuple((one.q[-1] - other.q[-1]) / (2 * step))))[1:]
+        expected.append([*rotation, *((one.m[-1] - other.m[-1]) / (2 * step))])
     assert np.abs(path.tangents[-1] - np.array(expected).T).max() < 1e-7
 
 
@@ -199,9 +199,9 @@ def unit_changes(scene, name, tangent=None):
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):
-        def vary(by):
-            moved = value + by * np.eye(len(value))[k]
-            return scene.replace(**{name: moved if len(value) > 1 else float(moved[0])})
+        def vary(increment):
+            vector = value + increment * np.eye(len(value))[k]
+            return scene.replace(**{name: vector if len(value) > 1 else float(vector[0])})
 
         return vary
 

@@ -96,15 +96,17 @@ RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in
 
 def calls():
     """Return all public callables and their parameters by name."""
-    found = {"methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))}
+    callables = {
+        "methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))
+    }
     for space in NAMESPACES:
         prefix = "" if space is kr else space.__name__.removeprefix("kreisel.") + "."
         for name, thing in functions(space):
             if thing not in SELVES or thing in USERS:
-                found[prefix + name] = [always(thing)], parameters(thing)
+                callables[prefix + name] = [always(thing)], parameters(thing)
             if thing in SELVES:
-                found |= of_class(thing)
-    return found
+                callables |= of_class(thing)
+    return callables
 
 
 def functions(space):
@@ -112,31 +114,39 @@ def functions(space):
     for name in getattr(space, "__all__", None) or vars(space):
         thing = getattr(space, name)
         own = space is kr or getattr(thing, "__module__", "") == space.__name__
-        made = inspect.isclass(thing) or inspect.isroutine(thing)
-        if name[0] != "_" and own and name not in NAMES and made:
+        is_callable = inspect.isclass(thing) or inspect.isroutine(thing)
+        if name[0] != "_" and own and name not in NAMES and is_callable:
             yield name, thing
 
 
 def of_class(cls):
-    return {f"{cls.__name__}.{name}": member(cls, name, found) for name, found in members(cls)}
+    return {
+        f"{cls.__name__}.{name}": member(cls, name, attribute) for name, attribute in members(cls)
+    }
 
 
 def members(cls):
     """Yield the public members of the class `cls` that are defined in kreisel."""
     for name in dir(cls):
-        found = inspect.getattr_static(cls, name)
-        inner = getattr(found, "__func__", getattr(found, "fget", getattr(found, "func", found)))
+        attribute = inspect.getattr_static(cls, name)
+        inner = getattr(
+            attribute, "__func__", getattr(attribute, "fget", getattr(attribute, "func", attribute))
+        )
         ours = (getattr(inner, "__module__", None) or "").startswith("kreisel")
         if ours and (name[0] != "_" or name in DUNDERS):
-            yield name, found
+            yield name, attribute
 
 
-def member(cls, name, found):
-    if isinstance(found, classmethod):
+def member(cls, name, attribute):
+    if isinstance(attribute, classmethod):
         return [always(getattr(cls, name))], parameters(getattr(cls, name))
-    if inspect.isfunction(found):
-        return [lambda of=of: getattr(of(), name) for of in SELVES[cls]], parameters(found)[1:]
-    return [lambda of=of: lambda: getattr(of(), name) for of in SELVES[cls]], []
+    if inspect.isfunction(attribute):
+        return [
+            lambda make_self=make_self: getattr(make_self(), name) for make_self in SELVES[cls]
+        ], parameters(attribute)[1:]
+    return [
+        lambda make_self=make_self: lambda: getattr(make_self(), name) for make_self in SELVES[cls]
+    ], []
 
 
 def parameters(thing):

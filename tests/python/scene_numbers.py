@@ -22,15 +22,15 @@ def list_columns():
     return start + [(name, i) for name, places in PLACES.items() for i in range(len(places))]
 
 
-def change_number(scene, name, component, by):
+def change_number(scene, name, component, change):
     numbers = np.frombuffer(scene._block, dtype=float).copy()
     low = np.zeros(8)
     if name != "start":
-        numbers[PLACES[name][component]] += by
+        numbers[PLACES[name][component]] += change
     elif component >= 3:
-        numbers[MOMENTUM][component - 3] += by
+        numbers[MOMENTUM][component - 3] += change
     else:
-        numbers[ATTITUDE], low[1:5] = turn_attitude(numbers[ATTITUDE], component, by)
+        numbers[ATTITUDE], low[1:5] = turn_attitude(numbers[ATTITUDE], component, change)
     return numbers.tobytes(), low
 
 

@@ -24,8 +24,8 @@ PARTS = 5
 SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExceptionWarning"
 
 
-def run_sweep(to, words=REDUCED, source=SOURCE, **more):
-    return kr.sweep(source, folder=to, **words, **more)
+def run_sweep(folder, words=REDUCED, source=SOURCE, **more):
+    return kr.sweep(source, folder=folder, **words, **more)
 
 
 def hash_rows(folder):

@@ -41,10 +41,12 @@ def test_curvature_and_twist_of_the_rod_match_its_centre_line(path):
     rod = kr.rod(path)
     n, b, t = rod.frame.transpose(1, 0, 2)
     assert np.cross(n, b) == pytest.approx(t, abs=1e-14), "right-handed"
-    bent = slope(t, rod.s)
+    tangent_slope = slope(t, rod.s)
     size = np.abs(path.velocity).max()
-    for curve, towards in zip(rod.curvature.T, (n, b), strict=True):
-        assert (bent * towards[2:-2]).sum(-1) == pytest.approx(curve[2:-2], abs=2e-6 * size**5)
+    for curve, normal in zip(rod.curvature.T, (n, b), strict=True):
+        assert (tangent_slope * normal[2:-2]).sum(-1) == pytest.approx(
+            curve[2:-2], abs=2e-6 * size**5
+        )
     assert (slope(n, rod.s) * b[2:-2]).sum(-1) == pytest.approx(
         rod.torsion[2:-2], abs=2e-6 * size**5
     )
@@ -100,10 +102,10 @@ def nutation_by_quadrature(scene, n=400):
     h = start.energy[0] - c * c / (2 * i3)
     fall = np.poly1d([-2 * i1 * lever, 2 * i1 * h])
     cubic = fall * np.poly1d([-1, 0, 1]) - np.poly1d([-c, v]) ** 2
-    low, high, beyond = sorted(cubic.roots.real)
+    low, high, third = sorted(cubic.roots.real)
     angle = np.pi * (np.arange(n) + 0.5) / n
     u = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
-    pace = i1 / np.sqrt(2 * i1 * lever * (beyond - u))
+    pace = i1 / np.sqrt(2 * i1 * lever * (third - u))
     period = 2 * np.pi * pace.mean()
     return low, high, period, 2 * np.pi * (pace * (v - c * u) / (i1 * (1 - u * u))).mean() / period
 
@@ -119,16 +121,16 @@ def nutation_by_quadrature(scene, n=400):
 def test_nutation_and_precession_agree_with_the_closed_form(scene):
     scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
     low, high, period, precession = nutation_by_quadrature(scene)
-    want = np.arccos(high), np.arccos(low), period, precession
+    expected = np.arccos(high), np.arccos(low), period, precession
     for states, accuracy in (50, 1e-4), (400, 1e-7):
-        read = kr.apex(path_of(scene, 10.3 * period, round(10.3 * states) + 1)).nutation()
-        assert read == pytest.approx(want, rel=accuracy, abs=accuracy)
+        nutation = kr.apex(path_of(scene, 10.3 * period, round(10.3 * states) + 1)).nutation()
+        assert nutation == pytest.approx(expected, rel=accuracy, abs=accuracy)
 
 
 def test_turning_points_are_interpolated_from_twelve_states_per_nutation():
     period = kr.exact(kr.scenes.cusps).period
-    read = kr.apex(path_of(kr.scenes.cusps, 10.3 * period, round(10.3 * 12) + 1)).nutation()
-    assert read.period == pytest.approx(period, rel=5e-6)
+    nutation = kr.apex(path_of(kr.scenes.cusps, 10.3 * period, round(10.3 * 12) + 1)).nutation()
+    assert nutation.period == pytest.approx(period, rel=5e-6)
 
 
 FREE = kr.Scene(
@@ -169,23 +171,23 @@ def test_nutation_is_refused_between_states_too_far_apart(scene):
         path = top(np.arange(0, 12 * period, period / states))
         with pytest.raises(ValueError, match="request at least 4 states per nutation"):
             kr.apex(path).nutation()
-    read = kr.apex(top(np.arange(0, 12 * period, period / 4))).nutation()
-    assert read.period == pytest.approx(period, rel=1e-2)
+    nutation = kr.apex(top(np.arange(0, 12 * period, period / 4))).nutation()
+    assert nutation.period == pytest.approx(period, rel=1e-2)
 
 
 def test_nutation_of_a_damped_top_is_measured():
     scene = kr.scenes.cusps.replace(damping=(1e-9, 1e-9, 1e-9))
-    read = kr.apex(kr.solve(scene, np.linspace(0, 10, 2001))).nutation()
-    assert read.period == pytest.approx(kr.exact(kr.scenes.cusps).period, rel=1e-6)
+    nutation = kr.apex(kr.solve(scene, np.linspace(0, 10, 2001))).nutation()
+    assert nutation.period == pytest.approx(kr.exact(kr.scenes.cusps).period, rel=1e-6)
 
 
 def test_nutation_near_a_pole_loses_no_digits():
     """Check that small nutation angles are accurate, although the arc cosine is ill-conditioned."""
     scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), momentum=(1e-6, 0, 5))
     top = kr.exact(scene)
-    read = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()
-    assert read.greatest == pytest.approx(top.greatest_nutation, rel=1e-6)
-    assert read.greatest < 1e-6 and read.least < 1e-15
+    nutation = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()
+    assert nutation.greatest == pytest.approx(top.greatest_nutation, rel=1e-6)
+    assert nutation.greatest < 1e-6 and nutation.least < 1e-15
 
 
 def test_rods_are_drawn():
@@ -204,8 +206,8 @@ def test_a_path_with_two_lowest_points_has_a_nutation():
     closed = kr.exact(kr.scenes.thesis)
     period = closed.period
     begin = closed.t_greatest + 0.9 * period
-    told = kr.solve(kr.scenes.thesis, np.linspace(begin, begin + 1.2 * period, 400))
-    assert kr.apex(told).nutation().period == pytest.approx(period, rel=1e-5)
+    motion = kr.solve(kr.scenes.thesis, np.linspace(begin, begin + 1.2 * period, 400))
+    assert kr.apex(motion).nutation().period == pytest.approx(period, rel=1e-5)
     short = kr.solve(kr.scenes.thesis, np.linspace(begin, begin + 1.05 * period, 400))
     with pytest.raises(ValueError, match="the apex has 1 lowest points"):
         kr.apex(short).nutation()

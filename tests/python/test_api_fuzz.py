@@ -109,21 +109,21 @@ def is_inexpensive(name, word, value):
 @st.composite
 def draw_arguments(draw, name, parameters):
     """Draw the arguments of a call, at most two of which may be invalid."""
-    listed, named = [], {}
+    args, kwargs = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
     odd = draw(up_to_two(*names))
     for p in parameters:
         if p.kind is p.VAR_KEYWORD:
-            some = draw(up_to_two(*WORDS[p.name]))
-            named |= {word: draw(value(name, word, p.name in odd)) for word in some}
+            words = draw(up_to_two(*WORDS[p.name]))
+            kwargs |= {word: draw(value(name, word, p.name in odd)) for word in words}
         elif p.kind is p.VAR_POSITIONAL:
-            listed = draw(st.lists(value(name, p.name, p.name in odd), max_size=3))
+            args = draw(st.lists(value(name, p.name, p.name in odd), max_size=3))
         elif p.default is p.empty or p.name in odd or draw(st.booleans()):
-            named[p.name] = draw(value(name, p.name, p.name in odd))
+            kwargs[p.name] = draw(value(name, p.name, p.name in odd))
     if "max_steps" in names:
         assume("max_steps" not in odd or len(odd) == 1)
-        named.setdefault("max_steps", MOST)
-    return listed, named
+        kwargs.setdefault("max_steps", MOST)
+    return args, kwargs
 
 
 # Hypothesis takes long to prepare a strategy, so that strategies are kept.
@@ -160,22 +160,22 @@ def use_result(result):
 
 @pytest.mark.parametrize("name", CALLS)
 def test_every_call_returns_or_raises_a_documented_exception(name):
-    makes, parameters = CALLS[name]
-    made = st.sampled_from(makes)
+    callable_factories, parameters = CALLS[name]
+    callables = st.sampled_from(callable_factories)
     arguments = draw_arguments(name, parameters) if parameters else st.just(([], {}))
 
     @EXAMPLES
     @given(st.data())
     def check_call(data):
-        call, (listed, named) = data.draw(made)(), data.draw(arguments)
+        call, (args, kwargs) = data.draw(callables)(), data.draw(arguments)
         signal.alarm(SECONDS)
         try:
-            use_result(call(*listed, **named))
-        except possible_exceptions(name, parameters) as refused:
+            use_result(call(*args, **kwargs))
+        except possible_exceptions(name, parameters) as error:
             # the messages of these calls include the file name
-            assert len(str(refused)) < LETTERS or isinstance(refused, OSError)
-        except AttributeError as refused:
-            assert LEFT_OUT in str(refused) or NO_TANGENTS in str(refused)
+            assert len(str(error)) < LETTERS or isinstance(error, OSError)
+        except AttributeError as error:
+            assert LEFT_OUT in str(error) or NO_TANGENTS in str(error)
         finally:
             signal.alarm(0)
 
@@ -188,10 +188,10 @@ def test_every_public_name_is_tested():
     assert names | classes <= {name.partition(".")[0] for name in CALLS} | {"Nutation", "Stats"}
     assert {cls.__name__ for cls in (*SELVES, *FAILURES)} == classes
     for space in NAMESPACES:
-        of = space.__name__.partition(".")[2]
+        module = space.__name__.partition(".")[2]
         for name in getattr(space, "__all__", ()):
-            if of and inspect.isroutine(getattr(space, name)):
-                assert f"{of}.{name}" in CALLS
+            if module and inspect.isroutine(getattr(space, name)):
+                assert f"{module}.{name}" in CALLS
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -210,15 +210,17 @@ def test_records_with_invalid_fields_do_not_crash(cls):
         field = data.draw(st.sampled_from(dataclasses.fields(cls))).name
         name, (_, parameters) = data.draw(st.sampled_from(list(of_class(cls).items())))
         odd = data.draw(HOSTILE)
-        needed = [
-            p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD
-        ]
-        words = {word: get_valid_values(name, word)[0] for word in needed}
+        names = [p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
+        words = {word: get_valid_values(name, word)[0] for word in names}
         signal.alarm(SECONDS)
         with contextlib.suppress(Exception):
-            bent = dataclasses.replace(thing, **{field: odd})
+            changed_thing = dataclasses.replace(thing, **{field: odd})
             member = name.partition(".")[2]
-            use_result(getattr(bent, member)(**words) if parameters else getattr(bent, member))
+            use_result(
+                getattr(changed_thing, member)(**words)
+                if parameters
+                else getattr(changed_thing, member)
+            )
         signal.alarm(0)
 
     check_call()

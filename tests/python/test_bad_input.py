@@ -58,12 +58,12 @@ def test_a_half_precision_step_is_valid():
 def test_messages_name_the_index_instead_of_the_whole_array():
     times = np.arange(100_000.0)
     times[777] = np.nan
-    with pytest.raises(ValueError, match=r"not t\[777\] = nan") as refused:
+    with pytest.raises(ValueError, match=r"not t\[777\] = nan") as error:
         kr.solve(TOP, times)
-    assert len(str(refused.value)) < 200
-    with pytest.raises(TypeError) as refused:
+    assert len(str(error.value)) < 200
+    with pytest.raises(TypeError) as error:
         kr.solve(TOP, ["soon"] * 100_000)
-    assert len(str(refused.value)) < 400
+    assert len(str(error.value)) < 400
 
 
 @pytest.mark.parametrize("i", [3, -4, 2**63])
@@ -75,8 +75,8 @@ def test_scene_at_a_missing_state_raises_index_error(i):
 
 
 def test_unknown_names_are_abbreviated_in_messages():
-    with pytest.raises(AttributeError, match="a path has no 'xxx") as refused:
+    with pytest.raises(AttributeError, match="a path has no 'xxx") as error:
         getattr(kr.solve(TOP, []), "x" * 10_000)
-    assert len(str(refused.value)) < 1000
+    assert len(str(error.value)) < 1000
     with pytest.raises(KeyError, match="did you mean 'thesis'"):
         kr.scenes.get_scene("thesi")

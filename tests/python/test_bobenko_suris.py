@@ -8,12 +8,12 @@ from validation.references.orders import BODIES, TILT
 from validation.references.orders import tilt_scene as scene
 
 
-def million_steps(method, step, gravity, within=1e-12):
+def million_steps(method, step, gravity, limit=1e-12):
     """Integrate over a million steps, and check that the momenta are conserved."""
     top = scene("lagrange", gravity=gravity)
     path = kr.solve(top, 1e6 * step, method=method, step=step, every=1000)
     assert np.ptp(path.vertical_momentum) == 0
-    assert np.ptp(path.axial_momentum) < within
+    assert np.ptp(path.axial_momentum) < limit
     return path
 
 
@@ -30,17 +30,17 @@ def test_bobenko_suris_conserves_its_integrals(step, gravity):
 @pytest.mark.parametrize("step", [0.1, 0.5])
 def test_bobenko_suris2_conserves_its_integrals(step, gravity):
     path = million_steps("bobenko_suris2", step, gravity)
-    modified = path.energy - step**2 * (path.torque**2).sum(axis=1) / (
+    modified_energy = path.energy - step**2 * (path.torque**2).sum(axis=1) / (
         8 * path.scene.body.moments[0]
     )
-    assert np.ptp(modified) < 1e-11 * np.abs(path.energy).max()
+    assert np.ptp(modified_energy) < 1e-11 * np.abs(path.energy).max()
     assert np.ptp(path.energy) > 1e-5 * np.abs(path.energy).max()
 
 
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.05, 0.2])
 def test_bobenko_suris4_conserves_its_integrals(step, gravity):
-    path = million_steps("bobenko_suris4", step, gravity, within=7e-12)
+    path = million_steps("bobenko_suris4", step, gravity, limit=7e-12)
     size = np.abs(path.energy).max()
     assert np.ptp(path.modified_energy4(step)) < 3e-12 * size
     assert np.ptp(path.energy) > 1e-7 * size
@@ -66,10 +66,10 @@ def test_the_energy_of_bobenko_suris4_has_no_trend():
 @pytest.mark.parametrize("step, times", [(1 / 5, 140), (1 / 20, 2500), (1 / 160, 1e5)])
 def test_bobenko_suris4_is_more_accurate_than_bobenko_suris(step, times):
     top = kr.scenes.thesis
-    at = np.linspace(90, 100, 11)
-    truth = kr.solve(top, at, method="exact").q
+    t = np.linspace(90, 100, 11)
+    truth = kr.solve(top, t, method="exact").q
     one, four = (
-        kr.attitude_error(kr.solve(top, at, method=name, step=step).q, truth).max()
+        kr.attitude_error(kr.solve(top, t, method=name, step=step).q, truth).max()
         for name in ("bobenko_suris", "bobenko_suris4")
     )
     assert one > times * four

@@ -17,38 +17,41 @@ HALF, SOME = RNG.uniform(0.5, 2, (4, 1, 3)), RNG.uniform(-1, 1, (3, 3))
 ON_AXIS = np.array([(0.0, 0.0, -1.0)] * 3)
 MATRICES = np.array([kr.Body.cuboid((1, 2, 3), pivot).inertia for pivot in SOME])
 MAKERS = {  # constructors of all members, and of the member at (i, j) and its pivot
-    "cuboid": lambda pivot: (kr.Bodies.cuboid(HALF, pivot), lambda i, j, at: (HALF[i, 0], at)),
+    "cuboid": lambda pivot: (
+        kr.Bodies.cuboid(HALF, pivot),
+        lambda i, j, point: (HALF[i, 0], point),
+    ),
     "ellipsoid": lambda pivot: (
         kr.Bodies.ellipsoid(HALF, pivot, mass=H),
-        lambda i, j, at: (HALF[i, 0], at, {"mass": H[j]}),
+        lambda i, j, point: (HALF[i, 0], point, {"mass": H[j]}),
     ),
     "cylinder": lambda pivot: (
         kr.Bodies.cylinder(R, H, pivot, density=0.3),
-        lambda i, j, at: (R[i, 0], H[j], at, {"density": 0.3}),
+        lambda i, j, point: (R[i, 0], H[j], point, {"density": 0.3}),
     ),
     "tube": lambda pivot: (
         kr.Bodies.tube(0.4, R, H, pivot, density=H),
-        lambda i, j, at: (0.4, R[i, 0], H[j], at, {"density": H[j]}),
+        lambda i, j, point: (0.4, R[i, 0], H[j], point, {"density": H[j]}),
     ),
     "cone": lambda pivot: (
         kr.Bodies.cone(R, H, pivot, mass=2),
-        lambda i, j, at: (R[i, 0], H[j], at, {"mass": 2}),
+        lambda i, j, point: (R[i, 0], H[j], point, {"mass": 2}),
     ),
     "disk": lambda pivot: (
         kr.Bodies.disk(R + H, pivot, mass=2),
-        lambda i, j, at: (R[i, 0] + H[j], at, {"mass": 2}),
+        lambda i, j, point: (R[i, 0] + H[j], point, {"mass": 2}),
     ),
     "sphere": lambda pivot: (
         kr.Bodies.sphere(R + H, pivot, mass=2, shell=True),
-        lambda i, j, at: (R[i, 0] + H[j], at, {"mass": 2, "shell": True}),
+        lambda i, j, point: (R[i, 0] + H[j], point, {"mass": 2, "shell": True}),
     ),
     "from_com": lambda pivot: (
         kr.Bodies.from_com(R, (1, 2, 2.5), SOME, pivot),
-        lambda i, j, at: (R[i, 0], (1, 2, 2.5), SOME[j], at),
+        lambda i, j, point: (R[i, 0], (1, 2, 2.5), SOME[j], point),
     ),
     "symmetric": lambda pivot: (
         kr.Bodies.symmetric(0.1, R, 0.5 * H, -0.2, inertia_rtol=0.5, unphysical=True),
-        lambda i, j, at: (
+        lambda i, j, point: (
             0.1,
             R[i, 0],
             0.5 * H[j],
@@ -76,10 +79,10 @@ def test_members_equal_single_bodies_bitwise(name, pivots):
     bodies, words = MAKERS[name](pivots)
     assert bodies.shape == (4, 3)
     for i, j in np.ndindex(4, 3):
-        *listed, last = words(i, j, pivots[j])
-        named = last if isinstance(last, dict) else {}
-        listed += [] if named else [last]
-        assert_same(bodies, (i, j), getattr(kr.Body, name)(*listed, **named))
+        *args, last = words(i, j, pivots[j])
+        kwargs = last if isinstance(last, dict) else {}
+        args += [] if kwargs else [last]
+        assert_same(bodies, (i, j), getattr(kr.Body, name)(*args, **kwargs))
 
 
 @pytest.mark.parametrize("word", ["inertia", "inertia_about_com"])
@@ -173,10 +176,10 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("said", REFUSED)
-def test_the_first_invalid_body_is_named(said):
-    with pytest.raises(ValueError, match=said):
-        REFUSED[said]()
+@pytest.mark.parametrize("message", REFUSED)
+def test_the_first_invalid_body_is_named(message):
+    with pytest.raises(ValueError, match=message):
+        REFUSED[message]()
 
 
 def test_other_types_are_refused():

@@ -15,9 +15,9 @@ def slope(scene, rate, period=None):
     t = np.array([200.0, 300.0]) / rate
     if period:
         t = period * np.round(t / period)
-    told = kr.lyapunov(scene, t)
-    assert told.certificate < 1e-13
-    first, last = told.curve * t
+    indicator = kr.lyapunov(scene, t)
+    assert indicator.certificate < 1e-13
+    first, last = indicator.curve * t
     return (last - first) / (t[1] - t[0])
 
 
@@ -80,10 +80,10 @@ def test_tangents_of_permanent_rotations_grow_as_the_formula_predicts(moments, a
             if square > 0.0:
                 turn = 2.0 * np.pi / 1.25
                 t = sign * turn * np.round(np.array([300.0, 900.0]) / turn)
-                told = kr.lyapunov(scene, t)
-                first, last = told.curve * np.abs(t)
+                indicator = kr.lyapunov(scene, t)
+                first, last = indicator.curve * np.abs(t)
                 rate = (last - first) / abs(t[1] - t[0])
-                assert abs(rate - np.sqrt(square)) < 1e-9 and told.certificate < 1e-12
+                assert abs(rate - np.sqrt(square)) < 1e-9 and indicator.certificate < 1e-12
             else:
                 assert_regular(scene, sign * 1000.0)
 
@@ -117,8 +117,8 @@ def test_the_exponent_agrees_with_the_tangents_of_a_path():
     scene, t = kr.scenes.asymmetric, [20.0, 60.0]
     path = kr.solve(scene, t, tangents="start", digits=20)
     size = np.log(np.abs(path.tangents).max(axis=(1, 2)))
-    told = kr.lyapunov(scene, t)
-    assert np.all(np.abs(told.curve * t - size) < 4.0) and np.all(told.curve > 0.1)
+    indicator = kr.lyapunov(scene, t)
+    assert np.all(np.abs(indicator.curve * t - size) < 4.0) and np.all(indicator.curve > 0.1)
     back = kr.lyapunov(scene, [-20.0, -60.0])
     assert np.all(back.curve > 0.1) and back.certificate < 1e-12
 
@@ -134,31 +134,31 @@ def test_indicators_separate_order_from_chaos():
         "euler": kr.Body(mass=1.0, inertia=(1.0, 1.6, 2.1), com=(0.0, 0.0, 0.0)),
     }
     for body in bodies.values():
-        told = kr.megno(kr.Ensemble(body, momentum=m, attitude=q), [1000.0])
-        assert told.value.max() < 8.0 and told.failed.size == 0
+        indicator = kr.megno(kr.Ensemble(body, momentum=m, attitude=q), [1000.0])
+        assert indicator.value.max() < 8.0 and indicator.failed.size == 0
     level = m.copy()
     level[:, 2] = 0.0
-    of = kr.Ensemble(kr.scenes.goryachev_chaplygin.body, momentum=level, attitude=q)
-    assert kr.megno(of, [1000.0]).value.max() < 8.0
+    ensemble = kr.Ensemble(kr.scenes.goryachev_chaplygin.body, momentum=level, attitude=q)
+    assert kr.megno(ensemble, [1000.0]).value.max() < 8.0
     assert kr.megno(kr.scenes.asymmetric, [1000.0]).value > 70.0
 
 
 def test_megno_of_regular_tops_is_two_up_to_one_over_the_time():
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric_regular):
-        told = kr.megno(scene, [300.0, 1e3, 3e3])
-        away = np.abs(told.curve - 2.0) * told.t
-        assert np.all(away < 100.0 * np.log(told.t)), away
+        indicator = kr.megno(scene, [300.0, 1e3, 3e3])
+        deviation = np.abs(indicator.curve - 2.0) * indicator.t
+        assert np.all(deviation < 100.0 * np.log(indicator.t)), deviation
 
 
 def test_the_indicators_of_a_top_do_not_depend_on_the_ensemble():
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.1, 1.0, 37))
-    together = kr.lyapunov(tops, [5.0, 50.0], threads=2)
+    indicators = kr.lyapunov(tops, [5.0, 50.0], threads=2)
     for i in (0, 17, 36):
         alone = kr.lyapunov(tops[i], [5.0, 50.0])
-        assert np.array_equal(alone.curve, together.curve[i])
-        assert alone.certificate == together.certificate[i] and alone.value == together.value[i]
-    looked = kr.oli(tops[3], [1.0, 2.0, 3.0, 50.0])
-    assert looked.value == kr.oli(tops[3], [50.0]).value
+        assert np.array_equal(alone.curve, indicators.curve[i])
+        assert alone.certificate == indicators.certificate[i] and alone.value == indicators.value[i]
+    indicator = kr.oli(tops[3], [1.0, 2.0, 3.0, 50.0])
+    assert indicator.value == kr.oli(tops[3], [50.0]).value
     doubled = kr.scenes.asymmetric.replace(
         gravity=4.0, momentum=2.0 * np.array((0.172, -1.862, 1.46))
     )
@@ -175,14 +175,14 @@ def test_directions_are_used_as_given_up_to_length():
     start = kr.solve(scene, [0.0])
     flow = [*start.body_velocity[0].tolist(), *start.torque[0].tolist()]
     turn = [*start.body_vertical[0].tolist(), *np.cross((0, 0, 1), start.m[0]).tolist()]
-    for known in (flow, turn):
+    for direction in (flow, turn):
         with pytest.raises(ValueError, match="no tangent in the direction"):
-            kr.lyapunov(scene, 5.0, direction=known)
+            kr.lyapunov(scene, 5.0, direction=direction)
 
 
 def test_invalid_arguments_are_refused():
     scene = kr.scenes.asymmetric
-    for wrong, said in (
+    for wrong, message in (
         ({"t": 0.0}, "and not 0"),
         ({"t": [0.0, 1.0]}, "and not 0"),
         ({"t": []}, "and not 0"),
@@ -193,41 +193,47 @@ def test_invalid_arguments_are_refused():
         ({"t": 1.0, "direction": [0.0] * 6}, "six numbers"),
         ({"t": 1.0, "threads": 0}, "threads"),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             kr.lyapunov(scene, **wrong)
     with pytest.raises(TypeError, match=r"kreisel\.Scene or a kreisel\.Ensemble"):
         kr.megno(3, 1.0)
     with pytest.raises(ValueError, match="damped"):
         kr.oli(scene.replace(damping=0.1), 1.0)
-    with pytest.raises(kr.Error, match="largest number of steps") as caught:
+    with pytest.raises(kr.Error, match="largest number of steps") as error:
         kr.megno(scene, 100.0, max_steps=3)
-    assert caught.value.status == "ERR_LIMIT" and np.isnan(caught.value.paths.curve).all()
+    assert error.value.status == "ERR_LIMIT" and np.isnan(error.value.paths.curve).all()
     tops = scene.vary(gravity=np.array([1.0, 1e30]))
-    told = kr.megno(tops, [10.0], max_steps=2000)
-    assert told.failed.tolist() == [1] and told.status[1] != "OK" and np.isfinite(told.value[0])
+    indicator = kr.megno(tops, [10.0], max_steps=2000)
+    assert (
+        indicator.failed.tolist() == [1]
+        and indicator.status[1] != "OK"
+        and np.isfinite(indicator.value[0])
+    )
 
 
 @pytest.mark.parametrize("verb", [kr.lyapunov, kr.megno, kr.oli])
 def test_empty_ensembles_give_empty_indicators(verb):
-    none = verb(kr.scenes.asymmetric.scatter(3, momentum=0.1)[:0], 5.0)
-    assert none.curve.shape == (0, len(none.t)) and none.value.shape == (0,)
-    assert none.certificate.shape == none.status.shape == (0,) and "0 tops" in repr(none)
+    indicator = verb(kr.scenes.asymmetric.scatter(3, momentum=0.1)[:0], 5.0)
+    assert indicator.curve.shape == (0, len(indicator.t)) and indicator.value.shape == (0,)
+    assert indicator.certificate.shape == indicator.status.shape == (0,) and "0 tops" in repr(
+        indicator
+    )
 
 
 # Boundary values
 
 
 def test_a_single_time_gives_a_curve_over_three_decades():
-    told = chaos._validate_indicator_times(20.0)
-    assert told.size == 32 and told[-1] == 20.0 and told[0] == pytest.approx(0.02, rel=1e-12)
-    np.testing.assert_allclose(told[1:] / told[:-1], 10 ** (3 / 31), rtol=1e-12)
-    assert (chaos._validate_indicator_times(-20.0) == -told).all()
+    times = chaos._validate_indicator_times(20.0)
+    assert times.size == 32 and times[-1] == 20.0 and times[0] == pytest.approx(0.02, rel=1e-12)
+    np.testing.assert_allclose(times[1:] / times[:-1], 10 ** (3 / 31), rtol=1e-12)
+    assert (chaos._validate_indicator_times(-20.0) == -times).all()
     assert chaos._validate_indicator_times([1.0, 2.0]).tolist() == [1.0, 2.0]
 
 
 def test_curves_of_a_number_and_of_a_list_have_the_same_end():
-    told, last = kr.lyapunov(TOP, 20.0), kr.lyapunov(TOP, [20.0])
-    assert told.value == last.value and last.curve.shape == (1,)
-    assert told.certificate.shape == told.status.shape == ()
-    assert kr.lyapunov(TOP, 20.0, tol=1e-5).value == pytest.approx(told.value, rel=1e-2)
-    assert kr.lyapunov(TOP, 20.0, tol=1e-5).certificate > told.certificate
+    indicator, last = kr.lyapunov(TOP, 20.0), kr.lyapunov(TOP, [20.0])
+    assert indicator.value == last.value and last.curve.shape == (1,)
+    assert indicator.certificate.shape == indicator.status.shape == ()
+    assert kr.lyapunov(TOP, 20.0, tol=1e-5).value == pytest.approx(indicator.value, rel=1e-2)
+    assert kr.lyapunov(TOP, 20.0, tol=1e-5).certificate > indicator.certificate

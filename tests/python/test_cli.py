@@ -30,27 +30,27 @@ def test_solve_writes_all_digits(tmp_path):
     header, *rows = csv.reader(call(line, "--csv", "-", scene).splitlines())
     assert header == ["t", "q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
     assert np.array_equal(np.array(rows, float), path.states)
-    shown = call(line, "--npz", tmp_path / "top.npz", scene)
-    assert "2 states by rk4: 20 steps" in shown and f"{path.m[-1, 0]:.15g}" in shown
-    with np.load(tmp_path / "top.npz") as saved:
-        assert np.array_equal(saved["t"], path.t) and np.array_equal(saved["q"], path.q)
-        assert np.array_equal(saved["m"], path.m) and str(saved["scene"]) == SCENE.to_toml()
+    output = call(line, "--npz", tmp_path / "top.npz", scene)
+    assert "2 states by rk4: 20 steps" in output and f"{path.m[-1, 0]:.15g}" in output
+    with np.load(tmp_path / "top.npz") as archive:
+        assert np.array_equal(archive["t"], path.t) and np.array_equal(archive["q"], path.q)
+        assert np.array_equal(archive["m"], path.m) and str(archive["scene"]) == SCENE.to_toml()
 
 
 def test_solve_json_contains_everything_that_determines_the_path():
     path = kr.solve(SCENE, [0, 0.5, 1], "taylor", digits=20)
-    told = json.loads(call("solve - --t 0,0.5,1 --digits 20 --json -", given=SCENE.to_toml()))
-    assert told["scene"] == tomllib.loads(SCENE.to_toml())
-    assert told["kreisel"] == kr.__version__ and told["stopped"] is None
-    assert (told["method"], told["digits"], told["tol"]) == ("taylor", 20, path.tol)
-    assert told["stats"]["steps"] == path.stats.steps and told["t"] == [0, 0.5, 1]
-    assert np.array_equal(told["q"], path.q) and np.array_equal(told["m"], path.m)
+    data = json.loads(call("solve - --t 0,0.5,1 --digits 20 --json -", text=SCENE.to_toml()))
+    assert data["scene"] == tomllib.loads(SCENE.to_toml())
+    assert data["kreisel"] == kr.__version__ and data["stopped"] is None
+    assert (data["method"], data["digits"], data["tol"]) == ("taylor", 20, path.tol)
+    assert data["stats"]["steps"] == path.stats.steps and data["t"] == [0, 0.5, 1]
+    assert np.array_equal(data["q"], path.q) and np.array_equal(data["m"], path.m)
 
 
 def test_json_has_null_for_missing_numbers(tmp_path):
     line = "solve sleeping --t 1 --want precession_angle,nutation --json -"
-    told = json.loads(call(line), parse_constant=pytest.fail)
-    assert len(told["precession_angle"]) == 2
+    data = json.loads(call(line), parse_constant=pytest.fail)
+    assert len(data["precession_angle"]) == 2
 
 
 def test_solve_returns_the_wanted_quantities(tmp_path):
@@ -61,9 +61,9 @@ def test_solve_returns_the_wanted_quantities(tmp_path):
     assert np.array_equal(
         np.array(rows, float), np.column_stack([path.t, path.nutation, path.apex, path.q])
     )
-    with np.load(tmp_path / "top.npz") as saved:
-        assert np.array_equal(saved["apex"], path.apex)
-        assert set(saved) == {"t", "nutation", "apex", "q", "scene", "head"}
+    with np.load(tmp_path / "top.npz") as archive:
+        assert np.array_equal(archive["apex"], path.apex)
+        assert set(archive) == {"t", "nutation", "apex", "q", "scene", "head"}
     assert kr.load(tmp_path / "top.npz").want == path.want
     assert "nutation" in call("solve asymmetric --t 3 --want nutation")
 
@@ -76,25 +76,25 @@ def test_angles_are_in_degrees_on_request():
     )
     np.testing.assert_allclose(degrees[:, 1], np.degrees(radians[:, 1]), rtol=1e-15)
     assert np.array_equal(degrees[:, 2:], radians[:, 2:])
-    told = json.loads(call("solve cusps --t 1,2 --want nutation --json - --degrees"))
-    assert told["nutation"] == degrees[:, 1].tolist()
+    data = json.loads(call("solve cusps --t 1,2 --want nutation --json - --degrees"))
+    assert data["nutation"] == degrees[:, 1].tolist()
 
 
 def test_long_paths_are_written_in_chunks_with_the_same_bits(tmp_path):
     line = "solve asymmetric --t 0:40:0.001 --method strang --step 0.01 --csv"
     path = kr.solve(kr.scenes.asymmetric, np.arange(40001) * 0.001, "strang", step=0.01)
-    shown = call(line, tmp_path / "a.csv", "--npz", tmp_path / "a.npz")
+    output = call(line, tmp_path / "a.csv", "--npz", tmp_path / "a.npz")
     rows = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
     assert np.array_equal(rows, path.states)
-    with np.load(tmp_path / "a.npz") as saved:
-        assert np.array_equal(saved["q"], path.q)
-    assert "40001 states" in shown and f"energy error {path.energy_error:.2g}" in shown
+    with np.load(tmp_path / "a.npz") as archive:
+        assert np.array_equal(archive["q"], path.q)
+    assert "40001 states" in output and f"energy error {path.energy_error:.2g}" in output
     again = kr.load(tmp_path / "a.npz")
     assert np.array_equal(again.states, path.states) and again.stats == path.stats
-    wanted = call(line.replace("--csv", "--want nutation --npz"), tmp_path / "b.npz")
-    assert "40001 states" in wanted
-    with np.load(tmp_path / "b.npz") as saved:
-        assert np.array_equal(saved["nutation"], path.nutation)
+    want_output = call(line.replace("--csv", "--want nutation --npz"), tmp_path / "b.npz")
+    assert "40001 states" in want_output
+    with np.load(tmp_path / "b.npz") as archive:
+        assert np.array_equal(archive["nutation"], path.nutation)
 
 
 def test_every_records_each_nth_step():
@@ -104,9 +104,9 @@ def test_every_records_each_nth_step():
 
 
 def test_geometric_prints_its_choice():
-    shown = call("solve asymmetric_regular --t 5 --method geometric --error 1e-6")
+    output = call("solve asymmetric_regular --t 5 --method geometric --error 1e-6")
     path = kr.solve(kr.scenes.asymmetric_regular, 5, "geometric", error=1e-6)
-    assert str(path.plan.choice) in shown and path.method in shown
+    assert str(path.plan.choice) in output and path.method in output
 
 
 def test_damped_tops_have_no_energy_error_and_no_viewer(tmp_path):
@@ -119,13 +119,13 @@ def test_compare_shows_and_writes_its_rows(tmp_path):
     line = (
         "compare thesis --t 2 --methods rk4,extrap --steps 0.1,0.05 --tols 1e-9 --repeats 1 --csv"
     )
-    shown = call(line, tmp_path / "table.csv")
+    output = call(line, tmp_path / "table.csv")
     with open(tmp_path / "table.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["method"], row["step"], row["tol"]) for row in rows] == [
         ("rk4", "0.1", ""), ("rk4", "0.05", ""), ("extrap", "", "1e-09"),
     ]  # fmt: skip
-    assert all(f"{float(row['attitude_error']):.1e}" in shown for row in rows)
+    assert all(f"{float(row['attitude_error']):.1e}" in output for row in rows)
 
 
 def test_compare_writes_to_standard_output():
@@ -142,30 +142,30 @@ def test_methods_are_listed_and_described():
 
 
 def test_scenes_are_listed_and_written(tmp_path):
-    listed = call("scenes")
-    assert all(name in listed for name in kr.scenes.about)
+    output = call("scenes")
+    assert all(name in output for name in kr.scenes.about)
     (tmp_path / "top.toml").write_text(call("scenes dzhanibekov"))
     assert kr.Scene.from_toml(tmp_path / "top.toml") == kr.scenes.dzhanibekov
 
 
 def test_quantities_are_listed():
-    listed = call("quantities")
-    assert all(name in listed for name in RECORDABLE)
+    output = call("quantities")
+    assert all(name in output for name in RECORDABLE)
 
 
 def test_the_version_is_printed_by_the_command_and_the_module():
     assert kr.__version__ in call("--version")
     words = [sys.executable, "-m", "kreisel", "--version"]
-    told = subprocess.run(words, capture_output=True, text=True, check=True).stdout
-    assert told == f"kreisel, version {kr.__version__}\n"
+    output = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    assert output == f"kreisel, version {kr.__version__}\n"
 
 
 def test_report_outside_the_source_tree_explains_where_to_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert "top folder of the source" in join_lines(call("report --quick", code=2))
     for word in ("-h", "--help"):
-        told = join_lines(call(f"report {word}"))
-        assert "accuracy, speed and stability" in told and "--thesis" in told
+        output = join_lines(call(f"report {word}"))
+        assert "accuracy, speed and stability" in output and "--thesis" in output
 
 
 def test_report_runs_the_validation_of_the_source_tree(tmp_path):
@@ -173,13 +173,13 @@ def test_report_runs_the_validation_of_the_source_tree(tmp_path):
     (tmp_path / "validation/__main__.py").write_text(
         "def main(argv):\n    print('made with', argv)\n    return 3\n"
     )
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-m", "kreisel", "report", "--quick", "-h"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
     )
-    assert (done.returncode, done.stdout) == (3, "made with ['--quick', '-h']\n")
+    assert (result.returncode, result.stdout) == (3, "made with ['--quick', '-h']\n")
 
 
 PRECESSING = kr.Scene.spinning(LAGRANGE.body, spin=1.0, tilt=1.0, precession=2.0)
@@ -196,8 +196,8 @@ def table(text):
 def test_solve_prints_a_table_with_units(tmp_path):
     path = kr.solve(GENERAL, np.linspace(0, 2, 21))
     GENERAL.to_toml(tmp_path / "top.toml")
-    shown = call("solve --t 0:2:0.1 --want nutation,energy,m --degrees", tmp_path / "top.toml")
-    head, rows = table(shown)
+    output = call("solve --t 0:2:0.1 --want nutation,energy,m --degrees", tmp_path / "top.toml")
+    head, rows = table(output)
     assert head.split("  ") and "nutation [deg]" in head and "energy [M L^2 T^-2]" in head
     assert "t [T]" in head and "m_x [M L^2 T^-1]" in head
     expected = np.column_stack([path.t, np.degrees(path.nutation), path.energy, path.m])
@@ -205,16 +205,16 @@ def test_solve_prints_a_table_with_units(tmp_path):
 
 
 def test_long_tables_show_both_ends_and_the_number_of_omitted_rows():
-    shown = call("solve cusps --t 0:10:0.1 --want nutation")
-    _, rows = table(shown)
+    output = call("solve cusps --t 0:10:0.1 --want nutation")
+    _, rows = table(output)
     assert rows[:, 0] == pytest.approx([*(0.1 * np.arange(20)), *(8.1 + 0.1 * np.arange(20))])
-    assert "... 61 rows omitted: --all-rows prints them, --csv writes them" in shown
+    assert "... 61 rows omitted: --all-rows prints them, --csv writes them" in output
     _, rows = table(call("solve cusps --t 0:10:0.1 --want nutation --all-rows"))
     assert rows[:, 0] == pytest.approx(0.1 * np.arange(101))
     for count in (40, 41):
-        shown = call(f"solve cusps --t 0:{count - 1}:1 --want nutation")
-        assert ("... 1 rows omitted" in shown) == (count == 41) and "\n" in shown
-        assert len(table(shown)[1]) == 40
+        output = call(f"solve cusps --t 0:{count - 1}:1 --want nutation")
+        assert ("... 1 rows omitted" in output) == (count == 41) and "\n" in output
+        assert len(table(output)[1]) == 40
     assert "first" in call("solve cusps --t 0:1:1 --want nutation")
 
 
@@ -225,15 +225,15 @@ def test_angles_are_continuous_with_unwrap(tmp_path):
     path = kr.solve(PRECESSING, 0.1 * np.arange(201))
     for degrees in ("", " --degrees"):
         whole = path.euler(degrees=bool(degrees), unwrap=True)[:, [0, 2]]
-        wrapped = call(line + degrees, scene)
-        assert "angles jump by whole turns: --unwrap makes them continuous" in wrapped
-        shown = call(line + degrees + " --unwrap --all-rows", scene)
-        assert "jump" not in shown and table(shown)[1][:, 1:] == pytest.approx(whole, rel=1e-7)
+        default_output = call(line + degrees, scene)
+        assert "angles jump by whole turns: --unwrap makes them continuous" in default_output
+        output = call(line + degrees + " --unwrap --all-rows", scene)
+        assert "jump" not in output and table(output)[1][:, 1:] == pytest.approx(whole, rel=1e-7)
         text = call(line + degrees + " --unwrap --csv -", scene)
         rows = np.array([*csv.reader(text.splitlines()[1:])], float)
         assert rows[:, 1:] == pytest.approx(whole, abs=1e-9)
-        told = json.loads(call(line + degrees + " --unwrap --json -", scene))
-        assert told["precession_angle"] == pytest.approx(whole[:, 0], abs=1e-9)
+        data = json.loads(call(line + degrees + " --unwrap --json -", scene))
+        assert data["precession_angle"] == pytest.approx(whole[:, 0], abs=1e-9)
 
 
 def test_unwrapped_angles_are_continuous_across_chunks():
@@ -266,8 +266,8 @@ def test_the_table_of_methods_is_markdown():
 def test_a_report_without_its_dependencies_names_them(monkeypatch):
     missing = ModuleNotFoundError("No module named 'heyoka'", name="heyoka")
     monkeypatch.setattr(importlib, "import_module", make_raiser(missing))
-    told = call("report --quick", code=1)
-    assert "the report needs heyoka: pip install 'kreisel[report]'" in told
+    output = call("report --quick", code=1)
+    assert "the report needs heyoka: pip install 'kreisel[report]'" in output
     assert "--thesis" in call("report --help")
 
 
@@ -275,8 +275,8 @@ def test_a_report_without_its_dependencies_names_them(monkeypatch):
 def test_a_missing_module_of_the_report_is_not_hidden(monkeypatch):
     missing = ModuleNotFoundError("no", name="validation.parts")
     monkeypatch.setattr(importlib, "import_module", make_raiser(missing))
-    done = CliRunner().invoke(cli.main, ["report"])
-    assert done.exception is missing
+    result = CliRunner().invoke(cli.main, ["report"])
+    assert result.exception is missing
 
 
 @pytest.mark.usefixtures("source_tree")
@@ -293,11 +293,11 @@ def test_report_runs_the_validation_of_the_working_directory(tmp_path):
     (folder / "__init__.py").write_text("")
     (folder / "__main__.py").write_text("def main(words):\n    print('made here', words)\n")
     kreisel = Path(sys.executable).parent / "kreisel"  # its folder is the first in sys.path
-    done = subprocess.run(
+    result = subprocess.run(
         [kreisel, "report", "--quick"],
         capture_output=True,
         text=True,
         cwd=tmp_path,
         timeout=60,
     )
-    assert done.stdout == "made here ['--quick']\n" and done.returncode == 0
+    assert result.stdout == "made here ['--quick']\n" and result.returncode == 0

@@ -97,8 +97,8 @@ def line(dice):
         words += ["--repeats", "1", "--steps", "0.1", "--methods", draw_word(dice, METHODS)]
     if command == "view":
         words += ["--save", draw_word(dice, FILES)]
-    known = OF.get(command, [])
-    for option in dice.sample(known, min(len(known), dice.randint(0, 3))):
+    options = OF.get(command, [])
+    for option in dice.sample(options, min(len(options), dice.randint(0, 3))):
         words += [option, *([draw_word(dice, OPTIONS[option])] if OPTIONS[option] else [])]
     if dice.random() < 0.1:
         words.insert(dice.randint(0, len(words)), dice.choice([*OPTIONS, "--", "extra"]))
@@ -115,12 +115,12 @@ def test_random_command_lines_end_with_an_exit_code(tmp_path, monkeypatch, seed)
     for _ in range(50):
         kr.scenes.asymmetric.to_toml("top.toml")
         words = line(dice)
-        given = dice.choice([kr.scenes.cusps.to_toml(), "", "a = ["])
-        done = CliRunner().invoke(cli.main, words, input=given)
-        ended = done.exception is None or isinstance(done.exception, SystemExit)
-        assert ended and done.exit_code in (0, 1, 2), (words, done.exception, done.output)
-        codes.append(done.exit_code)
-        if done.exit_code:
-            last = done.stderr.splitlines()[-1]
-            assert last.startswith("Error: ") and len(last) < 500, (words, done.stderr)
+        text = dice.choice([kr.scenes.cusps.to_toml(), "", "a = ["])
+        result = CliRunner().invoke(cli.main, words, input=text)
+        has_ended = result.exception is None or isinstance(result.exception, SystemExit)
+        assert has_ended and result.exit_code in (0, 1, 2), (words, result.exception, result.output)
+        codes.append(result.exit_code)
+        if result.exit_code:
+            last = result.stderr.splitlines()[-1]
+            assert last.startswith("Error: ") and len(last) < 500, (words, result.stderr)
     assert {0, 2} <= set(codes)

@@ -14,13 +14,13 @@ KREISEL = [sys.executable, "-m", "kreisel"]
 ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run too long for a test to wait for
 
 
-def shell(words, **how):
+def shell(words, **options):
     """Run a command in a separate process, and assert that it prints no traceback."""
-    done = subprocess.run(
-        [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **how
+    result = subprocess.run(
+        [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **options
     )
-    assert "Traceback" not in done.stderr and "Exception ignored" not in done.stderr
-    return done
+    assert "Traceback" not in result.stderr and "Exception ignored" not in result.stderr
+    return result
 
 
 @pytest.mark.parametrize("option", ["csv", "json", "npz", "save", "events-csv --events loop"])
@@ -37,8 +37,8 @@ def test_output_files_are_checked_before_anything_runs(tmp_path, option, place, 
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder.npz").mkdir()
     words = f"solve {ENDLESS} --{option.split()[0]}"
-    told = call(words, tmp_path / place, *option.split()[1:], code=2)
-    assert message in join_lines(told) and told.count("\n") == 1
+    output = call(words, tmp_path / place, *option.split()[1:], code=2)
+    assert message in join_lines(output) and output.count("\n") == 1
     assert sorted(os.listdir(tmp_path)) == ["folder", "folder.npz"]
 
 
@@ -67,8 +67,8 @@ def test_two_outputs_never_share_a_file_nor_replace_the_scene(tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     kr.scenes.thesis.to_toml("top")
     (tmp_path / "link").symlink_to("a")
-    told = call(f"solve top --t 1e9 --method taylor {words}", code=2)
-    assert "is the same file" in told or "writes" in told
+    output = call(f"solve top --t 1e9 --method taylor {words}", code=2)
+    assert "is the same file" in output or "writes" in output
     assert kr.Scene.from_toml("top") == kr.scenes.thesis and len(os.listdir(tmp_path)) == 2
 
 
@@ -85,8 +85,8 @@ def test_archives_and_runs_can_go_to_standard_output(tmp_path):
     archive = tmp_path / "a.npz"
     with open(archive, "wb") as out:
         shell("solve thesis --t 1 --npz -", stdout=out)
-    with np.load(archive) as saved:
-        assert np.array_equal(saved["q"], kr.solve(kr.scenes.thesis, 1).q)
+    with np.load(archive) as arrays:
+        assert np.array_equal(arrays["q"], kr.solve(kr.scenes.thesis, 1).q)
     with open(tmp_path / "run", "wb") as out:
         shell("solve thesis --t 1 --save -", stdout=out)
     assert kr.resume(tmp_path / "run").t == 1
@@ -97,16 +97,16 @@ def test_archives_and_runs_can_go_to_standard_output(tmp_path):
 def test_a_full_disk_is_reported_in_one_line_and_other_outputs_are_complete(tmp_path, option):
     if option == "npz -":
         with open("/dev/full", "wb") as full:
-            done = shell("solve thesis --t 1 --npz -", stdout=full, cwd=tmp_path)
+            result = shell("solve thesis --t 1 --npz -", stdout=full, cwd=tmp_path)
     else:
         more = "" if option == "csv" else "--csv kept.csv"
         words = f"solve thesis --t 1 --method taylor --events loop --{option} /dev/full {more}"
         words = words.replace("--events loop", "") if option == "save" else words
-        done = shell(words, stdout=subprocess.DEVNULL, cwd=tmp_path)
+        result = shell(words, stdout=subprocess.DEVNULL, cwd=tmp_path)
         assert os.listdir(tmp_path) == (["kept.csv"] if more else [])
-    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
-    assert "No space left on device" in done.stderr
-    assert option == "npz -" or "'/dev/full'" in done.stderr
+    assert (result.returncode, result.stderr.count("\n")) == (1, 1)
+    assert "No space left on device" in result.stderr
+    assert option == "npz -" or "'/dev/full'" in result.stderr
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
@@ -115,8 +115,8 @@ def test_a_full_disk_is_reported_in_one_line_and_other_outputs_are_complete(tmp_
 )
 def test_full_standard_output_causes_no_traceback(words):
     with open("/dev/full", "w") as full:
-        done = shell(words, stdout=full)
-    assert done.returncode == 1 and "No space left on device" in done.stderr
+        result = shell(words, stdout=full)
+    assert result.returncode == 1 and "No space left on device" in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -128,11 +128,11 @@ def test_full_standard_output_causes_no_traceback(words):
     ],
 )
 def test_closed_pipes_end_the_command_quietly(words):
-    read, written = os.pipe()
-    os.close(read)
-    done = shell(words, stdout=written)
-    os.close(written)
-    assert (done.returncode, done.stderr) == (1, "")
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    result = shell(words, stdout=write_end)
+    os.close(write_end)
+    assert (result.returncode, result.stderr) == (1, "")
 
 
 def test_rows_are_written_as_they_are_computed():
@@ -156,8 +156,8 @@ def test_a_disk_that_fills_up_keeps_earlier_rows(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "write", full)
     line = "solve asymmetric --t 0:1000:0.01 --method strang --step 0.1 --csv"
-    told = call(line, tmp_path / "a.csv", "--save", tmp_path / "run", code=1)
-    assert "No space left on device" in told
+    output = call(line, tmp_path / "a.csv", "--save", tmp_path / "run", code=1)
+    assert "No space left on device" in output
     rows = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
     assert len(rows) == 1 << 14 and np.array_equal(rows[:, 0], np.arange(1 << 14) * 0.01)
 
@@ -176,16 +176,16 @@ def test_a_failed_rename_keeps_the_other_outputs(tmp_path, monkeypatch):
     assert sorted(os.listdir(tmp_path)) == ["a.csv", "a.npz"]
 
 
-@pytest.mark.parametrize("shown", [True, False])
-def test_view_prints_the_file_of_the_viewer_and_leaves_one_file(tmp_path, monkeypatch, shown):
-    opened = []
+@pytest.mark.parametrize("has_browser", [True, False])
+def test_view_prints_the_file_of_the_viewer_and_leaves_one_file(tmp_path, monkeypatch, has_browser):
+    addresses = []
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr("webbrowser.open", lambda where: opened.append(where) or shown)
+    monkeypatch.setattr("webbrowser.open", lambda address: addresses.append(address) or has_browser)
     page = tmp_path / "kreisel/cusps.html"
     for _ in range(3):
-        told = call("view cusps")
-        assert f"wrote {page}" in told and ("no browser" in told) is not shown
-    assert os.listdir(page.parent) == ["cusps.html"] and opened == [page.as_uri()] * 3
+        output = call("view cusps")
+        assert f"wrote {page}" in output and ("no browser" in output) is not has_browser
+    assert os.listdir(page.parent) == ["cusps.html"] and addresses == [page.as_uri()] * 3
 
 
 def test_view_in_python_warns_without_a_browser(tmp_path, monkeypatch):
@@ -211,8 +211,8 @@ def test_view_can_write_to_standard_output():
 
 def test_invalid_checkpoints_are_reported_with_the_file_name_once(tmp_path):
     (tmp_path / "bad").write_bytes(b"no run")
-    told = join_lines(call("resume", tmp_path / "bad", "--t", "3", code=2))
-    assert f"{tmp_path / 'bad'}: " in told and told.count("bad") == 1
+    output = join_lines(call("resume", tmp_path / "bad", "--t", "3", code=2))
+    assert f"{tmp_path / 'bad'}: " in output and output.count("bad") == 1
     missing = join_lines(call("resume", tmp_path / "none", "--t", "3", code=2))
     assert "No such file" in missing and missing.count("none") == 1
 

@@ -35,32 +35,32 @@ HOW = {
 }
 
 
-@pytest.mark.parametrize("how", HOW.values(), ids=HOW)
+@pytest.mark.parametrize("options", HOW.values(), ids=HOW)
 @pytest.mark.parametrize("times", ["0:{}:0.25", "0:-{}:0.25"])
-def test_a_resumed_run_has_the_same_bits(tmp_path, how, times):
+def test_a_resumed_run_has_the_same_bits(tmp_path, options, times):
     run, whole, half = tmp_path / "run", times.format(20), times.format(10.1)
-    at_once = rows(call(f"solve asymmetric --t {whole} {how} --csv -"))
-    first = rows(call(f"solve asymmetric --t {half} {how} --csv - --save", run))
-    then = rows(call(f"resume {run} --t {whole} --csv - --save", run))
-    assert np.array_equal(np.concatenate([first, then]), at_once)
+    at_once = rows(call(f"solve asymmetric --t {whole} {options} --csv -"))
+    first = rows(call(f"solve asymmetric --t {half} {options} --csv - --save", run))
+    second = rows(call(f"resume {run} --t {whole} --csv - --save", run))
+    assert np.array_equal(np.concatenate([first, second]), at_once)
     assert kr.resume(run).t == at_once[-1, 0]
 
 
 def test_a_resumed_run_continues_every(tmp_path):
-    run, how = tmp_path / "run", "--every 3 --csv -"
-    first = rows(call(f"solve thesis --t 1 --method rk4 --step 0.1 {how} --save", run))
-    then = rows(call(f"resume {run} --t 2 {how}"))
-    assert np.array_equal(then, rows(call(f"resume {run} --t 2 {how} --npz", tmp_path / "a")))
+    run, options = tmp_path / "run", "--every 3 --csv -"
+    first = rows(call(f"solve thesis --t 1 --method rk4 --step 0.1 {options} --save", run))
+    second = rows(call(f"resume {run} --t 2 {options}"))
+    assert np.array_equal(second, rows(call(f"resume {run} --t 2 {options} --npz", tmp_path / "a")))
     path = kr.solve(kr.scenes.thesis, 2, "rk4", step=0.1, every=3)
-    assert np.array_equal(np.concatenate([first, then]), path.states)
+    assert np.array_equal(np.concatenate([first, second]), path.states)
 
 
 def test_resume_with_one_time_returns_the_state_at_this_time(tmp_path):
     run = tmp_path / "run"
     call("solve thesis --t 5 --save", run)
     assert rows(call(f"resume {run} --t 7 --csv -"))[:, 0].tolist() == [7]
-    shown = call(f"resume - --t 7 --json {tmp_path}/a.json", given=run.read_bytes())
-    assert "1 states by exact" in shown
+    output = call(f"resume - --t 7 --json {tmp_path}/a.json", text=run.read_bytes())
+    assert "1 states by exact" in output
 
 
 @pytest.mark.parametrize(
@@ -85,8 +85,8 @@ def test_invalid_resumptions_are_refused(tmp_path, words, message):
     names = {"run": tmp_path / "run", "toml": tmp_path / "top.toml"}
     call("solve thesis --t 5 --save", names["run"])
     TOP.to_toml(names["toml"])
-    told = call(words.format(**names), code=2)
-    assert message in join_lines(told) and told.count("\n") == 1
+    output = call(words.format(**names), code=2)
+    assert message in join_lines(output) and output.count("\n") == 1
 
 
 def test_a_failed_run_keeps_its_states_and_can_be_resumed(tmp_path):
@@ -95,15 +95,15 @@ def test_a_failed_run_keeps_its_states_and_can_be_resumed(tmp_path):
     assert "largest number of steps" in call(line, csv, "--save", run, code=1)
     assert rows(csv.read_text())[:, 0].tolist() == [0.0, 0.2, 0.4, 0.5]
     assert "largest number" in call(f"resume {run} --t 1", code=1)
-    then = rows(call(f"resume {run} --t 1 --every 2 --max-steps 50 --csv -"))
+    rest = rows(call(f"resume {run} --t 1 --every 2 --max-steps 50 --csv -"))
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=2)
-    assert np.array_equal(then, path.states[3:])
+    assert np.array_equal(rest, path.states[3:])
 
 
 @signals
-@pytest.mark.parametrize("buffered", [True, False])
+@pytest.mark.parametrize("is_buffered", [True, False])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, buffered):
+def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, is_buffered):
     words = (
         f"solve asymmetric --t 0:1e6:0.05 --method strang --step 0.1 --csv - --save {tmp_path}/run"
     )
@@ -112,7 +112,7 @@ def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, 
         [sys.executable, "-c", start, *words.split()],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=os.environ | ({} if buffered else {"PYTHONUNBUFFERED": "1"}),
+        env=os.environ | ({} if is_buffered else {"PYTHONUNBUFFERED": "1"}),
         text=True,
     ) as run:
         text = run.stdout.readline() + run.stdout.readline()
@@ -122,12 +122,12 @@ def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, 
         assert run.stderr.read().count("\n") == 1
     first = rows(text)
     end = float(first[-1, 0]) + 100
-    then = rows(call(f"resume {tmp_path}/run --t 0:{end!r}:0.05 --csv -"))
-    found = np.concatenate([first, then])
-    grid = np.isin(found[:, 0], np.arange(len(found)) * 0.05)
+    rest = rows(call(f"resume {tmp_path}/run --t 0:{end!r}:0.05 --csv -"))
+    states = np.concatenate([first, rest])
+    grid = np.isin(states[:, 0], np.arange(len(states)) * 0.05)
     assert (~grid).sum() <= 1  # the last valid state may lie between two requested times
     path = kr.solve(TOP, np.arange(grid.sum()) * 0.05, "strang", step=0.1)
-    assert np.array_equal(found[grid], path.states)
+    assert np.array_equal(states[grid], path.states)
 
 
 PRESSED = """
@@ -146,40 +146,40 @@ main()
 @signals
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 @pytest.mark.parametrize(
-    "how",
+    "options",
     [
         "--method rk4 --step 1e-3 --save run",
         "--method taylor --want energy --save run",
         "--events nutation:max_count=1 --events-csv events.csv",
     ],
 )
-def test_a_signal_keeps_the_computed_states(tmp_path, name, how):
-    line = f"solve asymmetric --t 1e7 {how} --csv part.csv --json part.json --npz part.npz"
-    done = python(PRESSED.replace("SIGNAL", name), *line.split(), cwd=tmp_path)
-    assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
-    assert done.stderr.count("\n") == 1
-    found = rows((tmp_path / "part.csv").read_text())
-    assert len(found) == 2 and 0 < found[1, 0] < 1e7
+def test_a_signal_keeps_the_computed_states(tmp_path, name, options):
+    line = f"solve asymmetric --t 1e7 {options} --csv part.csv --json part.json --npz part.npz"
+    result = python(PRESSED.replace("SIGNAL", name), *line.split(), cwd=tmp_path)
+    assert result.returncode == 130 and result.stderr.startswith("Error: interrupted")
+    assert result.stderr.count("\n") == 1
+    states = rows((tmp_path / "part.csv").read_text())
+    assert len(states) == 2 and 0 < states[1, 0] < 1e7
     assert all((tmp_path / f"part.{ending}").stat().st_size for ending in ("json", "npz"))
-    if "--save" in how:
-        assert kr.resume(tmp_path / "run").t == found[1, 0]
+    if "--save" in options:
+        assert kr.resume(tmp_path / "run").t == states[1, 0]
     else:
         assert len((tmp_path / "events.csv").read_text().splitlines()) == 2
 
 
 @signals
 def test_a_signal_during_writing_ends_the_run_after_complete_rows(tmp_path, monkeypatch):
-    add, sent = outputs.CsvOutput.add_path_piece, [signal.SIGTERM]
+    add, numbers = outputs.CsvOutput.add_path_piece, [signal.SIGTERM]
 
     def add_and_signal(csv, piece):
-        if sent:
-            os.kill(os.getpid(), sent.pop())
+        if numbers:
+            os.kill(os.getpid(), numbers.pop())
         add(csv, piece)
 
     monkeypatch.setattr(outputs.CsvOutput, "add_path_piece", add_and_signal)
-    told = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
+    output = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
     last = rows((tmp_path / "part.csv").read_text())[-1, 0]
-    assert join_lines(told).endswith(f"Error: interrupted at t = {last:g} ")
+    assert join_lines(output).endswith(f"Error: interrupted at t = {last:g} ")
 
 
 @signals
@@ -197,9 +197,9 @@ def press(*words):
 compare.compared = press
 main()
 """
-    done = python(program, *line.split(), cwd=tmp_path)
-    assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
-    assert done.stderr.count("\n") == 1
+    result = python(program, *line.split(), cwd=tmp_path)
+    assert result.returncode == 130 and result.stderr.startswith("Error: interrupted")
+    assert result.stderr.count("\n") == 1
 
 
 @signals
@@ -214,21 +214,24 @@ def test_ignored_ctrl_c_stays_ignored(tmp_path):
 def test_the_archive_of_a_stopped_run_with_events_can_be_loaded(tmp_path):
     line = "solve asymmetric --t 0:50:1 --events nutation --max-steps 20 --npz"
     call(line, tmp_path / "a.npz", code=1)
-    with pytest.raises(kr.Error) as failed:
+    with pytest.raises(kr.Error) as error:
         kr.solve(TOP, np.arange(51.0), events=[kr.events.nutation()], max_steps=20)
-    path, again = failed.value.path, kr.load(tmp_path / "a.npz")
+    path, again = error.value.path, kr.load(tmp_path / "a.npz")
     assert np.array_equal(again.states, path.states) and len(again.events) == len(path.events) > 0
     assert np.array_equal(again.events.states, path.events.states)
 
 
 def test_a_run_with_events_is_saved_and_resumed(tmp_path):
-    run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
-    whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
-    first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()
-    then = call(f"resume {run} --t 40 --events-csv -").splitlines()
-    assert first[0] == then[0] == whole[0] and len(whole) > 10
-    met = [row.partition(",")[2] for row in [*first[1:], *then[1:]]]
-    assert met == [row.partition(",")[2] for row in whole[1:]]
+    run, event_options = (
+        tmp_path / "run",
+        "--events nutation --events crossing:apex_x --events-csv -",
+    )
+    whole = call(f"solve asymmetric --t 40 {event_options}").splitlines()
+    first = call(f"solve asymmetric --t 17 {event_options} --save", run).splitlines()
+    second = call(f"resume {run} --t 40 --events-csv -").splitlines()
+    assert first[0] == second[0] == whole[0] and len(whole) > 10
+    event_rows = [row.partition(",")[2] for row in [*first[1:], *second[1:]]]
+    assert event_rows == [row.partition(",")[2] for row in whole[1:]]
 
 
 def test_geometric_refuses_events():
@@ -243,8 +246,8 @@ def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
         raise kr.CompareInterrupted("interrupted: one of two methods", table)
 
     monkeypatch.setattr(cli.compare, "compared", stop_comparison)
-    told = call("compare asymmetric --t 1", code=130)
-    assert "taylor" in told and "Error: interrupted: one of two" in join_lines(told)
+    output = call("compare asymmetric --t 1", code=130)
+    assert "taylor" in output and "Error: interrupted: one of two" in join_lines(output)
 
 
 # Boundary values
@@ -261,14 +264,16 @@ def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
 )
 def test_exceptions_end_a_command_with_one_line_and_an_exit_code(monkeypatch, error, code, words):
     monkeypatch.setattr(cli.compare, "compared", make_raiser(error))
-    told = call(COMPARED, code=code)
-    assert words in told and told.count("\n") == (1 if words else 0)
+    output = call(COMPARED, code=code)
+    assert words in output and output.count("\n") == (1 if words else 0)
 
 
 @pytest.mark.parametrize("line", ["scenes", "solve asymmetric --t 1"])
 def test_a_command_runs_in_another_thread_too(line):
-    ran = []
-    thread = threading.Thread(target=lambda: ran.append(CliRunner().invoke(cli.main, line.split())))
+    results = []
+    thread = threading.Thread(
+        target=lambda: results.append(CliRunner().invoke(cli.main, line.split()))
+    )
     thread.start()
     thread.join()
-    assert ran[0].exit_code == 0 and join_lines(ran[0].output) == join_lines(call(line))
+    assert results[0].exit_code == 0 and join_lines(results[0].output) == join_lines(call(line))

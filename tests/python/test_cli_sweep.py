@@ -48,21 +48,21 @@ def plan_hash(plan):
 
 @pytest.mark.filterwarnings("default")  # a warning must appear as a line of the output
 def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
-    told = call("sweep plan.toml --folder runs --parts 0:0")
-    assert "runs: 0 of 5 parts, 300 tops in all, 0 MB; plan " in told
+    output = call("sweep plan.toml --folder runs --parts 0:0")
+    assert "runs: 0 of 5 parts, 300 tops in all, 0 MB; plan " in output
     call("sweep plan.toml --folder runs --parts 3:5")
     call("sweep run plan.toml --folder runs --parts 1:2")
-    told = call("sweep status runs")
-    assert "3 of 5 parts" in told and "missing: 2 parts, 0:1, 2:3" in told
+    output = call("sweep status runs")
+    assert "3 of 5 parts" in output and "missing: 2 parts, 0:1, 2:3" in output
     (plan / "runs/part-000003.parquet").write_bytes(b"")
     (plan / "runs/.0123456789abcdef.new").write_bytes(b"x")
-    told = call("sweep status runs")
-    assert "damaged: 1 parts, 3:4" in told and "also 1 files .*.new" in told
+    output = call("sweep status runs")
+    assert "damaged: 1 parts, 3:4" in output and "also 1 files .*.new" in output
     assert "part 3 computed again, damaged" in join_lines(call("sweep plan.toml --folder runs"))
-    told = call("sweep status runs")
-    assert "5 of 5 parts" in told and "missing" not in told and "damaged" not in told
-    failed = int((kr.read_sweep("runs")["status"] != 0).sum())
-    assert failed and f"failed: {failed} tops" in told
+    output = call("sweep status runs")
+    assert "5 of 5 parts" in output and "missing" not in output and "damaged" not in output
+    failures = int((kr.read_sweep("runs")["status"] != 0).sum())
+    assert failures and f"failed: {failures} tops" in output
     assert hash_rows(plan / "runs") == plan_hash
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash
 
@@ -101,27 +101,27 @@ def test_an_interrupted_sweep_is_reported_and_resumed(plan, more, number):
         while run.poll() is None and not list(plan.glob("runs/part-*")):
             os.sched_yield()
         run.send_signal(number)
-        _, told = run.communicate()
-    assert run.returncode == 130, told
+        _, output = run.communicate()
+    assert run.returncode == 130, output
     assert (
-        "of 469 parts are left; repeating the call resumes the sweep in" in told
-        and "Traceback" not in told
+        "of 469 parts are left; repeating the call resumes the sweep in" in output
+        and "Traceback" not in output
     )
-    found = kr.read_sweep("runs", partial=True).check()
-    assert 0 < len(found.present) < 469
+    sweep = kr.read_sweep("runs", partial=True).check()
+    assert 0 < len(sweep.present) < 469
     call("sweep plan.toml --folder runs --parts 0:2")
 
 
 def test_a_terminal_shows_progress_and_the_time_left(plan):
     call("sweep plan.toml --folder runs --parts 0:3")
-    shown, seen = pty.openpty()
+    terminal, run_side = pty.openpty()
     command = [sys.executable, "-m", "kreisel", "sweep", "plan.toml", "--folder", "runs"]
-    with os.fdopen(shown, "rb", buffering=0) as screen:
-        run = subprocess.Popen(command, stderr=seen, stdout=subprocess.DEVNULL)
-        os.close(seen)
-        told = b"".join(iter(partial(read, screen), b"")).decode()
+    with os.fdopen(terminal, "rb", buffering=0) as screen:
+        run = subprocess.Popen(command, stderr=run_side, stdout=subprocess.DEVNULL)
+        os.close(run_side)
+        output = b"".join(iter(partial(read, screen), b"")).decode()
     assert run.wait() == 0
-    assert re.search(r"100%\S* \S*0:00:00", told), told
+    assert re.search(r"100%\S* \S*0:00:00", output), output
 
 
 def read(screen):
@@ -150,16 +150,16 @@ def read(screen):
 )
 def test_errors_take_one_line_before_anything_runs(plan, line, message):
     (plan / "wrong.toml").write_text("tt = 1")
-    told = call(f"sweep {line}", code=2)
-    assert message in join_lines(told) and "Traceback" not in told
+    output = call(f"sweep {line}", code=2)
+    assert message in join_lines(output) and "Traceback" not in output
     assert not (plan / "runs").exists()
 
 
 def test_another_plan_is_refused_with_the_differences(plan):
     call("sweep plan.toml --folder runs --parts 0:1")
     (plan / "plan.toml").write_text(PLAN.replace("64", "32"))
-    told = call("sweep plan.toml --folder runs", code=2)
-    assert "is of another plan" in told and "part_size: 64 there, 32 here" in told
+    output = call("sweep plan.toml --folder runs", code=2)
+    assert "is of another plan" in output and "part_size: 64 there, 32 here" in output
     assert len(list(plan.glob("runs/part-*"))) == 1
 
 

@@ -25,7 +25,7 @@ def times(words):
 
 
 @pytest.mark.parametrize(
-    "words, found",
+    "words, expected",
     [
         ("3", [0, 3]),
         ("-3", [0, -3]),
@@ -39,17 +39,17 @@ def times(words):
         ("1,1", [1, 1]),
     ],
 )
-def test_times_are_numbers_and_grids(words, found):
-    assert times(words) == found
+def test_times_are_numbers_and_grids(words, expected):
+    assert times(words) == expected
 
 
 @pytest.mark.parametrize("steps", [7, 10, 1000, 12345])
 @pytest.mark.parametrize("end", [0.7, 1.0, 10.0, 123.4])
 def test_a_time_grid_ends_at_its_end_without_drift(steps, end):
     h = end / steps
-    found = times(f"0:{end!r}:{h!r}")
-    assert found == [k * h for k in range(steps + 1)]
-    assert math.isclose(found[-1], end, rel_tol=4e-16)
+    t = times(f"0:{end!r}:{h!r}")
+    assert t == [k * h for k in range(steps + 1)]
+    assert math.isclose(t[-1], end, rel_tol=4e-16)
 
 
 @pytest.mark.parametrize(
@@ -107,8 +107,8 @@ def test_events_equal_those_of_python(word, event, tmp_path):
     assert [float(row[1]) for row in rows] == path.events.t.tolist()
     assert [int(row[2]) for row in rows] == path.events.direction.tolist()
     assert {row[0] for row in rows} <= {word}
-    told = json.loads((tmp_path / "a.json").read_text())
-    assert told["events"]["t"] == path.events.t.tolist() and told["t"] == path.t.tolist()
+    data = json.loads((tmp_path / "a.json").read_text())
+    assert data["events"]["t"] == path.events.t.tolist() and data["t"] == path.t.tolist()
 
 
 def test_events_are_shown_with_the_wanted_quantities(tmp_path):
@@ -182,8 +182,10 @@ def test_invalid_events_are_refused(word, message):
     ],
 )
 def test_errors_take_one_line(line, message):
-    told = call(line, code=2)
-    assert message in join_lines(told) and told.count("\n") == 1 and told.startswith("Error: ")
+    output = call(line, code=2)
+    assert (
+        message in join_lines(output) and output.count("\n") == 1 and output.startswith("Error: ")
+    )
 
 
 def test_an_endless_device_is_refused_as_a_scene():
@@ -191,23 +193,23 @@ def test_an_endless_device_is_refused_as_a_scene():
 
 
 def test_errors_in_a_scene_from_standard_input_name_standard_input():
-    assert "SCENE: standard input: " in call("solve - --t 1", given="a = [", code=2)
-    assert "standard input" in call("compare - --t 1", given="[body]\nmass = 1\n", code=2)
+    assert "SCENE: standard input: " in call("solve - --t 1", text="a = [", code=2)
+    assert "standard input" in call("compare - --t 1", text="[body]\nmass = 1\n", code=2)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_can_be_switched_on(shell):
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-m", "kreisel"],
         env=os.environ | {"_KREISEL_COMPLETE": f"{shell}_source"},
         capture_output=True,
         text=True,
     )
-    assert "kreisel" in done.stdout
+    assert "kreisel" in result.stdout
 
 
 @pytest.mark.parametrize(
-    "line, found",
+    "line, completion",
     [
         ("solve thes", "thesis"),
         ("view dzh", "dzhanibekov"),
@@ -220,15 +222,15 @@ def test_completion_can_be_switched_on(shell):
         ("solve thesis --events sep", "separatrix"),
     ],
 )
-def test_names_are_completed(line, found):
+def test_names_are_completed(line, completion):
     words = ["kreisel", *line.split()]
-    asked = {
+    environment = {
         "_KREISEL_COMPLETE": "bash_complete",
         "COMP_WORDS": " ".join(words),
         "COMP_CWORD": str(len(words) - 1),
     }
-    done = CliRunner().invoke(cli.main, prog_name="kreisel", env=asked)
-    assert f"plain,{found}" in done.output.splitlines()
+    result = CliRunner().invoke(cli.main, prog_name="kreisel", env=environment)
+    assert f"plain,{completion}" in result.output.splitlines()
 
 
 # Boundary values

@@ -31,11 +31,11 @@ def kind(request):
 LONG = {"kowalewski": 5e3, "goryachev_chaplygin": 4e5}  # times at which the set-up has paid
 
 
-@pytest.mark.parametrize("give", [float, int, lambda t: [1.0, t], lambda t: np.array([t])])
+@pytest.mark.parametrize("make_times", [float, int, lambda t: [1.0, t], lambda t: np.array([t])])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_long_paths_use_the_closed_form(kind, give, sign):
+def test_long_paths_use_the_closed_form(kind, make_times, sign):
     scene, t = top_of(kind), sign * LONG[kind]
-    times = np.abs(give(abs(t))) * sign
+    times = np.abs(make_times(abs(t))) * sign
     path = kr.solve(scene, times, want=["q"])
     assert path.method == "exact" and path._options.requested_method == "auto"
     assert np.array_equal(path.q, kr.solve(scene, times, method="exact").q)

@@ -55,12 +55,14 @@ def test_compare_includes_all_methods_that_apply():
 
 def test_compare_continues_after_a_failure():
     scene = kr.Scene(CORNER, momentum=(1e3, -2e3, 1e3))
-    blown, fine = kr.compare(scene, 50, ["rk4", "strang"], steps=[1.0], truth="strang", repeats=1)
-    assert (
-        "finite" in blown.failure
-        and np.isnan([blown.seconds, blown.attitude_error, blown.energy_error]).all()
+    failed_row, good_row = kr.compare(
+        scene, 50, ["rk4", "strang"], steps=[1.0], truth="strang", repeats=1
     )
-    assert fine.failure == "" and fine.seconds > 0
+    assert (
+        "finite" in failed_row.failure
+        and np.isnan([failed_row.seconds, failed_row.attitude_error, failed_row.energy_error]).all()
+    )
+    assert good_row.failure == "" and good_row.seconds > 0
 
 
 # Boundary values
@@ -77,7 +79,7 @@ def test_the_text_of_a_comparison_has_one_column_per_field():
 
 def test_a_fixed_step_reference_uses_a_sixteenth_of_the_smallest_step():
     (row, _) = kr.compare(TOP, [1.0], ["rk4"], steps=[0.25, 0.5], truth="strang", repeats=1)
-    ends = [kr.solve(TOP, [1.0], *how, step=step).q for *how, step in (("rk4", 0.25), TRUE)]
+    ends = [kr.solve(TOP, [1.0], *method, step=step).q for *method, step in (("rk4", 0.25), TRUE)]
     assert row.attitude_error == kr.attitude_error(*ends).max()
 
 

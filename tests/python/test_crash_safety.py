@@ -80,21 +80,21 @@ JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
 def run_writers(moment, folder):
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", WRITER, moment, str(folder)],
         capture_output=True,
         text=True,
         timeout=300,
     )
-    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
-    ends = {w: int(code) for w, code in re.findall(r"^(\w+) ended (-?\d+)$", done.stdout, re.M)}
+    assert result.returncode == 0 and "Traceback" not in result.stderr, result.stderr
+    ends = {w: int(code) for w, code in re.findall(r"^(\w+) ended (-?\d+)$", result.stdout, re.M)}
     assert set(ends) == WRITERS
-    return ends, done.stdout + done.stderr
+    return ends, result.stdout + result.stderr
 
 
 def test_each_writer_writes(tmp_path):
-    ends, said = run_writers("none", tmp_path)
-    assert set(ends.values()) == {0}, said
+    ends, output = run_writers("none", tmp_path)
+    assert set(ends.values()) == {0}, output
     for writer in WRITERS:
         (file,) = (tmp_path / writer).iterdir()
         assert file.stem == "file" and file.stat().st_size > 50
@@ -102,16 +102,16 @@ def test_each_writer_writes(tmp_path):
 
 @pytest.mark.parametrize("moment", ["fsync", "replace"])
 def test_a_killed_writer_leaves_the_old_file(tmp_path, moment):
-    ends, said = run_writers(moment, tmp_path)
-    assert set(ends.values()) == {-signal.SIGKILL}, said
+    ends, output = run_writers(moment, tmp_path)
+    assert set(ends.values()) == {-signal.SIGKILL}, output
     for writer in WRITERS:
         new, file = sorted((tmp_path / writer).iterdir())
         assert file.read_bytes() == b"old" and JUNK.fullmatch(new.name)
 
 
 def test_a_full_disk_leaves_the_old_file_and_raises(tmp_path):
-    ends, said = run_writers("half", tmp_path)
-    assert set(ends.values()) == {3} and said.count("File too large") == len(WRITERS), said
+    ends, output = run_writers("half", tmp_path)
+    assert set(ends.values()) == {3} and output.count("File too large") == len(WRITERS), output
     for writer in WRITERS:
         (file,) = (tmp_path / writer).iterdir()
         assert file.read_bytes() == b"old"
@@ -184,20 +184,20 @@ def kill_writer(file, ways, seconds):
 
     Return True if the child process was still running when it was killed.
     """
-    told, tell = os.pipe()
+    read_end, write_end = os.pipe()
     child = os.fork()
     if not child:
         try:
-            os.write(tell, b"begun")
+            os.write(write_end, b"begun")
             for write in itertools.cycle(ways):
                 write(file)
         finally:
             os._exit(1)
-    os.read(told, 5)
+    os.read(read_end, 5)
     time.sleep(seconds)
     os.kill(child, signal.SIGKILL)
-    os.close(told)
-    os.close(tell)
+    os.close(read_end)
+    os.close(write_end)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
 
 
@@ -205,21 +205,21 @@ def inspect_file(file, contents):
     """Classify a file as old, complete or damaged, and remove leftover temporary files."""
     for name in filter(JUNK.fullmatch, os.listdir(file.parent)):
         os.unlink(file.parent / name)
-    found = file.read_bytes() if file.is_file() else None
-    return OLD if found == OLD.encode() else WHOLE if found in contents else TORN
+    content = file.read_bytes() if file.is_file() else None
+    return OLD if content == OLD.encode() else WHOLE if content in contents else TORN
 
 
 def count_outcomes(file, ways, times, chance):
     """Kill a writing process repeatedly, and count how often its file is old, whole or damaged."""
     contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]
-    found, before = Counter(), set(os.listdir(file.parent))
+    outcomes, before = Counter(), set(os.listdir(file.parent))
     for _ in range(times):
         file.write_bytes(OLD.encode())
-        found[ENDED] += not kill_writer(file, ways, chance.uniform(0.0, LONGEST * longest))
-        found[inspect_file(file, contents)] += 1
-        found[STRANGE] += set(os.listdir(file.parent)) != before
-    return found
+        outcomes[ENDED] += not kill_writer(file, ways, chance.uniform(0.0, LONGEST * longest))
+        outcomes[inspect_file(file, contents)] += 1
+        outcomes[STRANGE] += set(os.listdir(file.parent)) != before
+    return outcomes
 
 
 @pytest.fixture(scope="module")
@@ -234,16 +234,16 @@ def test_no_writer_is_forgotten(writers):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_killed_writer_leaves_the_old_file_or_a_new_one(writers, kind):
-    found = count_outcomes(*writers[kind], KILLS, random.Random(kind))
-    assert found[OLD] + found[WHOLE] == KILLS
-    assert not found[TORN] + found[STRANGE] + found[ENDED]
+    outcomes = count_outcomes(*writers[kind], KILLS, random.Random(kind))
+    assert outcomes[OLD] + outcomes[WHOLE] == KILLS
+    assert not outcomes[TORN] + outcomes[STRANGE] + outcomes[ENDED]
 
 
 def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
     ways = [lambda file, n=n: file.write_bytes(b"x" * n) for n in (1 << 24, (1 << 24) + 1)]
     chance = random.Random(1)
     tries = (count_outcomes(tmp_path / "file", ways, 12, chance) for _ in range(50))
-    assert any(found[TORN] for found in tries)
+    assert any(outcomes[TORN] for outcomes in tries)
 
 
 # Boundary values
@@ -251,8 +251,8 @@ def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
 
 def example():
     """Return the last example in the docstring of kreisel.start, with a shorter duration."""
-    told = inspect.getdoc(kr.start)
-    code = textwrap.dedent(told[told.index('    file, begun = pathlib.Path("run.kreisel")') :])
+    text = inspect.getdoc(kr.start)
+    code = textwrap.dedent(text[text.index('    file, begun = pathlib.Path("run.kreisel")') :])
     assert "1e6, every=100" in code
     return code.replace("1e6, every=100", f"{END}, every=5, chunk={CHUNK}")
 
@@ -277,9 +277,9 @@ def replacement(*words):
 {kill} = replacement
 """
     for life in itertools.count(1):
-        done = python(code + example(), cwd=folder)
-        assert done.returncode in (0, 9), done.stderr
-        if done.returncode == 0:
+        result = python(code + example(), cwd=folder)
+        assert result.returncode in (0, 9), result.stderr
+        if result.returncode == 0:
             return life
         with open(folder / "states", "ab") as states:  # as if the write had been cut short
             states.write(b"half a row")
@@ -290,5 +290,5 @@ def test_every_state_is_stored_once(kill, tmp_path):
     whole = kr.solve(kr.scenes.asymmetric, END, "strang", step=0.01, every=5)
     chunks = -(-len(whole) // CHUNK)
     assert count_processes(tmp_path, kill) > chunks / 3
-    kept = np.fromfile(tmp_path / "states").reshape(-1, 8)
-    assert np.array_equal(kept, whole.states)
+    states = np.fromfile(tmp_path / "states").reshape(-1, 8)
+    assert np.array_equal(states, whole.states)

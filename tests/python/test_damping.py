@@ -45,11 +45,11 @@ def test_paths_agree_with_scipy(digits):
     at_start = np.linalg.solve(
         np.array(GENERAL.inertia), kr.quaternion.turn_back(HEAVY.attitude, HEAVY.momentum)
     )
-    far = integrate.solve_ivp(
+    truth = integrate.solve_ivp(
         rates, (0, 7), [*HEAVY.attitude, *at_start], "DOP853", TIMES, rtol=1e-13, atol=1e-13
     )
-    assert kr.attitude_error(path.q, far.y[:4].T).max() < 1e-10
-    assert np.abs(path.body_velocity - far.y[4:].T).max() < 1e-10
+    assert kr.attitude_error(path.q, truth.y[:4].T).max() < 1e-10
+    assert np.abs(path.body_velocity - truth.y[4:].T).max() < 1e-10
 
 
 @pytest.mark.parametrize("digits, tolerance", [(20, 1e-18), (30, 1e-27)])
@@ -61,9 +61,9 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
             kr.Body(1, (1, 1.5, 2), (0, 0, 0)), momentum=(0, 0, 3), damping=(1, 2, 0.7)
         )
         path = kr.solve(scene, [5.0], digits=digits)
-        want = 3 * mp.exp(-mp.mpf(0.7) * 5 / 2)
-        got = mp.mpf(path.m[0, 2]) + mp.mpf(path.m_low[0, 2])
-        assert abs(got - want) < tolerance
+        expected = 3 * mp.exp(-mp.mpf(0.7) * 5 / 2)
+        momentum = mp.mpf(path.m[0, 2]) + mp.mpf(path.m_low[0, 2])
+        assert abs(momentum - expected) < tolerance
         assert path.error < 30 * tolerance
 
 
@@ -135,12 +135,12 @@ def test_streams_runs_and_events_agree_with_solve():
     assert path.error < 1e-12
     run = kr.start(HEAVY)
     run.to(0.5)
-    resumed = kr.resume(run.checkpoint)
-    assert np.array_equal(resumed.to(TIMES[1:]).states, path.states[1:])
-    streamed = list(kr.stream(HEAVY, TIMES, chunk=1))
-    assert np.array_equal(np.concatenate([piece.q for piece in streamed]), path.q)
-    wanted = kr.solve(HEAVY, TIMES, want=("nutation", "kinetic"))
-    assert np.abs(wanted.nutation - path.nutation).max() < 1e-13
+    run_copy = kr.resume(run.checkpoint)
+    assert np.array_equal(run_copy.to(TIMES[1:]).states, path.states[1:])
+    pieces = list(kr.stream(HEAVY, TIMES, chunk=1))
+    assert np.array_equal(np.concatenate([piece.q for piece in pieces]), path.q)
+    quantities = kr.solve(HEAVY, TIMES, want=("nutation", "kinetic"))
+    assert np.abs(quantities.nutation - path.nutation).max() < 1e-13
     assert np.abs(kr.solve(path.end, [1.0]).q - kr.solve(HEAVY, [8.0]).q).max() < 1e-12
     still = kr.solve(HEAVY, 40.0, events=[kr.events.kinetic(0.1)]).events
     energy = still.path.kinetic
@@ -150,9 +150,9 @@ def test_streams_runs_and_events_agree_with_solve():
 
 
 def test_compare_and_progress():
-    seen = []
-    kr.solve(HEAVY, 200.0, progress=seen.append)
-    assert seen[-1] == 200.0
+    times = []
+    kr.solve(HEAVY, 200.0, progress=times.append)
+    assert times[-1] == 200.0
     table = kr.compare(HEAVY, 5.0, tols=[1e-6])
     assert {row.method for row in table} == {"taylor"}
     with warnings.catch_warnings():

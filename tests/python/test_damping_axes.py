@@ -76,8 +76,8 @@ def test_a_spin_about_each_axis_decays_at_the_rate_of_that_axis(t, digits):
                     body(moments, com), velocity=spin, gravity=gravity, damping=DAMPING
                 )
                 path = kr.solve(scene, [t], digits=digits)
-                left = math.exp(-DAMPING[axis] / moments[axis] * t)
-                assert np.abs(path.velocity[0] - left * spin).max() < 1e-15 * max(1.0, left)
+                factor = math.exp(-DAMPING[axis] / moments[axis] * t)
+                assert np.abs(path.velocity[0] - factor * spin).max() < 1e-15 * max(1.0, factor)
 
 
 @pytest.mark.parametrize("name", BODIES)
@@ -93,10 +93,10 @@ def test_ensembles_and_reductions_agree_with_the_series():
     for times in ([0.5, 2.0], [-0.25, -1.0]):
         tops = kr.Ensemble.of([scene_of(name) for name in names])
         paths = kr.solve(tops, times)
-        reduced = kr.reduce(tops, times, {"nutation": "max"})
+        reductions = kr.reduce(tops, times, {"nutation": "max"})
         for i in range(len(names)):
             assert_agrees(paths[i], compute_states(tops[i], *times), 1e-14)
-            assert abs(reduced["nutation"]["max"][i] - paths[i].nutation.max()) < 1e-15
+            assert abs(reductions["nutation"]["max"][i] - paths[i].nutation.max()) < 1e-15
 
 
 @pytest.mark.parametrize("name", THREE)
@@ -117,8 +117,8 @@ def test_events_agree_with_the_series(name):
         rate.append(velocity_at(t)[1])
     assert np.abs(rate).max() < 1e-13
     series = Series(scene)
-    seen = np.sign([velocity_at(t)[1] for t in np.linspace(0.0, 8.0, 81)])
-    assert len(found) == np.count_nonzero(np.diff(seen)) > 0
+    signs = np.sign([velocity_at(t)[1] for t in np.linspace(0.0, 8.0, 81)])
+    assert len(found) == np.count_nonzero(np.diff(signs)) > 0
 
 
 def rotation_vector(q, other):
@@ -146,9 +146,9 @@ def test_tangents_agree_with_differences_of_the_series(name, digits):
             momentum = np.array(middle)
             momentum[axis] += sign * step
             ends += compute_states(scene.replace(momentum=tuple(momentum)), t)
-        turned = rotation_vector(q, ends[0][0]) - rotation_vector(q, ends[1][0])
-        pushed = [float(a - b) for a, b in zip(ends[0][1], ends[1][1], strict=True)]
-        truth = np.array([*turned, *pushed]) / (2.0 * step)
+        rotation = rotation_vector(q, ends[0][0]) - rotation_vector(q, ends[1][0])
+        impulse = [float(a - b) for a, b in zip(ends[0][1], ends[1][1], strict=True)]
+        truth = np.array([*rotation, *impulse]) / (2.0 * step)
         assert np.abs(truth - tangents[:, 3 + axis]).max() < 1e-13 * np.abs(tangents).max()
 
 
@@ -160,8 +160,8 @@ def test_streams_and_resumed_runs_equal_the_path_bitwise(name):
     run = kr.start(scene)
     run.to(times[0])
     assert np.array_equal(kr.resume(run.checkpoint).to(times[1:]).states, path.states[1:])
-    streamed = np.concatenate([piece.states for piece in kr.stream(scene, times, chunk=1)])
-    assert np.array_equal(streamed, path.states)
+    states = np.concatenate([piece.states for piece in kr.stream(scene, times, chunk=1)])
+    assert np.array_equal(states, path.states)
 
 
 @pytest.mark.parametrize(

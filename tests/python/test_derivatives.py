@@ -57,7 +57,7 @@ def differences(scene, name, component, values_at, step=2.0**-9):
     """Return the numerical derivative of `values_at` with respect to a parameter of the scene."""
     total = 0.0
     for k, weight in WEIGHTS.items():
-        ahead, behind = (change_number(scene, name, component, by * k * step) for by in (1, -1))
+        ahead, behind = (change_number(scene, name, component, sign * k * step) for sign in (1, -1))
         total = total + weight * (
             values_at(ahead[0], *states_of(*ahead, TIMES))
             - values_at(behind[0], *states_of(*behind, TIMES))
@@ -70,11 +70,11 @@ def state_changes(reference):
 
     def values_at(block, states, low):
         other = states[:, 1:5] + low[:, 1:5]
-        apart = w * other[:, 1:] - other[:, :1] * v - np.cross(v, other[:, 1:])
-        half = np.linalg.norm(apart, axis=1)  # the sine of half the angle
+        rotation = w * other[:, 1:] - other[:, :1] * v - np.cross(v, other[:, 1:])
+        half = np.linalg.norm(rotation, axis=1)  # the sine of half the angle
         size = 2.0 * np.arcsin(half) / np.where(half > 0.0, half, 1.0)
         sign = np.sign((reference[:, 1:5] * other).sum(axis=1))
-        return np.hstack([(sign * size)[:, None] * apart, states[:, 5:]])
+        return np.hstack([(sign * size)[:, None] * rotation, states[:, 5:]])
 
     return values_at
 
@@ -88,25 +88,25 @@ def test_tangents_agree_with_differences_for_every_order_of_axes(name):
     for column, (word, component) in enumerate(list_columns()):
         if word == "damping" and not any(scene.damping):
             continue  # no damping below zero
-        told = differences(scene, word, component, values_at)
-        assert np.abs(told - fine.tangents[:, :, column]).max() < 1e-10 * size
+        expected = differences(scene, word, component, values_at)
+        assert np.abs(expected - fine.tangents[:, :, column]).max() < 1e-10 * size
     for digits in (None, 16, 20):
         path = kr.solve(scene, TIMES, "taylor", digits=digits, tangents=ALL)
         assert np.abs(path.tangents - fine.tangents).max() < 1e-13 * size
 
 
-def continue_angles(values, near):
-    """Shift angles by multiples of 2 pi to the values closest to `near`."""
-    return values + 2.0 * np.pi * np.round((near - values) / (2.0 * np.pi))
+def continue_angles(values, targets):
+    """Shift angles by multiples of 2 pi to the values closest to `targets`."""
+    return values + 2.0 * np.pi * np.round((targets - values) / (2.0 * np.pi))
 
 
 def quantity_changes(name, reference):
     """Return a function that computes the quantity `name` from states."""
-    near = getattr(reference, name)
+    targets = getattr(reference, name)
 
     def values_at(block, states, low):
-        found = values(name, block, states)
-        return continue_angles(found, near) if name in ANGLES else found
+        changes = values(name, block, states)
+        return continue_angles(changes, targets) if name in ANGLES else changes
 
     return values_at
 
@@ -128,12 +128,12 @@ def test_derivatives_of_every_quantity_agree_with_differences(name):
             if word == "com" and not any(scene.body.com) and quantity in OF_THE_APEX:
                 assert np.isnan(own[..., column]).all()  # the apex jumps
                 continue
-            found = differences(scene, word, component, values_at)
+            expected = differences(scene, word, component, values_at)
             # K and G have no derivative if the change makes the body one of another kind
-            assert np.array_equal(np.isnan(found), np.isnan(own[..., column]))
-            exists = np.isfinite(found)
-            within = 1e-11 + 1e-10 * np.abs(own[..., column])[exists].max(initial=0.0)
-            assert np.abs(found - own[..., column])[exists].max(initial=0.0) < within
+            assert np.array_equal(np.isnan(expected), np.isnan(own[..., column]))
+            exists = np.isfinite(expected)
+            limit = 1e-11 + 1e-10 * np.abs(own[..., column])[exists].max(initial=0.0)
+            assert np.abs(expected - own[..., column])[exists].max(initial=0.0) < limit
 
 
 def test_angles_have_no_derivative_at_a_vertical_apex():
@@ -166,19 +166,19 @@ def members():
 @pytest.mark.parametrize("digits", [None, 20])
 @pytest.mark.parametrize("threads", [1, 3])
 def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
-    tops, by = members(), ("start", "damping", "com")
-    paths = kr.solve(tops, TIMES, digits=digits, tangents=by, threads=threads).check()
+    tops, names = members(), ("start", "damping", "com")
+    paths = kr.solve(tops, TIMES, digits=digits, tangents=names, threads=threads).check()
     assert paths.tangents.shape == (3, 2, 2, 6, 12) == paths.tangents_low.shape
-    moved = paths.derivative("body_acceleration")
+    derivatives = paths.derivative("body_acceleration")
     for index in np.ndindex(tops.shape):
-        alone = kr.solve(tops[index], TIMES, "taylor", digits=digits, tangents=by)
+        alone = kr.solve(tops[index], TIMES, "taylor", digits=digits, tangents=names)
         one = paths[index]
         for path in (paths.tangents[index], one.tangents):
             assert np.array_equal(path, alone.tangents)
         assert np.array_equal(paths.states[index], alone.states)
         assert np.array_equal(paths.tangents_low[index], alone.tangents_low)
         assert paths.tangents_rest[index] == alone.tangents_rest == one.tangents_rest
-        assert np.array_equal(moved[index], alone.derivative("body_acceleration"))
+        assert np.array_equal(derivatives[index], alone.derivative("body_acceleration"))
     assert np.array_equal(paths[1:, 0].tangents, paths.tangents[1:, 0])
     assert np.array_equal(pickle.loads(pickle.dumps(paths)).tangents, paths.tangents)
     with pytest.raises(AttributeError, match="solve with tangents='start'"):
@@ -188,37 +188,41 @@ def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
 
 
 def test_ensemble_tangents_accept_or_refuse_every_other_argument():
-    tops, by = members(), {"tangents": ["gravity"]}
+    tops, options = members(), {"tangents": ["gravity"]}
     times = np.linspace(-0.5, -1.0, 6).reshape(3, 2, 1)
-    back = kr.solve(tops, times, executor=ThreadPoolExecutor(2), **by)
-    assert np.array_equal(back[2, 1].tangents, kr.solve(tops[2, 1], times[2, 1], **by).tangents)
+    back = kr.solve(tops, times, executor=ThreadPoolExecutor(2), **options)
+    assert np.array_equal(
+        back[2, 1].tangents, kr.solve(tops[2, 1], times[2, 1], **options).tangents
+    )
     out = np.empty((3, 2, 2, 8))
-    assert np.shares_memory(kr.solve(tops, TIMES, out=out, **by).states, out)
+    assert np.shares_memory(kr.solve(tops, TIMES, out=out, **options).states, out)
     for word, value in {"want": ["q"], "events": [], "error": 1e-6}.items():
         with pytest.raises(ValueError, match=f"leave out {word}"):
-            kr.solve(tops, TIMES, **{word: value}, **by)
+            kr.solve(tops, TIMES, **{word: value}, **options)
     with pytest.raises(ValueError, match="computes no tangents"):
-        kr.solve(SCENES["Kowalewski"].vary(mass=[1.0]), TIMES, "rk4", step=0.1, **by)
+        kr.solve(SCENES["Kowalewski"].vary(mass=[1.0]), TIMES, "rk4", step=0.1, **options)
     with pytest.raises(ValueError, match="name in tangents"):
         kr.solve(tops, TIMES, tangents="moment")
-    nobody = kr.solve(tops[:0], TIMES, **by)
-    assert nobody.tangents.shape == (0, 2, 2, 6, 1)
-    assert nobody.derivative("nutation").shape == (0, 2, 2, 1)
+    empty = kr.solve(tops[:0], TIMES, **options)
+    assert empty.tangents.shape == (0, 2, 2, 6, 1)
+    assert empty.derivative("nutation").shape == (0, 2, 2, 1)
 
 
 def test_a_failed_top_of_an_ensemble_keeps_its_valid_tangents():
     tops = members()
     paths = kr.solve(tops, np.linspace(0.0, 40.0, 50), tangents="start", max_steps=9)
-    done = paths.state_counts
-    assert (paths.status_names == "ERR_LIMIT").all() and (done > 0).all() and (done < 50).all()
+    counts = paths.state_counts
+    assert (paths.status_names == "ERR_LIMIT").all() and (counts > 0).all() and (counts < 50).all()
     finite = np.isfinite(paths.tangents).all(axis=(-1, -2))
-    assert np.array_equal(finite, np.arange(50) < done[..., None])
+    assert np.array_equal(finite, np.arange(50) < counts[..., None])
     assert np.array_equal(finite, np.isfinite(paths.derivative("spin")).all(axis=-1))
     one = paths[1, 1]
-    assert len(one) == done[1, 1] == len(one.tangents) == len(one.derivative("q"))
-    with pytest.raises(kr.Error) as caught:
+    assert len(one) == counts[1, 1] == len(one.tangents) == len(one.derivative("q"))
+    with pytest.raises(kr.Error) as error:
         paths.check()
-    assert len(caught.value.path.tangents) == done[0, 0]
+    assert len(error.value.path.tangents) == counts[0, 0]
     upright = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0)).vary(gravity=[1.0, 2.0])
-    grown = kr.solve(upright, np.arange(0.0, 4000.0, 10.0), tangents="start")
-    assert (grown.status_names == "ERR_TANGENT").all() and len(grown[0].tangents) > 10
+    unstable_paths = kr.solve(upright, np.arange(0.0, 4000.0, 10.0), tangents="start")
+    assert (unstable_paths.status_names == "ERR_TANGENT").all() and len(
+        unstable_paths[0].tangents
+    ) > 10

@@ -31,8 +31,8 @@ def rotation_quaternion(vector, angle):
 
 def free_symmetric(scene, t):
     """Return the attitude of a free symmetric body from its closed-form solution."""
-    given, axes, m = exact(scene.attitude), exact(scene.body.axes), exact(scene.momentum)
-    both = product(given, axes)
+    attitude, axes, m = exact(scene.attitude), exact(scene.body.axes), exact(scene.momentum)
+    both = product(attitude, axes)
     norm = mp.sqrt(sum(x * x for x in both))
     q = [x / norm for x in both]
     one, _, lone = exact(scene.body.moments)
@@ -42,9 +42,9 @@ def free_symmetric(scene, t):
     principal = product(
         product(rotation_quaternion([x / one for x in m], t), q), rotation_quaternion(spin, t)
     )
-    described = product(principal, [axes[0], *(-x for x in axes[1:])])
+    result = product(principal, [axes[0], *(-x for x in axes[1:])])
     norm = mp.sqrt(sum(x * x for x in axes))
-    return [x / norm for x in described]
+    return [x / norm for x in result]
 
 
 def largest_attitude_error(path):
@@ -92,27 +92,27 @@ def test_a_steady_precession_is_accurate_to_all_digits():
     assert paths[0].error < 1e-18
 
 
-def draw_thin_bodies(lone, turned):
+def draw_thin_bodies(lone, has_rotation):
     """Yield random free bodies with one small moment of inertia."""
     random = np.random.default_rng(5)
     for _ in range(8):
         body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), unphysical=True)
-        if turned:
+        if has_rotation:
             body = body.turn(unit(random.normal(size=4)))
         push = kr.quaternion.turn(body.axes, tuple(random.normal(size=3) * (1, 1, lone)))
         yield kr.Scene(body, body_momentum=push, attitude=unit(random.normal(size=4)), gravity=0)
 
 
-@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("has_rotation", [False, True])
 @pytest.mark.parametrize("lone", [1e-2, 1e-5, 1e-7])
-def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, turned):
+def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, has_rotation):
     """Check the error estimates of 30-digit solutions for thin bodies.
 
     A small moment of inertia amplifies rounding errors of the momentum.
     """
     ratios = []
     with mp.workdps(60):
-        for end, scene in zip((8.0, -8.0) * 4, draw_thin_bodies(lone, turned), strict=True):
+        for end, scene in zip((8.0, -8.0) * 4, draw_thin_bodies(lone, has_rotation), strict=True):
             path = kr.solve(scene, [end], "taylor", digits=30)
             true = largest_attitude_error(path)
             assert true < 3e-30
@@ -133,10 +133,10 @@ def test_the_error_of_thirty_digits_is_an_angle():
     free = kr.Scene(
         kr.Body(1.0, (1.0, 1.5, 2.0), (0.0, 0.0, 0.0)), body_momentum=(1e-200, 1, 0), gravity=0.0
     )
-    far = kr.solve(free, np.linspace(0.0, 1900.0, 20), digits=30)
-    assert far.error == np.pi
-    near = kr.solve(free, [20.0], digits=30)
-    assert near.error < 1e-20
+    path = kr.solve(free, np.linspace(0.0, 1900.0, 20), digits=30)
+    assert path.error == np.pi
+    short_path = kr.solve(free, [20.0], digits=30)
+    assert short_path.error < 1e-20
 
 
 # Boundary values
@@ -144,12 +144,12 @@ def test_the_error_of_thirty_digits_is_an_angle():
 
 def test_digits_are_rounded_up_to_a_supported_number():
     taylor = kr.methods["taylor"]
-    asked = {1: 16, 16: 16, 17: 20, 20: 20, 21: 30, 30: 30}
-    assert {n: solve_options.validate_digits(taylor, n, None) for n in asked} == asked
+    expected = {1: 16, 16: 16, 17: 20, 20: 20, 21: 30, 30: 30}
+    assert {n: solve_options.validate_digits(taylor, n, None) for n in expected} == expected
     assert [
         solve_options.validate_solve_options(TOP, "taylor", digits=n).has_extended_precision
         for n in (16, 17)
     ] == [False, True]
-    for wrong, said in ((31, "at most 30, not 31"), (0, "digits must be")):
-        with pytest.raises(ValueError, match=said):
+    for wrong, message in ((31, "at most 30, not 31"), (0, "digits must be")):
+        with pytest.raises(ValueError, match=message):
             solve_options.validate_digits(taylor, wrong, None)

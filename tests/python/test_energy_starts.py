@@ -28,18 +28,18 @@ def effective_potential(body, gravity, vertical, P):
     """
     inertia = np.array(body.inertia)
     inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
-    about = np.einsum("ni,ij,nj->n", P, inertia, P)
-    return body.mass * gravity * P @ body.com + vertical**2 / (2 * about)
+    vertical_inertia = np.einsum("ni,ij,nj->n", P, inertia, P)
+    return body.mass * gravity * P @ body.com + vertical**2 / (2 * vertical_inertia)
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER])
 @pytest.mark.parametrize("energy, vertical, gravity", [(5.0, 1.0, 0.7), (4, -2, -1.3), (7, 0, 0)])
-@pytest.mark.parametrize("how", [{"n": 40}, {"grid": (5, 6, 3)}, {"grid": (5, 6)}])
-def test_starts_have_the_energy_and_the_vertical_momentum(body, energy, vertical, gravity, how):
+@pytest.mark.parametrize("options", [{"n": 40}, {"grid": (5, 6, 3)}, {"grid": (5, 6)}])
+def test_starts_have_the_energy_and_the_vertical_momentum(body, energy, vertical, gravity, options):
     words = {"energy": energy, "vertical": vertical, "gravity": gravity}
-    found = kr.starts(body, **words, **how)
-    assert len(set(found)) == len(found) > 10
-    for scene in found:
+    tops = kr.starts(body, **words, **options)
+    assert len(set(tops)) == len(tops) > 10
+    for scene in tops:
         path = kr.solve(scene, [0.0])
         assert path.energy[0] == pytest.approx(energy, abs=2e-14 * energy)
         assert path.vertical_momentum[0] == pytest.approx(vertical, abs=2e-14)
@@ -64,19 +64,19 @@ def test_a_seed_gives_the_same_starts_in_every_version():
 def test_random_starts_are_uniform_on_the_energy_surface():
     """Check the heights z of a Lagrange top: their density is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
     body = kr.Body.symmetric(1, 1, 0.1, 0.2)
-    found = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
-    heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in found])
+    tops = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
+    heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in tops])
     z = np.linspace(-1, 1, 20001)
     density = 1 / np.sqrt((1 - z * z) + 0.1 * z * z)
-    below = np.concatenate(([0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
-    expected = np.interp(heights, z, below / below[-1])
-    apart = abs(expected - (np.arange(2000) + 0.5) / 2000).max()
-    assert 0.005 < apart < 1.63 / math.sqrt(2000)  # Kolmogorov-Smirnov test, level 1 %
+    integral = np.concatenate(([0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
+    expected = np.interp(heights, z, integral / integral[-1])
+    distance = abs(expected - (np.arange(2000) + 0.5) / 2000).max()
+    assert 0.005 < distance < 1.63 / math.sqrt(2000)  # Kolmogorov-Smirnov test, level 1 %
 
 
 def test_the_grid_contains_exactly_the_possible_starts():
     words = {"energy": 0.6, "vertical": 0.8}
-    found = kr.starts(TURNED, grid=(8, 10, 4), **words)
+    tops = kr.starts(TURNED, grid=(8, 10, 4), **words)
     z = -1 + (2 * np.arange(8) + 1) / 8
     angle = 2 * np.pi * (np.arange(10) + 0.5) / 10
     P = np.array(
@@ -87,15 +87,15 @@ def test_the_grid_contains_exactly_the_possible_starts():
         ]
     )
     can_be = effective_potential(TURNED, 1.0, 0.8, P) <= 0.6
-    assert 0 < can_be.sum() < 80 and len(found) == 4 * can_be.sum()
-    seen = np.array([matrix(scene.attitude).T @ (0, 0, 1) for scene in found])
-    np.testing.assert_allclose(seen, np.repeat(P[can_be], 4, axis=0), atol=1e-15)
+    assert 0 < can_be.sum() < 80 and len(tops) == 4 * can_be.sum()
+    verticals = np.array([matrix(scene.attitude).T @ (0, 0, 1) for scene in tops])
+    np.testing.assert_allclose(verticals, np.repeat(P[can_be], 4, axis=0), atol=1e-15)
 
 
 def least_energy(body, **words):
-    with pytest.raises(ValueError, match=r"no start has energy = -100\.0") as caught:
+    with pytest.raises(ValueError, match=r"no start has energy = -100\.0") as error:
         kr.starts(body, energy=-100, n=3, **words)
-    return float(re.search(r"this value is ([-+.\de]+)$", str(caught.value))[1])
+    return float(re.search(r"this value is ([-+.\de]+)$", str(error.value))[1])
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER, ROUND])
@@ -106,9 +106,9 @@ def test_impossible_energies_raise_with_the_least_energy(body, vertical, gravity
     rng = np.random.default_rng(8)
     P = rng.normal(size=(200000, 3))
     P /= np.linalg.norm(P, axis=1)[:, None]
-    sampled = effective_potential(body, gravity, vertical, P).min()
-    size = max(abs(sampled), body.mass * abs(gravity) * np.linalg.norm(body.com), 0.01)
-    assert least <= sampled + 1e-14 * size and sampled - least < 1e-3 * size
+    minimum = effective_potential(body, gravity, vertical, P).min()
+    size = max(abs(minimum), body.mass * abs(gravity) * np.linalg.norm(body.com), 0.01)
+    assert least <= minimum + 1e-14 * size and minimum - least < 1e-3 * size
     assert len(kr.starts(body, energy=least + 0.01 * size, n=3, **words)) == 3
 
 
@@ -118,19 +118,19 @@ def test_the_least_energy_is_the_same_in_any_unit_of_length():
         for unit in (1e-3, 1e3):
             inertia, com = np.array(TURNED.inertia) * unit**2, np.array(TURNED.com) * unit
             other = kr.Body(TURNED.mass, inertia.tolist(), com.tolist())
-            told = least_energy(other, vertical=vertical * unit, gravity=0.7 / unit)
-            assert told == pytest.approx(least, rel=1e-13)
+            energy = least_energy(other, vertical=vertical * unit, gravity=0.7 / unit)
+            assert energy == pytest.approx(least, rel=1e-13)
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE])
 def test_starts_are_found_close_to_the_least_energy(body):
     least = -body.mass * np.linalg.norm(body.com)
-    for above in (1e-3, 1e-6, 1e-9, 1e-12):
-        tops = kr.starts(body, energy=least * (1.0 - above), vertical=0.0, n=50)
+    for excess in (1e-3, 1e-6, 1e-9, 1e-12):
+        tops = kr.starts(body, energy=least * (1.0 - excess), vertical=0.0, n=50)
         energy = kr.solve(tops, [0.0]).energy[:, 0]
-        assert np.abs(energy - least * (1.0 - above)).max() < 2e-15 * abs(least)
+        assert np.abs(energy - least * (1.0 - excess)).max() < 2e-15 * abs(least)
         hanging = 1.0 + kr.solve(tops, [0.0]).apex[:, 0, 2]
-        assert hanging.max() < 1.001 * above + 1e-15 and hanging.min() < 0.5 * above
+        assert hanging.max() < 1.001 * excess + 1e-15 and hanging.min() < 0.5 * excess
 
 
 @pytest.mark.parametrize("energy, vertical", [(3.0, 1.0), (-0.6, 0.1), (20.0, -2.0)])
@@ -141,8 +141,8 @@ def test_a_two_dimensional_grid_starts_at_turning_points_of_the_apex(energy, ver
     assert len(tops) >= 8 and np.abs(rate).max() < 1e-14 * np.abs(start.velocity).max()
     heights = np.unique(start.apex[:, 0, 2].round(12))
     assert set(heights) <= {round((2 * k + 1) / 7 - 1, 12) for k in range(7)}
-    apart = np.abs(np.diff(start.m[:, 0].reshape(-1, 2, 3), axis=1)).max(axis=2)
-    assert apart.min() > 1e-6  # the two momenta at one position differ
+    differences = np.abs(np.diff(start.m[:, 0].reshape(-1, 2, 3), axis=1)).max(axis=2)
+    assert differences.min() > 1e-6  # the two momenta at one position differ
 
 
 @pytest.mark.parametrize(
@@ -174,13 +174,13 @@ def test_invalid_arguments_are_refused(words, exception, message):
 
 
 def test_a_start_with_exactly_the_least_energy_exists():
-    asked = {"body": TOP.body, "vertical": 1.0, "n": 0}
-    with pytest.raises(ValueError, match="the smallest energy with this value is") as refused:
-        kr.starts(energy=-5.0, **asked)
-    least = float(str(refused.value).split()[-1])
-    assert kr.starts(energy=least, **asked).shape == (0,)
+    arguments = {"body": TOP.body, "vertical": 1.0, "n": 0}
+    with pytest.raises(ValueError, match="the smallest energy with this value is") as error:
+        kr.starts(energy=-5.0, **arguments)
+    least = float(str(error.value).split()[-1])
+    assert kr.starts(energy=least, **arguments).shape == (0,)
     with pytest.raises(ValueError, match="no start has energy"):
-        kr.starts(energy=math.nextafter(least, -9.0), **asked)
+        kr.starts(energy=math.nextafter(least, -9.0), **arguments)
     level = kr.starts(BALL, energy=1.0 + 1e-12, vertical=1.0, n=3)
     np.testing.assert_allclose(level.momentum, [(0, 0, 1)] * 3, atol=2e-6)
 
@@ -193,10 +193,10 @@ def test_zero_starts_may_be_requested():
 
 
 def test_starts_do_not_depend_on_the_block_size(monkeypatch):
-    asked = {"energy": 2.0, "vertical": 1.0, "n": 11, "seed": 6}
-    whole = kr.starts(TOP.body, **asked)
+    arguments = {"energy": 2.0, "vertical": 1.0, "n": 11, "seed": 6}
+    whole = kr.starts(TOP.body, **arguments)
     monkeypatch.setattr(starts, "_ROWS", 4)
-    parts = kr.starts(TOP.body, **asked)
+    parts = kr.starts(TOP.body, **arguments)
     assert np.array_equal(parts.momentum, whole.momentum)
     assert np.array_equal(parts.attitude, whole.attitude)
 
@@ -227,8 +227,8 @@ def test_verticals_are_rotated_by_the_smallest_angle():
         ]
     )
     np.testing.assert_allclose(turns, expected, atol=1e-15)
-    near = starts._compute_rotations_to_vertical(np.array([[3e-9, 4e-9, -1.0]]))
-    np.testing.assert_allclose(near, [(2.5e-9, 0.8, -0.6, 0)], rtol=1e-7)
+    attitudes = starts._compute_rotations_to_vertical(np.array([[3e-9, 4e-9, -1.0]]))
+    np.testing.assert_allclose(attitudes, [(2.5e-9, 0.8, -0.6, 0)], rtol=1e-7)
 
 
 def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
@@ -247,8 +247,8 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
             for a, b in itertools.product((0.0, 0.5, 1.0), repeat=2)
         ]
     )
-    away = np.arccos(np.clip((corners * centres).sum(axis=-1), -1.0, 1.0))
-    assert (away <= reach + 1e-7).all() and reach.max() < 0.75
+    angles = np.arccos(np.clip((corners * centres).sum(axis=-1), -1.0, 1.0))
+    assert (angles <= reach + 1e-7).all() and reach.max() < 0.75
     tall = starts._SphereCells(
         *(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))
     ).halve_sphere_cells()
@@ -260,9 +260,9 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
 def test_the_least_energy_is_the_lower_of_two_minima():
     for side in (1.0, -1.0):
         body = kr.Body(1.0, (1.0, 2.0, 2.5), (0.0, 0.0, side * 1e-5))
-        with pytest.raises(ValueError, match="the smallest energy with this value is") as refused:
+        with pytest.raises(ValueError, match="the smallest energy with this value is") as error:
             kr.starts(body, energy=-5.0, vertical=1.0, n=1)
-        least = float(str(refused.value).split()[-1])
+        least = float(str(error.value).split()[-1])
         assert least == pytest.approx(1.0 / 5.0 - 9.81e-5, abs=2e-7) or least == pytest.approx(
             1.0 / 5.0 - 1e-5, abs=1e-12
         )

@@ -48,12 +48,12 @@ def test_members_equal_scenes_with_the_same_arguments(word, body):
     assert tops.shape == (4, 3) and tops.ndim == 2 and tops.size == 12 and len(tops) == 4
     assert_same(
         tops,
-        lambda at: kr.Scene(
-            body_at(body, at[1]),
-            attitude=Q[at[1]],
-            gravity=G[at[0], 0],
-            damping=D[at[1]],
-            **{word: M[at]},
+        lambda index: kr.Scene(
+            body_at(body, index[1]),
+            attitude=Q[index[1]],
+            gravity=G[index[0], 0],
+            damping=D[index[1]],
+            **{word: M[index]},
         ),
     )
 
@@ -63,15 +63,15 @@ def test_attitudes_are_accepted_in_every_form():
     single = Q.astype(np.float32)
     assert_same(
         kr.Ensemble(CORNER, velocity=M, attitude=turns),
-        lambda at: kr.Scene(CORNER, velocity=M[at], attitude=turns[at[1]]),
+        lambda index: kr.Scene(CORNER, velocity=M[index], attitude=turns[index[1]]),
     )
     assert_same(
         kr.Ensemble(CORNER, velocity=M, attitude_xyzw=Q, damping=0.3),
-        lambda at: kr.Scene(CORNER, velocity=M[at], attitude_xyzw=Q[at[1]], damping=0.3),
+        lambda index: kr.Scene(CORNER, velocity=M[index], attitude_xyzw=Q[index[1]], damping=0.3),
     )
-    made_unit = kr.Ensemble(CORNER, momentum=M, attitude=single).attitude
-    np.testing.assert_allclose(np.linalg.norm(made_unit, axis=-1), 1, rtol=0, atol=3e-16)
-    np.testing.assert_allclose(made_unit[0], Q, rtol=0, atol=1e-7)
+    attitudes = kr.Ensemble(CORNER, momentum=M, attitude=single).attitude
+    np.testing.assert_allclose(np.linalg.norm(attitudes, axis=-1), 1, rtol=0, atol=3e-16)
+    np.testing.assert_allclose(attitudes[0], Q, rtol=0, atol=1e-7)
 
 
 @pytest.mark.parametrize("n", [(), (3,), (2, 3), (3, 3), (4, 1, 3), (0,), (2, 0)])
@@ -80,7 +80,7 @@ def test_ensembles_may_have_any_shape(n):
     tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.2, 0.3))
     assert tops.shape == n and tops.gravity.shape == n and tops.attitude.shape == (*n, 4)
     assert np.array_equal(tops.momentum, m) and tops.damping.shape == (*n, 3)
-    assert_same(tops, lambda at: kr.Scene(CORNER, m[at], damping=(0.1, 0.2, 0.3)))
+    assert_same(tops, lambda index: kr.Scene(CORNER, m[index], damping=(0.1, 0.2, 0.3)))
 
 
 @pytest.mark.parametrize("body", [LAGRANGE.body, CONES], ids=["one body", "many"])
@@ -88,24 +88,28 @@ def test_textbook_starts_equal_single_scenes_bitwise(body):
     angles, rates = RNG.uniform(-3, 3, (4, 3, 3)), RNG.normal(size=(3, 3))
     assert_same(
         kr.Ensemble.from_euler(body, 40 * angles, rates, degrees=True, gravity=G),
-        lambda at: kr.Scene.from_euler(
-            body_at(body, at[1]),
-            40 * angles[at],
-            rates[at[1]],
+        lambda index: kr.Scene.from_euler(
+            body_at(body, index[1]),
+            40 * angles[index],
+            rates[index[1]],
             degrees=True,
-            gravity=G[at[0], 0],
+            gravity=G[index[0], 0],
         ),
     )
     assert_same(
         kr.Ensemble.spinning(body, SPIN, TILT, RATE, damping=D),
-        lambda at: kr.Scene.spinning(
-            body_at(body, at[1]), SPIN[at[0], 0], TILT[at[1]], RATE[at[1]], damping=D[at[1]]
+        lambda index: kr.Scene.spinning(
+            body_at(body, index[1]),
+            SPIN[index[0], 0],
+            TILT[index[1]],
+            RATE[index[1]],
+            damping=D[index[1]],
         ),
     )
     assert_same(
         kr.Ensemble.spinning(body, 50 * SPIN, 50 * TILT, degrees=True),
-        lambda at: kr.Scene.spinning(
-            body_at(body, at[1]), 50 * SPIN[at[0], 0], 50 * TILT[at[1]], degrees=True
+        lambda index: kr.Scene.spinning(
+            body_at(body, index[1]), 50 * SPIN[index[0], 0], 50 * TILT[index[1]], degrees=True
         ),
     )
 
@@ -115,13 +119,13 @@ def test_textbook_starts_equal_single_scenes_bitwise(body):
 def test_steady_precessions_equal_single_scenes_bitwise(body, fast):
     assert_same(
         kr.Ensemble.spinning(body, SPIN, TILT, steady=True, fast=fast, gravity=G),
-        lambda at: kr.Scene.spinning(
-            body_at(body, at[1]),
-            SPIN[at[0], 0],
-            TILT[at[1]],
+        lambda index: kr.Scene.spinning(
+            body_at(body, index[1]),
+            SPIN[index[0], 0],
+            TILT[index[1]],
             steady=True,
             fast=fast,
-            gravity=G[at[0], 0],
+            gravity=G[index[0], 0],
         ),
     )
 
@@ -129,11 +133,12 @@ def test_steady_precessions_equal_single_scenes_bitwise(body, fast):
 def test_general_bodies_may_start_from_angles_of_the_apex():
     angles = RNG.uniform(-3, 3, (3, 3))
     tops = kr.Ensemble.from_euler(MANY, angles, (0, 0, 1))
-    assert_same(tops, lambda at: kr.Scene.from_euler(MANY[at], angles[at], (0, 0, 1)))
+    assert_same(tops, lambda index: kr.Scene.from_euler(MANY[index], angles[index], (0, 0, 1)))
     # without a lever, the third axis is used
     spheres = kr.Bodies.sphere([1, 2, 3], (0, 0, 0), mass=1)
     assert_same(
-        kr.Ensemble.spinning(spheres, 2.0, 1.0), lambda at: kr.Scene.spinning(spheres[at], 2.0, 1.0)
+        kr.Ensemble.spinning(spheres, 2.0, 1.0),
+        lambda index: kr.Scene.spinning(spheres[index], 2.0, 1.0),
     )
 
 
@@ -149,17 +154,19 @@ KEYS = [
 @pytest.mark.parametrize("key", KEYS, ids=str)
 def test_indexing_follows_numpy(key):
     order = np.arange(12).reshape(4, 3)
-    expected, found = order[key], FULL[key]
+    expected, selection = order[key], FULL[key]
     if not isinstance(expected, np.ndarray):
-        assert isinstance(found, kr.Scene) and found._block == FULL._core_scenes.block(
+        assert isinstance(selection, kr.Scene) and selection._block == FULL._core_scenes.block(
             int(expected)
         )
         return
-    assert isinstance(found, kr.Ensemble) and found.shape == expected.shape
-    assert found._core_scenes.check() == ("OK", expected.size)
-    blocks = [block(found, index) for index in np.ndindex(found.shape)]
+    assert isinstance(selection, kr.Ensemble) and selection.shape == expected.shape
+    assert selection._core_scenes.check() == ("OK", expected.size)
+    blocks = [block(selection, index) for index in np.ndindex(selection.shape)]
     assert blocks == [FULL._core_scenes.block(int(i)) for i in expected.ravel()]
-    assert len(found.axes) == found.ndim and pickle.loads(pickle.dumps(found)) == found
+    assert (
+        len(selection.axes) == selection.ndim and pickle.loads(pickle.dumps(selection)) == selection
+    )
 
 
 @pytest.mark.parametrize("key", [4, -5, (0, 3), (0, 0, 0), "x", 1.5, [7], [[0.5]], 10**30, {}])
@@ -187,11 +194,11 @@ def test_rows_and_other_shapes():
 def test_scenes_in_lists_are_an_ensemble():
     again = kr.Ensemble.of([[FULL[i, j] for j in range(3)] for i in range(4)])
     assert again == FULL and again.coords == {}
-    assert_same(again, lambda at: FULL[at])
+    assert_same(again, lambda index: FULL[index])
     mixed = [LAGRANGE, GENERAL, FREE, kr.scenes.kowalewski]
-    assert_same(kr.Ensemble.of(mixed), lambda at: mixed[at[0]])
-    alike = kr.Ensemble.of([LAGRANGE, LAGRANGE.replace(gravity=2)])
-    assert alike.body is LAGRANGE.body
+    assert_same(kr.Ensemble.of(mixed), lambda index: mixed[index[0]])
+    ensemble = kr.Ensemble.of([LAGRANGE, LAGRANGE.replace(gravity=2)])
+    assert ensemble.body is LAGRANGE.body
     twin = LAGRANGE.replace(body=copy.copy(LAGRANGE.body))
     assert twin.body is not LAGRANGE.body
     assert kr.Ensemble.of([LAGRANGE, twin]).body is LAGRANGE.body
@@ -210,20 +217,20 @@ def test_shared_values_are_stored_once():
     m = np.random.default_rng(1).normal(size=(n, 3))
     tracemalloc.start()
     tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.1, 0.1))
-    held = tracemalloc.get_traced_memory()[0]
+    memory = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
-    assert held < 30 * n and tops.attitude.strides[0] == tops.gravity.strides[0] == 0
+    assert memory < 30 * n and tops.attitude.strides[0] == tops.gravity.strides[0] == 0
     assert len(pickle.dumps(tops[::2])) < 15 * n
     drag = kr.Ensemble(CORNER, momentum=m, damping=[[0.1]])
     assert pickle.loads(pickle.dumps(drag)) == drag and drag.damping.strides == (0, 0)
-    seen = np.broadcast_to(np.ones(3), (n, 3))
-    assert kr.Ensemble(CORNER, momentum=seen).momentum.strides[0] == 0
+    momentum = np.broadcast_to(np.ones(3), (n, 3))
+    assert kr.Ensemble(CORNER, momentum=momentum).momentum.strides[0] == 0
 
 
 def test_ensembles_are_immutable():
-    given = M.copy()
-    tops = kr.Ensemble(CORNER, momentum=given)
-    given[:] = np.nan
+    momentum = M.copy()
+    tops = kr.Ensemble(CORNER, momentum=momentum)
+    momentum[:] = np.nan
     assert np.array_equal(tops.momentum, M)
     for field in (tops.momentum, tops.attitude, tops.gravity, tops.damping, FULL[[0]].momentum):
         with pytest.raises(ValueError, match="read-only"):
@@ -235,9 +242,9 @@ def test_ensembles_are_immutable():
 
 
 def test_copies_are_equal():
-    for copied in (copy.copy(FULL), copy.deepcopy(FULL), pickle.loads(pickle.dumps(FULL))):
-        assert copied == FULL and copied[1, 2]._block == FULL[1, 2]._block
-        assert copied.axes == FULL.axes and [*copied.coords] == [*FULL.coords]
+    for other in (copy.copy(FULL), copy.deepcopy(FULL), pickle.loads(pickle.dumps(FULL))):
+        assert other == FULL and other[1, 2]._block == FULL[1, 2]._block
+        assert other.axes == FULL.axes and [*other.coords] == [*FULL.coords]
     assert FULL[::-1] != FULL and FULL[:3] != FULL and FULL != LAGRANGE
     assert kr.Ensemble(CORNER, momentum=M) != kr.Ensemble(MANY, momentum=M)
 
@@ -260,10 +267,10 @@ def test_the_core_refuses_columns_of_another_shape():
 
 def test_the_nesting_of_lists_is_limited():
     def nest_list(depth):
-        made = THESIS
+        nested_list = THESIS
         for _ in range(depth):
-            made = [made]
-        return made
+            nested_list = [nested_list]
+        return nested_list
 
     assert kr.Ensemble.of(nest_list(32)).shape == (1,) * 32
     for depth in (33, 34):

@@ -26,10 +26,10 @@ def test_results_do_not_depend_on_the_executor():
 
 
 @pytest.mark.parametrize(
-    "some", [slice(7, 8), slice(3, 100, 7), [5, 299, 5, 0], slice(None, None, -1)]
+    "selection", [slice(7, 8), slice(3, 100, 7), [5, 299, 5, 0], slice(None, None, -1)]
 )
-def test_results_do_not_depend_on_other_members(some):
-    assert same(kr.solve(TOPS[some], TIMES), WHOLE[some])
+def test_results_do_not_depend_on_other_members(selection):
+    assert same(kr.solve(TOPS[selection], TIMES), WHOLE[selection])
 
 
 LOW = [kr.events.nutation(direction=1)]
@@ -47,13 +47,13 @@ LOW = [kr.events.nutation(direction=1)]
 )
 def test_process_pools_report_the_same_failures_and_messages(words):
     square = TOPS[:40].reshape(5, 8)
-    here = kr.solve(square, TIMES, **words)
+    own = kr.solve(square, TIMES, **words)
     with ProcessPoolExecutor(2) as pool:
-        there = kr.solve(square, TIMES, executor=pool, **words)
-    assert np.array_equal(here.status, there.status) and np.array_equal(here.steps, there.steps)
+        pooled = kr.solve(square, TIMES, executor=pool, **words)
+    assert np.array_equal(own.status, pooled.status) and np.array_equal(own.steps, pooled.steps)
     for place in np.ndindex(5, 8):
-        assert same_path(here[place], there[place], events="events" in words)
-        assert here.message(place) == there.message(place)
+        assert same_path(own[place], pooled[place], events="events" in words)
+        assert own.message(place) == pooled.message(place)
 
 
 def test_results_do_not_depend_on_the_shape():
@@ -76,15 +76,15 @@ def test_results_do_not_depend_on_other_requests():
 @pytest.mark.parametrize("name", kr.methods)
 def test_members_move_like_single_tops(name):
     method = kr.methods[name]
-    suited = [scene for scene in SCENES if method.suits(scene)]
+    scenes = [scene for scene in SCENES if method.suits(scene)]
     words = {} if method.adaptive else {"step": 0.125}
     for times in ([0.0, 0.25, 0.3, 1.0], [-0.25, -0.3, -1.0]):
-        many = kr.solve(kr.Ensemble.of(suited), times, name, **words).check()
-        for i, scene in enumerate(suited):
+        many = kr.solve(kr.Ensemble.of(scenes), times, name, **words).check()
+        for i, scene in enumerate(scenes):
             alone = kr.solve(scene, times, name, **words)
             if name == "taylor" and not any(scene.damping):
-                apart = kr.attitude_error(many[i].q, alone.q).max()
-                assert apart < 1e-13, "taylor in lanes has roundings of its own, and no more"
+                difference = kr.attitude_error(many[i].q, alone.q).max()
+                assert difference < 1e-13, "taylor in lanes has roundings of its own, and no more"
             else:
                 assert same_path(many[i], alone), name
 
@@ -95,27 +95,29 @@ def test_taylor_errors_in_ensembles_are_like_those_of_single_tops(name):
     times = np.linspace(0, 50, 11)
     many = kr.solve(tops, times, name)
     truth = kr.solve(tops, times, digits=20)
-    mine = [kr.attitude_error(many.q[i], truth.q[i]).max() for i in range(len(tops))]
-    its = [
+    ensemble_errors = [kr.attitude_error(many.q[i], truth.q[i]).max() for i in range(len(tops))]
+    single_errors = [
         kr.attitude_error(kr.solve(top, times, name).q, truth.q[i]).max()
         for i, top in enumerate(tops)
     ]
-    assert 0.0 < np.median(mine) < 3.0 * np.median(its) and max(mine) < 10.0 * max(its)
+    assert 0.0 < np.median(ensemble_errors) < 3.0 * np.median(single_errors) and max(
+        ensemble_errors
+    ) < 10.0 * max(single_errors)
 
 
 def test_a_failed_top_does_not_affect_others():
-    bounded = kr.solve(TOPS, TIMES, "taylor", max_steps=12)
-    failed = bounded.status != 0
-    assert 0 < failed.sum() < N and bounded.failed.tolist() == np.flatnonzero(failed).tolist()
-    for some in (failed, ~failed):
-        assert same(bounded[some], kr.solve(TOPS[some], TIMES, "taylor", max_steps=12))
-    good = np.arange(len(TIMES)) < bounded.state_counts[:, None]
+    paths = kr.solve(TOPS, TIMES, "taylor", max_steps=12)
+    has_failed = paths.status != 0
+    assert 0 < has_failed.sum() < N and paths.failed.tolist() == np.flatnonzero(has_failed).tolist()
+    for selection in (has_failed, ~has_failed):
+        assert same(paths[selection], kr.solve(TOPS[selection], TIMES, "taylor", max_steps=12))
+    good = np.arange(len(TIMES)) < paths.state_counts[:, None]
     free = kr.solve(TOPS, TIMES, "taylor")
-    assert kr.attitude_error(bounded.q[good], free.q[good]).max() < 1e-12
-    assert np.isnan(bounded.q[~good]).all() and np.isnan(bounded.energy[~good]).all()
-    assert not np.isnan(bounded.energy[good]).any()
-    assert np.array_equal(bounded.states[..., 0], np.broadcast_to(TIMES, (N, len(TIMES))))
-    assert set(bounded.status_names[failed]) == {"ERR_LIMIT"} and (bounded.steps <= 12).all()
+    assert kr.attitude_error(paths.q[good], free.q[good]).max() < 1e-12
+    assert np.isnan(paths.q[~good]).all() and np.isnan(paths.energy[~good]).all()
+    assert not np.isnan(paths.energy[good]).any()
+    assert np.array_equal(paths.states[..., 0], np.broadcast_to(TIMES, (N, len(TIMES))))
+    assert set(paths.status_names[has_failed]) == {"ERR_LIMIT"} and (paths.steps <= 12).all()
 
 
 def test_max_steps_is_the_same_for_one_top_and_an_ensemble():
@@ -131,19 +133,19 @@ def test_max_steps_is_the_same_for_one_top_and_an_ensemble():
 
 
 def test_a_failed_member_has_the_path_of_a_failed_single_run():
-    bounded = kr.solve(UNDAMPED, [1.0, 100.0], "rk4", step=0.01, max_steps=500)
-    assert len(bounded.failed) == len(UNDAMPED)
+    paths = kr.solve(UNDAMPED, [1.0, 100.0], "rk4", step=0.01, max_steps=500)
+    assert len(paths.failed) == len(UNDAMPED)
     for i, scene in enumerate(UNDAMPED):
         with pytest.raises(kr.Error) as alone:
             kr.solve(scene, [1.0, 100.0], "rk4", step=0.01, max_steps=500)
-        assert same_path(bounded[i], alone.value.path) and bounded.message(i) == str(alone.value)
-        assert bounded.reached[i] == alone.value.path.t[-1]
+        assert same_path(paths[i], alone.value.path) and paths.message(i) == str(alone.value)
+        assert paths.reached[i] == alone.value.path.t[-1]
     with pytest.raises(
         kr.Error, match=r"top\[0\], the first of 5 of 5: the largest number"
     ) as first:
-        bounded.check()
-    assert first.value.paths is bounded and first.value.status == "ERR_LIMIT"
-    assert same_path(first.value.path, bounded[0])
+        paths.check()
+    assert first.value.paths is paths and first.value.status == "ERR_LIMIT"
+    assert same_path(first.value.path, paths[0])
 
 
 def test_errors_of_one_member_are_its_status():
@@ -160,10 +162,10 @@ def test_errors_of_one_member_are_its_status():
 
 
 def test_reductions_do_not_depend_on_threads():
-    asked = {"nutation": ("min", "max", "mean", "variance", "last", "where_min", "where_max")}
-    first, *others = (kr.reduce(TOPS, TIMES, asked, threads=n) for n in (1, 2, 3))
+    reductions = {"nutation": ("min", "max", "mean", "variance", "last", "where_min", "where_max")}
+    first, *others = (kr.reduce(TOPS, TIMES, reductions, threads=n) for n in (1, 2, 3))
     with ProcessPoolExecutor(2) as pool:
-        others.append(kr.reduce(TOPS, TIMES, asked, executor=pool))
+        others.append(kr.reduce(TOPS, TIMES, reductions, executor=pool))
     for other in others:
         for kind, values in first["nutation"].items():
             assert np.array_equal(values, other["nutation"][kind])

@@ -19,7 +19,7 @@ def verb_of(words):
 
 
 @pytest.mark.parametrize(
-    ("words", "kind", "says"),
+    ("words", "kind", "message"),
     [
         (
             {"method": "exact"},
@@ -58,13 +58,13 @@ def verb_of(words):
         ({"out": np.empty(SHAPE), "want": ["spin"]}, ValueError, "out receives states"),
     ],
 )
-def test_invalid_arguments_are_refused(words, kind, says):
-    with pytest.raises(kind, match=says):
+def test_invalid_arguments_are_refused(words, kind, message):
+    with pytest.raises(kind, match=message):
         verb_of(words)(MIXED, TIMES, **words)
 
 
 @pytest.mark.parametrize(
-    ("t", "says"),
+    ("t", "message"),
     [
         (float("nan"), "t must be finite"),
         ([0.0, np.inf], r"t\[1\] = inf"),
@@ -82,8 +82,8 @@ def test_invalid_arguments_are_refused(words, kind, says):
         ),
     ],
 )
-def test_invalid_times_are_refused(t, says):
-    with pytest.raises(ValueError, match=says):
+def test_invalid_times_are_refused(t, message):
+    with pytest.raises(ValueError, match=message):
         kr.solve(MIXED, t)
 
 
@@ -116,16 +116,16 @@ def test_functions_of_one_top_refuse_ensembles():
 
 
 def test_no_tops_and_no_times_give_empty_results():
-    none = MIXED[:0]
+    no_tops = MIXED[:0]
     for words in ({}, {"digits": 20}, {"events": kr.events.loop()}, {"want": ["apex"]}):
-        told = []
-        paths = kr.solve(none, TIMES, progress=told.append, **words).check()
-        assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and told == [1.0]
-    assert kr.reduce(none, 1.0, SPIN)["spin"]["max"].shape == (0,)
-    assert kr.solve(none, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
-    assert kr.exact(none)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(none, 1.0)) == []
-    nowhen = kr.solve(MIXED, [])
-    assert nowhen.q.shape == (6, 0, 4) and not nowhen.failed.size and len(nowhen[0]) == 0
+        reports = []
+        paths = kr.solve(no_tops, TIMES, progress=reports.append, **words).check()
+        assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and reports == [1.0]
+    assert kr.reduce(no_tops, 1.0, SPIN)["spin"]["max"].shape == (0,)
+    assert kr.solve(no_tops, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
+    assert kr.exact(no_tops)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(no_tops, 1.0)) == []
+    no_times = kr.solve(MIXED, [])
+    assert no_times.q.shape == (6, 0, 4) and not no_times.failed.size and len(no_times[0]) == 0
     assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()
 
 
@@ -134,10 +134,10 @@ LONG = np.linspace(0.0, 1e6, 101)  # this run would take an hour
 
 
 @contextlib.contextmanager
-def send_sigint(after):
-    """Send SIGINT to this process after a delay of `after` seconds."""
+def send_sigint(delay):
+    """Send SIGINT to this process after a delay of `delay` seconds."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
-    signal.setitimer(signal.ITIMER_REAL, after)
+    signal.setitimer(signal.ITIMER_REAL, delay)
     try:
         yield
     finally:
@@ -157,12 +157,18 @@ def test_ctrl_c_keeps_finished_members(words):
     with send_sigint(0.3), pytest.raises(kr.Interrupted, match=r"top\[\d+\], .*interr") as stop:
         kr.solve(TOPS, short_and_long_times(400), "taylor", **words)
     paths = stop.value.paths
-    done = paths.status == 0
-    assert 0 < done.sum() < 400 and set(paths.status_names[~done]) == {"ERR_INTERRUPTED"}
-    told = paths.nutation
-    assert np.isfinite(told[done]).all() and np.isnan(told[~done][:, -1]).all()
-    finished = kr.solve(TOPS[done], short_and_long_times(400)[done], "taylor", **words)
-    assert np.array_equal(finished.nutation, told[done])
+    is_complete = paths.status == 0
+    assert 0 < is_complete.sum() < 400 and set(paths.status_names[~is_complete]) == {
+        "ERR_INTERRUPTED"
+    }
+    nutation = paths.nutation
+    assert (
+        np.isfinite(nutation[is_complete]).all() and np.isnan(nutation[~is_complete][:, -1]).all()
+    )
+    finished = kr.solve(
+        TOPS[is_complete], short_and_long_times(400)[is_complete], "taylor", **words
+    )
+    assert np.array_equal(finished.nutation, nutation[is_complete])
     first = int(paths.failed[0])
     assert stop.value.status == "ERR_INTERRUPTED" and stop.value.path.t[-1] == paths.reached[first]
 
@@ -207,29 +213,29 @@ def test_ctrl_c_ends_the_work_of_an_executor(pool):
 
 
 def test_progress_rises_to_one_and_may_stop_the_call():
-    told = []
+    reports = []
 
     def stop(part):
-        told.append(part)
-        if len(told) == 3:
+        reports.append(part)
+        if len(reports) == 3:
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
         kr.solve(TOPS, short_and_long_times(400), progress=stop)
-    assert told == sorted(told) and 0.0 <= told[0] <= told[-1] < 1.0
-    told.clear()
-    kr.solve(TOPS, 1.0, progress=told.append)
-    assert told[-1] == 1.0
+    assert reports == sorted(reports) and 0.0 <= reports[0] <= reports[-1] < 1.0
+    reports.clear()
+    kr.solve(TOPS, 1.0, progress=reports.append)
+    assert reports[-1] == 1.0
 
 
 def test_several_threads_may_solve_at_once():
-    found = []
-    threads = [threading.Thread(target=lambda: found.append(kr.solve(TOPS, TIMES))) for _ in "ab"]
+    results = []
+    threads = [threading.Thread(target=lambda: results.append(kr.solve(TOPS, TIMES))) for _ in "ab"]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(found) == 2 and same(*found)
+    assert len(results) == 2 and same(*results)
 
 
 def test_closed_forms_of_an_ensemble_equal_those_of_members():

@@ -30,20 +30,22 @@ def test_quantities_equal_those_of_single_paths_bitwise():
 
 def test_only_wanted_quantities_are_stored():
     for want in (("nutation", "energy"), ("q_low", "apex"), ("m",)):
-        some = kr.solve(MIXED, TIMES, want=want)
+        paths = kr.solve(MIXED, TIMES, want=want)
         for name in want:
-            near = getattr(kr.solve(MIXED, TIMES), name)
-            assert np.allclose(getattr(some, name), near, rtol=0, atol=1e-12)
+            expected = getattr(kr.solve(MIXED, TIMES), name)
+            assert np.allclose(getattr(paths, name), expected, rtol=0, atol=1e-12)
         for i, scene in enumerate(SCENES):
-            assert some[i].want == want and len(some[i]) == len(TIMES)
+            assert paths[i].want == want and len(paths[i]) == len(TIMES)
             if kr.methods["exact"].suits(scene):
-                assert same_path(some[i], kr.solve(scene, TIMES, want=want))
+                assert same_path(paths[i], kr.solve(scene, TIMES, want=want))
         with pytest.raises(AttributeError, match="add 'torque' to want"):
-            _ = some.torque
+            _ = paths.torque
         with pytest.raises(AttributeError, match="solve without want"):
-            _ = some.states
-    stopped = kr.solve(UNDAMPED, [1.0, 50.0], "rk4", step=0.1, max_steps=20, want=("nutation",))
-    assert np.isnan(stopped.nutation[:, 1]).all() and len(stopped[0]) == 2
+            _ = paths.states
+    failed_paths = kr.solve(
+        UNDAMPED, [1.0, 50.0], "rk4", step=0.1, max_steps=20, want=("nutation",)
+    )
+    assert np.isnan(failed_paths.nutation[:, 1]).all() and len(failed_paths[0]) == 2
 
 
 def test_indexing_follows_numpy():
@@ -59,9 +61,9 @@ def test_indexing_follows_numpy():
         numbers % 2 == 0,
         (1, ...),
     ):
-        some = PATHS[key]
-        assert np.array_equal(some.states, PATHS.states.reshape(12, -1, 8)[numbers[key]])
-        assert some.shape == numbers[key].shape and same(some, kr.solve(GRID[key], TIMES))
+        selection = PATHS[key]
+        assert np.array_equal(selection.states, PATHS.states.reshape(12, -1, 8)[numbers[key]])
+        assert selection.shape == numbers[key].shape and same(selection, kr.solve(GRID[key], TIMES))
     assert [len(row) for row in PATHS] == [3] * 4 and PATHS[2, 1].scene == GRID[2, 1]
     for key in (4, (0, 3), (0, 0, 0)):
         with pytest.raises(IndexError):
@@ -80,43 +82,54 @@ def test_results_survive_pickling():
     for paths in (PATHS, kr.solve(GRID, TIMES, want=["q"]), kr.solve(GRID, TIMES, digits=20)):
         again = pickle.loads(pickle.dumps(paths))
         assert np.array_equal(again.q, paths.q) and same_path(again[1, 2], paths[1, 2])
-    kept = kr.reduce(GRID, TIMES, {"apex": "max"})
-    assert np.array_equal(pickle.loads(pickle.dumps(kept))["apex"]["max"], kept["apex"]["max"])
-    failed = kr.solve(UNDAMPED, 9, "rk4", step=0.1, max_steps=5)
+    reductions = kr.reduce(GRID, TIMES, {"apex": "max"})
+    assert np.array_equal(
+        pickle.loads(pickle.dumps(reductions))["apex"]["max"], reductions["apex"]["max"]
+    )
+    failed_paths = kr.solve(UNDAMPED, 9, "rk4", step=0.1, max_steps=5)
     with pytest.raises(kr.Error) as error:
-        failed.check()
+        failed_paths.check()
     again = pickle.loads(pickle.dumps(error.value))
-    assert str(again) == str(error.value) and same(again.paths, failed)
+    assert str(again) == str(error.value) and same(again.paths, failed_paths)
 
 
 def test_reductions_equal_those_of_the_states():
     kinds = "min", "max", "mean", "variance", "last", "where_min", "where_max"
-    kept = kr.reduce(GRID, TIMES, {"nutation": kinds, "apex": ("max",), "m_x": "last"})
+    reductions = kr.reduce(GRID, TIMES, {"nutation": kinds, "apex": ("max",), "m_x": "last"})
     nutation, t = PATHS.nutation, np.array(TIMES)
     for kind in ("min", "max"):
-        assert np.array_equal(kept["nutation"][kind], getattr(nutation, kind)(axis=-1))
-        at = t[getattr(nutation, f"arg{kind}")(axis=-1)]
-        assert np.array_equal(kept["nutation"][f"where_{kind}"], at)
-    assert np.array_equal(kept["nutation"]["last"], nutation[..., -1])
-    assert np.allclose(kept["nutation"]["mean"], nutation.mean(axis=-1), rtol=1e-14)
-    assert np.allclose(kept["nutation"]["variance"], nutation.var(axis=-1), rtol=1e-12)
-    assert np.array_equal(kept["apex"]["max"], PATHS.apex.max(axis=-2))
-    assert np.array_equal(kept["m_x"]["last"], PATHS.m[..., -1, 0])
-    assert list(kept) == ["nutation", "apex", "m_x"] == list(kept.keys()) and len(kept) == 3
-    assert "apex" in kept and "spin" not in kept and not kept["apex"]["max"].flags.writeable
-    assert np.array_equal(kept[1]["apex"]["max"], kept["apex"]["max"][1])
+        assert np.array_equal(reductions["nutation"][kind], getattr(nutation, kind)(axis=-1))
+        times = t[getattr(nutation, f"arg{kind}")(axis=-1)]
+        assert np.array_equal(reductions["nutation"][f"where_{kind}"], times)
+    assert np.array_equal(reductions["nutation"]["last"], nutation[..., -1])
+    assert np.allclose(reductions["nutation"]["mean"], nutation.mean(axis=-1), rtol=1e-14)
+    assert np.allclose(reductions["nutation"]["variance"], nutation.var(axis=-1), rtol=1e-12)
+    assert np.array_equal(reductions["apex"]["max"], PATHS.apex.max(axis=-2))
+    assert np.array_equal(reductions["m_x"]["last"], PATHS.m[..., -1, 0])
+    assert (
+        list(reductions) == ["nutation", "apex", "m_x"] == list(reductions.keys())
+        and len(reductions) == 3
+    )
+    assert (
+        "apex" in reductions
+        and "spin" not in reductions
+        and not reductions["apex"]["max"].flags.writeable
+    )
+    assert np.array_equal(reductions[1]["apex"]["max"], reductions["apex"]["max"][1])
     with pytest.raises(TypeError, match="contain no paths"):
-        kept[0, 0]
+        reductions[0, 0]
     with pytest.raises(KeyError, match="did you mean 'nutation'"):
-        kept["nutatio"]
+        reductions["nutatio"]
 
 
 def test_failed_tops_have_empty_reductions():
-    kept = kr.reduce(UNDAMPED, [1.0, 9.0], {"spin": "max"}, "rk4", step=0.1, max_steps=20)
-    assert np.isnan(kept["spin"]["max"]).all() and (kept.state_counts == 1).all()
+    reductions = kr.reduce(UNDAMPED, [1.0, 9.0], {"spin": "max"}, "rk4", step=0.1, max_steps=20)
+    assert np.isnan(reductions["spin"]["max"]).all() and (reductions.state_counts == 1).all()
     with pytest.raises(kr.Error, match=r"top\[0\], the first of 5 of 5") as error:
-        kept.check()
-    assert error.value.paths is kept and error.value.path.t.tolist() == [kept.reached[0]]
+        reductions.check()
+    assert error.value.paths is reductions and error.value.path.t.tolist() == [
+        reductions.reached[0]
+    ]
 
 
 def test_states_are_written_into_a_given_array():
@@ -135,22 +148,25 @@ def test_tables_have_the_names_of_the_axes_and_units():
     assert np.array_equal(data["spin"], np.linspace(5, 20, 4)) and data["status"].shape == (4, 3)
     own = kr.solve(GRID, np.broadcast_to(TIMES, (4, 3, 4))).to_xarray()
     assert own["t"].dims == ("spin", "tilt", "time") and own["q"].dims[-1] == "quaternion"
-    kept = kr.reduce(GRID, TIMES, {"nutation": "variance", "apex": "where_max", "m_x": "min"})
-    table = kept.to_xarray()
+    reductions = kr.reduce(GRID, TIMES, {"nutation": "variance", "apex": "where_max", "m_x": "min"})
+    table = reductions.to_xarray()
     assert table["nutation_variance"].attrs["units"] == "(rad)^2"
     assert table["apex_where_max"].dims == ("spin", "tilt", "axis")
     assert table["apex_where_max"].attrs["units"] == "T"
-    frame = kept.to_pandas()
+    frame = reductions.to_pandas()
     assert len(frame) == 12 and frame.attrs["units"]["m_x_min"] == "M L^2 T^-1"
-    assert frame["apex_z_where_max"].tolist() == kept["apex"]["where_max"][..., 2].ravel().tolist()
+    assert (
+        frame["apex_z_where_max"].tolist()
+        == reductions["apex"]["where_max"][..., 2].ravel().tolist()
+    )
     assert frame["tilt"].tolist() == np.tile(np.linspace(0.1, 1, 3), 4).tolist()
 
 
 @pytest.mark.parametrize("digits", [20, 30])
 def test_low_words_equal_those_of_single_tops(digits):
     many = kr.solve(MIXED, TIMES, digits=digits)
-    wanted = kr.solve(MIXED, TIMES, digits=digits, want=["q_low", "nutation"])
-    assert np.array_equal(wanted.q_low, many.q_low) and many.method == "auto"
+    quantities = kr.solve(MIXED, TIMES, digits=digits, want=["q_low", "nutation"])
+    assert np.array_equal(quantities.q_low, many.q_low) and many.method == "auto"
     for i, scene in enumerate(SCENES):
         alone = kr.solve(scene, TIMES, digits=digits)
         assert same_path(many[i], alone) and np.array_equal(many[i].q_low, alone.q_low)
@@ -163,13 +179,13 @@ def test_events_equal_those_of_single_tops():
     ends = kr.events.nutation(direction=-1, max_count=1, terminal=True)
     for events in (low, [low, high], [low, ends]):
         many = kr.solve(MIXED, [1.0, 5.0, 10.0], events=events)
-        met = many.events
-        assert met.count.sum() == len(met) and (np.diff(met.top) >= 0).all()
+        found = many.events
+        assert found.count.sum() == len(found) and (np.diff(found.top) >= 0).all()
         for i, scene in enumerate(SCENES):
             alone = kr.solve(scene, [1.0, 5.0, 10.0], events=events)
             assert same_path(many[i], alone, events=True), i
-            assert np.array_equal(met.t[met.top == i], alone.events.t)
-        assert many[2:4].events.count.tolist() == met.count[2:4].tolist()
+            assert np.array_equal(found.t[found.top == i], alone.events.t)
+        assert many[2:4].events.count.tolist() == found.count[2:4].tolist()
         assert many[[3, 1]].events.t.tolist() == [*many[3].events.t, *many[1].events.t]
     assert (many.state_counts < 3).any() and not many.failed.size
     assert len(kr.solve(MIXED, 1.0).events) == 0
@@ -184,8 +200,10 @@ def test_geometric_chooses_a_method_for_each_top():
     for i, scene in enumerate(tops):
         alone = kr.solve(scene, [0.5, 2.0], "geometric", error=1e-6)
         assert same_path(many[i], alone) and many[i].plan.choice == alone.plan.choice
-    unmet = kr.solve(tops, [0.5, 2.0], "geometric", error=2e-15, want=["nutation"])
-    assert len(unmet.failed) > 0 and "cannot be met" in unmet.message(int(unmet.failed[0]))
+    failed_paths = kr.solve(tops, [0.5, 2.0], "geometric", error=2e-15, want=["nutation"])
+    assert len(failed_paths.failed) > 0 and "cannot be met" in failed_paths.message(
+        int(failed_paths.failed[0])
+    )
     still = kr.solve(tops, [0.0, 0.0], "geometric", error=1e-6)
     assert np.array_equal(still.q[:, 1], tops.attitude) and not still.failed.size
 
@@ -199,9 +217,9 @@ def test_streams_equal_the_whole_result():
     own = np.arange(1.0, 13.0).reshape(4, 3, 1)
     ends = [t for piece in kr.stream(GRID, own, chunk=1) for t in piece.states[:, 0, 0]]
     assert ends == list(range(1, 13))
-    told = []
-    list(kr.stream(random_ensemble(9), 1.0, chunk=4, progress=told.append))
-    assert told[-1] == 1.0 and len(told) == 5
+    reports = []
+    list(kr.stream(random_ensemble(9), 1.0, chunk=4, progress=reports.append))
+    assert reports[-1] == 1.0 and len(reports) == 5
 
 
 def test_plans_count_tops_by_solver_and_bytes():
@@ -245,12 +263,14 @@ def test_members_with_a_single_time_equal_single_tops():
 
 
 def test_reductions_are_a_mapping_that_shows_its_names():
-    reduced = kr.reduce(MANY, 1.0, {"nutation": ("min", "max"), "apex": "mean"})
-    assert list(reduced.keys()) == ["nutation", "apex"]
-    shapes = {name: {kind: x.shape for kind, x in kinds.items()} for name, kinds in reduced.items()}
+    reductions = kr.reduce(MANY, 1.0, {"nutation": ("min", "max"), "apex": "mean"})
+    assert list(reductions.keys()) == ["nutation", "apex"]
+    shapes = {
+        name: {kind: x.shape for kind, x in kinds.items()} for name, kinds in reductions.items()
+    }
     assert shapes == {"nutation": {"min": (2, 3), "max": (2, 3)}, "apex": {"mean": (2, 3, 3)}}
-    np.testing.assert_allclose(reduced["nutation"]["min"], [[0.2] * 3, [0.4] * 3], rtol=1e-14)
-    assert "shape (2, 3), nutation: min max, apex: mean" in repr(reduced)
+    np.testing.assert_allclose(reductions["nutation"]["min"], [[0.2] * 3, [0.4] * 3], rtol=1e-14)
+    assert "shape (2, 3), nutation: min max, apex: mean" in repr(reductions)
 
 
 def test_an_empty_ensemble_has_no_events():

@@ -67,8 +67,10 @@ def test_varied_spin_and_tilt_equal_scene_spinning():
         one = kr.Scene.spinning(BODY, 30 + spin, tilt, steady=True)
         assert steady[i, j]._block == one._block
     assert degrees[1] == kr.Scene.spinning(BODY, 20, 20, 3, degrees=True)
-    kept = TOP.vary(spin=TILT)
-    assert all(kr.solve(top, [0.0]).nutation[0] == pytest.approx(0.3, abs=1e-15) for top in kept)
+    tilt_tops = TOP.vary(spin=TILT)
+    assert all(
+        kr.solve(top, [0.0]).nutation[0] == pytest.approx(0.3, abs=1e-15) for top in tilt_tops
+    )
 
 
 @pytest.mark.parametrize(
@@ -81,10 +83,10 @@ def test_varied_spin_and_tilt_equal_scene_spinning():
     ids=str,
 )
 def test_unvaried_parameters_equal_those_of_the_scene(words):
-    varied = MOVING.vary(**words)[()]
-    np.testing.assert_allclose(varied.momentum, MOVING.momentum, rtol=0, atol=1e-14)
-    assert kr.attitude_error(varied.attitude, MOVING.attitude) < 1e-15
-    assert (varied.gravity, varied.body, varied.damping) == (2.0, BODY, (0.0, 0.0, 0.0))
+    top = MOVING.vary(**words)[()]
+    np.testing.assert_allclose(top.momentum, MOVING.momentum, rtol=0, atol=1e-14)
+    assert kr.attitude_error(top.attitude, MOVING.attitude) < 1e-15
+    assert (top.gravity, top.body, top.damping) == (2.0, BODY, (0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("scene", [GENERAL, FREE, LAGRANGE], ids=["general", "free", "lagrange"])
@@ -104,8 +106,8 @@ def test_bodies_vary_and_the_start_stays():
     assert tops[2, 1] == TOP.replace(body=kr.Body(0.5, BODY.inertia, BODY.com), gravity=3.0)
     cones = kr.Bodies.cone([1, 2], 2, (0, 0, 0), mass=1)
     assert TOP.vary(body=cones)[1] == TOP.replace(body=cones[1])
-    spun = TOP.vary(body=cones, spin=3.0, tilt=0.5)
-    assert spun[1]._block == kr.Scene.spinning(cones[1], 3.0, 0.5)._block
+    spinning_tops = TOP.vary(body=cones, spin=3.0, tilt=0.5)
+    assert spinning_tops[1]._block == kr.Scene.spinning(cones[1], 3.0, 0.5)._block
     damped = LAGRANGE.replace(damping=0.1).vary(spin=[1, 2])
     assert damped[0].damping == (0.1, 0.1, 0.1)
 
@@ -130,8 +132,8 @@ def test_parameters_are_scattered_independently_and_normally():
     n = 100_000
     all_three = TOP.scatter(n, seed=1, momentum=(0.1, 0.2, 0.0), attitude=0.05, gravity=0.3)
     assert np.array_equal(all_three.gravity, TOP.scatter(n, seed=1, gravity=0.3).gravity)
-    off = (all_three.momentum - TOP.momentum)[:, :2] / (0.1, 0.2)
-    normal = np.column_stack([off, (all_three.gravity - 1) / 0.3])
+    offsets = (all_three.momentum - TOP.momentum)[:, :2] / (0.1, 0.2)
+    normal = np.column_stack([offsets, (all_three.gravity - 1) / 0.3])
     assert np.all(all_three.momentum[:, 2] == TOP.momentum[2])
     # five times the standard error of the mean of n normal numbers
     np.testing.assert_allclose(normal.mean(axis=0), 0, atol=5 / n**0.5)
@@ -184,10 +186,10 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("said", REFUSED)
-def test_the_first_invalid_top_is_named(said):
-    with pytest.raises(ValueError, match=said):
-        kr.Ensemble(CORNER, **({"momentum": EACH} | REFUSED[said]))
+@pytest.mark.parametrize("message", REFUSED)
+def test_the_first_invalid_top_is_named(message):
+    with pytest.raises(ValueError, match=message):
+        kr.Ensemble(CORNER, **({"momentum": EACH} | REFUSED[message]))
 
 
 OTHERS = {
@@ -215,11 +217,11 @@ OTHERS = {
 }
 
 
-@pytest.mark.parametrize("said", OTHERS)
-def test_invalid_arguments_are_refused_as_for_one_scene(said):
-    with pytest.raises(ValueError) as refused:
-        OTHERS[said]()
-    assert said in str(refused.value)
+@pytest.mark.parametrize("message", OTHERS)
+def test_invalid_arguments_are_refused_as_for_one_scene(message):
+    with pytest.raises(ValueError) as error:
+        OTHERS[message]()
+    assert message in str(error.value)
 
 
 def test_other_types_are_refused():
@@ -239,9 +241,9 @@ def test_other_types_are_refused():
 def test_a_rotation_by_zero_changes_nothing():
     q = tuple(np.array([x, x]) for x in (0.8, 0.0, 0.6, 0.0))
     with np.errstate(all="ignore"):
-        turned = variation._compose_with_rotation_vectors(
+        attitude = variation._compose_with_rotation_vectors(
             q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0))
         )
-    assert [float(x[0]) for x in turned] == [0.8, 0.0, 0.6, 0.0]
+    assert [float(x[0]) for x in attitude] == [0.8, 0.0, 0.6, 0.0]
     angle = 2.0 * math.atan2(0.6, 0.8) + 0.25
-    assert float(turned[2][1]) == pytest.approx(math.sin(0.5 * angle))
+    assert float(attitude[2][1]) == pytest.approx(math.sin(0.5 * angle))

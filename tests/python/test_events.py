@@ -43,8 +43,8 @@ def make_all_events(scene):
 
 def changes(values, times):
     """Return the start of each interval in which `values` changes sign, and the sign afterwards."""
-    at = np.flatnonzero(values[1:] * values[:-1] < 0)
-    return times[at], np.sign(values[at + 1])
+    indices = np.flatnonzero(values[1:] * values[:-1] < 0)
+    return times[indices], np.sign(values[indices + 1])
 
 
 @pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
@@ -53,33 +53,33 @@ def test_no_event_is_missed_or_found_twice(seed, damping):
     """Compare events with the sign changes on a very dense time grid."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
-    wanted = make_all_events(scene)
-    path = kr.solve(scene, end, events=wanted)
+    specifications = make_all_events(scene)
+    path = kr.solve(scene, end, events=specifications)
     times = np.linspace(0, end, 1000 * path.stats.steps)
     dense = kr.solve(scene, times, "taylor")
     found = path.events
     assert len(found) > 15
-    for i, event in enumerate(wanted):
+    for i, event in enumerate(specifications):
         values = event.value(dense)
         if event.extremum:
-            before, into = changes(np.diff(values), times[1:])
+            change_times, directions = changes(np.diff(values), times[1:])
         else:
-            before, into = changes(values, times)
-            into = into * np.sign(end)
+            change_times, directions = changes(values, times)
+            directions = directions * np.sign(end)
         mine = found.t[found.which == i]
-        assert len(mine) == len(before), i
-        assert np.abs(mine - before).max(initial=0) <= 2.1 * abs(times[1]), i
-        assert np.array_equal(found.direction[found.which == i], into), i
+        assert len(mine) == len(change_times), i
+        assert np.abs(mine - change_times).max(initial=0) <= 2.1 * abs(times[1]), i
+        assert np.array_equal(found.direction[found.which == i], directions), i
 
 
 def test_events_do_not_change_the_path():
     times = np.linspace(0, 30, 301)
-    for how in ({}, {"tol": 1e-5}, {"digits": 20}, {"digits": 30}):
-        plain = kr.solve(GENERAL, times, "taylor", **how)
-        watched = kr.solve(GENERAL, times, events=make_all_events(GENERAL), **how)
+    for options in ({}, {"tol": 1e-5}, {"digits": 20}, {"digits": 30}):
+        plain = kr.solve(GENERAL, times, "taylor", **options)
+        watched = kr.solve(GENERAL, times, events=make_all_events(GENERAL), **options)
         assert np.array_equal(plain.states, watched.states) and plain.stats == watched.stats
         assert np.array_equal(plain.q_low, watched.q_low)
-        at_events = kr.solve(GENERAL, watched.events.t, "taylor", **how)
+        at_events = kr.solve(GENERAL, watched.events.t, "taylor", **options)
         assert np.array_equal(at_events.states, watched.events.states)
         assert np.array_equal(at_events.q_low, watched.events.path.q_low)
 
@@ -118,8 +118,8 @@ def test_loops_cusps_and_waves(precession, loops, cusps):
 
 
 def test_plane_events_form_a_section():
-    for of, values in (("apex", "apex"), ("m", "m")):
-        path = kr.solve(GENERAL, 100, events=[events.plane((1, 2, 0), 0.1, of, direction=1)])
+    for vector, values in (("apex", "apex"), ("m", "m")):
+        path = kr.solve(GENERAL, 100, events=[events.plane((1, 2, 0), 0.1, vector, direction=1)])
         section = getattr(path.events.path, values)
         assert len(section) > 3 and np.abs(section @ (1, 2, 0) - 0.1).max() < 1e-13
 
@@ -128,12 +128,12 @@ def test_separatrix_events_occur_when_the_top_flips_over():
     body = kr.Body.cuboid(half=(0.3, 0.6, 1.0), pivot=(0, 0, 0))
     tumbling = kr.Scene(body, body_velocity=(1e-6, 1.0, 1e-6))
     path = kr.solve(tumbling, 300, events=[events.separatrix(tumbling)])
-    near = path.events.path
+    event_path = path.events.path
     middle = int(np.argsort(body.moments)[1])
-    share = np.abs((near.velocity * near.frame[:, middle]).sum(axis=1)) / np.linalg.norm(
-        near.velocity, axis=1
-    )
-    assert len(near) > 3 and share.min() > 1 - 1e-9
+    share = np.abs(
+        (event_path.velocity * event_path.frame[:, middle]).sum(axis=1)
+    ) / np.linalg.norm(event_path.velocity, axis=1)
+    assert len(event_path) > 3 and share.min() > 1 - 1e-9
     up = events.separatrix(GENERAL)
     highest = kr.solve(GENERAL, 30, events=[up]).events
     dense = kr.solve(GENERAL, np.linspace(0, 30, 30001), "taylor").apex[:, 2]
@@ -148,16 +148,18 @@ def test_a_terminal_event_ends_the_path():
     times = np.linspace(0, 50, 501)
     whole = kr.solve(GENERAL, times, events=[events.nutation(), events.loop()])
     third = np.flatnonzero(whole.events.which == 0)[2]
-    cut = kr.solve(
+    short_path = kr.solve(
         GENERAL, times, events=[events.nutation(max_count=3, terminal=True), events.loop()]
     )
-    assert np.array_equal(cut.events.states, whole.events.states[: third + 1])
-    end = cut.events.t[-1]
-    assert cut.t[-1] == end and np.array_equal(cut.states[-1], cut.events.states[-1])
-    assert np.array_equal(cut.states[:-1], whole.states[times < end])
-    on = kr.solve(cut.end, 50 - end, events=[events.nutation()]).events
+    assert np.array_equal(short_path.events.states, whole.events.states[: third + 1])
+    end = short_path.events.t[-1]
+    assert short_path.t[-1] == end and np.array_equal(
+        short_path.states[-1], short_path.events.states[-1]
+    )
+    assert np.array_equal(short_path.states[:-1], whole.states[times < end])
+    later_events = kr.solve(short_path.end, 50 - end, events=[events.nutation()]).events
     rest = whole.events.t[(whole.events.which == 0) & (whole.events.t > end)]
-    assert len(on) == len(rest) and np.abs(on.t + end - rest).max() < 1e-11
+    assert len(later_events) == len(rest) and np.abs(later_events.t + end - rest).max() < 1e-11
 
 
 def test_max_count_limits_the_events():
@@ -176,18 +178,18 @@ def test_where_selects_events():
     both = kr.solve(
         GENERAL, 60, events=[events.plane((1, 0, 0)), events.plane((1, 0, 0), where=high)]
     ).events
-    wanted = both.path.apex[:, 2] > -0.4
-    assert 0 < (both.which == 1).sum() == wanted[both.which == 0].sum() < (both.which == 0).sum()
+    selection = both.path.apex[:, 2] > -0.4
+    assert 0 < (both.which == 1).sum() == selection[both.which == 0].sum() < (both.which == 0).sum()
 
 
 def test_a_constant_of_motion_has_no_events():
     vertical = {f"body_vertical_{i}*body_momentum_{i}": 1 for i in "xyz"}
-    wanted = [
+    specifications = [
         events.crossing({"m_z": 1}, 1.46),
         events.extremum({"m_z": 1}),
         events.extremum(vertical),
     ]
-    assert len(kr.solve(GENERAL, 100, events=wanted).events) == 0
+    assert len(kr.solve(GENERAL, 100, events=specifications).events) == 0
     assert len(kr.solve(GENERAL, 10, events=[]).events) == len(kr.solve(GENERAL, 10).events) == 0
 
 
@@ -311,37 +313,37 @@ try:
 except kr.Interrupted as stopped:
     print(len(stopped.path.events), stopped.path.t[-1])
 """
-    done = python(code)
-    assert done.returncode == 0, done.stderr
-    found, reached = map(float, done.stdout.split())
-    assert found == 10 and 0 < reached < 1e7
+    result = python(code)
+    assert result.returncode == 0, result.stderr
+    count, end = map(float, result.stdout.split())
+    assert count == 10 and 0 < end < 1e7
 
 
 def test_events_do_not_depend_on_threads():
     scenes = [GENERAL.replace(momentum=(0.1 * i, 1, 2)) for i in range(4)]
     alone = [kr.solve(scene, 100, events=make_all_events(scene)).events.states for scene in scenes]
-    among = {}
+    parallel = {}
 
     def run(i):
-        among[i] = kr.solve(scenes[i], 100, events=make_all_events(scenes[i])).events.states
+        parallel[i] = kr.solve(scenes[i], 100, events=make_all_events(scenes[i])).events.states
 
     threads = [threading.Thread(target=run, args=(i,)) for i in range(4)]
     for go in (threading.Thread.start, threading.Thread.join):
         list(map(go, threads))
-    assert all(np.array_equal(among[i], alone[i]) for i in range(4))
+    assert all(np.array_equal(parallel[i], alone[i]) for i in range(4))
 
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
 def test_events_do_not_depend_on_wanted_quantities(want):
-    looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
+    specifications = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
-    whole = kr.solve(GENERAL, times, events=looked_for)
-    some = kr.solve(GENERAL, times, events=looked_for, want=want)
-    assert len(whole.events) > 4 and some.want == want
-    assert np.array_equal(some.events.states, whole.events.states)
-    assert np.array_equal(some.events.which, whole.events.which)
+    whole = kr.solve(GENERAL, times, events=specifications)
+    path = kr.solve(GENERAL, times, events=specifications, want=want)
+    assert len(whole.events) > 4 and path.want == want
+    assert np.array_equal(path.events.states, whole.events.states)
+    assert np.array_equal(path.events.which, whole.events.which)
     for name in ("t", *want):
-        assert np.array_equal(getattr(some, name), getattr(whole, name))
+        assert np.array_equal(getattr(path, name), getattr(whole, name))
     first = kr.solve(GENERAL, 20.0, events=[events.nutation(terminal=True)], want=want)
     assert first.t[-1] == first.events.t[0]
 
@@ -358,13 +360,13 @@ def test_components_are_events_by_name(name):
     values = kr.solve(GENERAL, [0.0, 0.9], want=(quantity.name,))
     column = quantity.components.index(name)
     level = getattr(values, quantity.name).reshape(2, -1)[:, column].mean()
-    met = kr.solve(GENERAL, 0.9, events=events.crossing(name, level)).events
+    found = kr.solve(GENERAL, 0.9, events=events.crossing(name, level)).events
     if name == "m_z":  # a constant has no events
-        assert len(met) == 0
+        assert len(found) == 0
         return
-    assert len(met) >= 1 and met.which.tolist() == [0] * len(met)
-    there = getattr(met.path, quantity.name).reshape(len(met), -1)[:, column]
-    np.testing.assert_allclose(there, level, rtol=0, atol=1e-13)
+    assert len(found) >= 1 and found.which.tolist() == [0] * len(found)
+    level_values = getattr(found.path, quantity.name).reshape(len(found), -1)[:, column]
+    np.testing.assert_allclose(level_values, level, rtol=0, atol=1e-13)
 
 
 def test_a_single_event_counts_as_a_list():
@@ -383,10 +385,12 @@ def test_thin_bodies_have_all_energy_crossings(least):
     body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
-    looked = events.kinetic(0.1), events.extremum(twice)
-    path = kr.solve(scene, 40, "taylor", events=looked)
+    specifications = events.kinetic(0.1), events.extremum(twice)
+    path = kr.solve(scene, 40, "taylor", events=specifications)
     kinetic = kr.solve(scene, np.linspace(0, 40, 4001)).kinetic
-    passed, turned = (
+    crossings, extrema = (
         int(np.count_nonzero(np.diff(np.sign(g)))) for g in (kinetic - 0.1, np.diff(kinetic))
     )
-    assert list(np.bincount(path.events.which, minlength=2)) == [passed, turned] and turned > 20
+    assert (
+        list(np.bincount(path.events.which, minlength=2)) == [crossings, extrema] and extrema > 20
+    )

@@ -29,13 +29,13 @@ WAYS = {
 def same(parts, whole):
     """Assert that consecutive paths contain the same states and events as a single path."""
     for name in ("states", "which", "direction"):
-        got = np.concatenate([getattr(part.events, name) for part in parts])
-        assert np.array_equal(got, getattr(whole.events, name)), name
+        values = np.concatenate([getattr(part.events, name) for part in parts])
+        assert np.array_equal(values, getattr(whole.events, name)), name
     low = [part.events.path.q_low for part in parts]
     assert np.array_equal(np.concatenate(low), whole.events.path.q_low)
     for name in ("t", *(whole.want or ("states",))):
-        got = np.concatenate([getattr(part, name) for part in parts])
-        assert np.array_equal(got, getattr(whole, name)), name
+        values = np.concatenate([getattr(part, name) for part in parts])
+        assert np.array_equal(values, getattr(whole, name)), name
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
@@ -55,9 +55,11 @@ def test_a_stream_finds_the_events_of_solve(words, chunk, sign):
 @pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
 def test_a_saved_run_finds_the_events_of_solve(words, sign):
     """Save and resume a run at each event, and shortly before and after it."""
-    met = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
-    near = np.concatenate([met, np.nextafter(met, 0.0), np.nextafter(met, sign * 99.0)])
-    times = sign * np.unique(np.abs(np.concatenate([near, sign * np.linspace(0, 30, 17)])))
+    event_times = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
+    neighbours = np.concatenate(
+        [event_times, np.nextafter(event_times, 0.0), np.nextafter(event_times, sign * 99.0)]
+    )
+    times = sign * np.unique(np.abs(np.concatenate([neighbours, sign * np.linspace(0, 30, 17)])))
     whole = kr.solve(GENERAL, times, events=LOOKED_FOR, **words)
     run, parts = kr.start(GENERAL, events=LOOKED_FOR, back=sign < 0, **words), []
     for t in times:
@@ -70,10 +72,10 @@ def test_a_saved_run_finds_the_events_of_solve(words, sign):
 def test_events_are_found_across_chunks():
     times = np.linspace(0, 30, 40_000)
     whole = kr.solve(GENERAL, times, events=LOOKED_FOR)
-    kept = kr.solve(GENERAL, times, events=LOOKED_FOR, want=("energy",))
-    assert np.array_equal(kept.events.states, whole.events.states)
-    assert np.array_equal(kept.events.which, whole.events.which)
-    assert np.array_equal(kept.energy, whole.energy)
+    energies = kr.solve(GENERAL, times, events=LOOKED_FOR, want=("energy",))
+    assert np.array_equal(energies.events.states, whole.events.states)
+    assert np.array_equal(energies.events.which, whole.events.which)
+    assert np.array_equal(energies.energy, whole.energy)
 
 
 # Terminal events
@@ -104,20 +106,20 @@ def test_a_terminal_event_ends_a_run():
     assert np.array_equal(
         np.concatenate([first.events.states, last.events.states]), whole.events.states
     )
-    for ended in (run, kr.resume(run.checkpoint)):
-        assert ended.ended and list(ended.stream([60.0, 70.0])) == []
+    for other_run in (run, kr.resume(run.checkpoint)):
+        assert other_run.ended and list(other_run.stream([60.0, 70.0])) == []
         with pytest.raises(ValueError, match=r"this run has ended at t = .* a terminal event"):
-            ended.to(60)
-    on = kr.start(last.end, events=LAST).to(50)
-    assert len(on.events) > 2
+            other_run.to(60)
+    next_path = kr.start(last.end, events=LAST).to(50)
+    assert len(next_path.events) > 2
 
 
 def test_a_terminal_event_ends_wanted_quantities():
     times = np.linspace(0, 50, 60_000)
     whole = kr.solve(GENERAL, times, events=LAST)
-    kept = kr.solve(GENERAL, times, events=LAST, want=("apex",))
-    assert np.array_equal(kept.t, whole.t) and np.array_equal(kept.apex, whole.apex)
-    assert kept.t[-1] == kept.events.t[-1]
+    apex_path = kr.solve(GENERAL, times, events=LAST, want=("apex",))
+    assert np.array_equal(apex_path.t, whole.t) and np.array_equal(apex_path.apex, whole.apex)
+    assert apex_path.t[-1] == apex_path.events.t[-1]
 
 
 # Interrupted runs, and invalid checkpoints
@@ -125,14 +127,14 @@ def test_a_terminal_event_ends_wanted_quantities():
 
 def test_a_stopped_run_loses_no_event():
     whole = kr.solve(GENERAL, 3e3, events=[events.nutation()])
-    run, told = kr.start(GENERAL, events=[events.nutation()], max_steps=1000), []
-    with pytest.raises(kr.Error, match="largest number of steps") as stopped:
-        run.to(3e3, progress=told.append)
+    run, reports = kr.start(GENERAL, events=[events.nutation()], max_steps=1000), []
+    with pytest.raises(kr.Error, match="largest number of steps") as error:
+        run.to(3e3, progress=reports.append)
     assert 0 < run.t < 3e3
-    on = kr.resume(run.checkpoint, max_steps=0)
-    parts = [stopped.value.path, on.to(3e3)]
-    met = np.concatenate([part.events.states for part in parts])
-    assert np.array_equal(met, whole.events.states)
+    next_run = kr.resume(run.checkpoint, max_steps=0)
+    parts = [error.value.path, next_run.to(3e3)]
+    states = np.concatenate([part.events.states for part in parts])
+    assert np.array_equal(states, whole.events.states)
 
 
 def test_ctrl_c_works_with_dense_times():
@@ -145,9 +147,9 @@ try:
 except kr.Interrupted as stopped:
     print(len(stopped.path))
 """
-    done = python(code)
-    assert done.returncode == 0, done.stderr
-    assert 1000 < int(done.stdout) < 5_000_000
+    result = python(code)
+    assert result.returncode == 0, result.stderr
+    assert 1000 < int(result.stdout) < 5_000_000
 
 
 @pytest.mark.parametrize("verb", [kr.solve, kr.stream])

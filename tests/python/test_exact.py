@@ -40,9 +40,9 @@ def test_closed_forms_agree_with_integration(name):
     assert path.method == "exact" and path.step is None and list(path.t) == [2.0, -3.0, 0.0]
     assert kr.attitude_error(path.q[2], scene.attitude) < 1e-15
     for i, t in enumerate((2.0, -3.0)):
-        stepped = kr.solve(scene, t, method="extrap", tol=1e-13)
-        assert kr.attitude_error(path.q[i], stepped.q[-1]) < 1e-10
-        assert np.abs(path.m[i] - stepped.m[-1]).max() < 1e-9
+        truth = kr.solve(scene, t, method="extrap", tol=1e-13)
+        assert kr.attitude_error(path.q[i], truth.q[-1]) < 1e-10
+        assert np.abs(path.m[i] - truth.m[-1]).max() < 1e-9
     assert np.abs(path.energy - path.energy[2]).max() < 1e-13 * np.abs(path.energy).max()
 
 
@@ -112,8 +112,10 @@ def test_rates_of_the_map_converge_to_those_of_the_top():
         *(kr.exact(TILTED, map="bobenko_suris", step=h) for h in (0.04, 0.01)),
     )
     for name in ("period", "precession", "spin"):
-        far, near = (abs(getattr(map, name) - getattr(top, name)) for map in (coarse, fine))
-        assert 0 < near < far / 4 < 2e-3
+        coarse_error, fine_error = (
+            abs(getattr(map, name) - getattr(top, name)) for map in (coarse, fine)
+        )
+        assert 0 < fine_error < coarse_error / 4 < 2e-3
 
 
 def test_a_sleeping_top_has_no_period():
@@ -127,12 +129,12 @@ def test_a_sleeping_top_has_no_period():
 def test_the_closed_form_of_the_map_gives_its_steps(name, step):
     scene = SCENES[name]
     closed = kr.exact(scene, map="bobenko_suris", step=step)
-    stepped = kr.solve(scene, 50 * step, method="bobenko_suris", step=abs(step), every=1)
+    steps = kr.solve(scene, 50 * step, method="bobenko_suris", step=abs(step), every=1)
     path = closed(np.arange(51))
     assert (path.method, path.step) == ("bobenko_suris", step)
-    assert np.abs(path.t - stepped.t).max() < 1e-13
-    assert kr.attitude_error(path.q, stepped.q).max() < 1e-11
-    assert np.abs(path.m - stepped.m).max() < 1e-10
+    assert np.abs(path.t - steps.t).max() < 1e-13
+    assert kr.attitude_error(path.q, steps.q).max() < 1e-11
+    assert np.abs(path.m - steps.m).max() < 1e-10
     assert np.array_equal(closed(7).states[0], path.states[7])
 
 
@@ -233,33 +235,37 @@ def test_the_body_momentum_of_a_free_body_returns_after_two_periods():
 
 
 def test_step_numbers_of_a_map_are_limited():
-    mapped = kr.exact(THESIS, map="bobenko_suris", step=0.1)
-    assert len(mapped([0, 2**53 - 1])) == 2 and len(mapped([])) == 0 and len(mapped(-3)) == 1
+    closed_form = kr.exact(THESIS, map="bobenko_suris", step=0.1)
+    assert (
+        len(closed_form([0, 2**53 - 1])) == 2
+        and len(closed_form([])) == 0
+        and len(closed_form(-3)) == 1
+    )
     for wrong in (2**53, -(2**53), 0.5, [1, 2.5]):
         with pytest.raises(ValueError, match=r"k must be whole and below 2\*\*53"):
-            mapped(wrong)
+            closed_form(wrong)
 
 
 def test_closed_forms_of_an_ensemble_equal_single_ones():
-    told = kr.exact(MANY)
-    assert len(told) == 2 and len(told.scenes) == 6 and told([]).shape == (2, 3, 0, 8)
+    ensemble = kr.exact(MANY)
+    assert len(ensemble) == 2 and len(ensemble.scenes) == 6 and ensemble([]).shape == (2, 3, 0, 8)
     own = np.arange(12.0).reshape(2, 3, 2) - 5.0
-    states, at_once = told(own), told([0.5, -0.5, 0.0])
+    states, at_once = ensemble(own), ensemble([0.5, -0.5, 0.0])
     for i in np.ndindex(2, 3):
         one = kr.exact(MANY[i])
         assert np.array_equal(states[i], one(own[i]).states)
         assert np.array_equal(at_once[i], one([0.5, -0.5, 0.0]).states)
-        assert np.array_equal(told(-1.5)[i], one(-1.5).states[0])
-        assert told.t_least[i] == one.t_least and told.motion_type[i] == one.motion_type
-    assert not told.motion_type.flags.writeable and not told.period.flags.writeable
-    assert repr(told) == "<kreisel.ExactEnsemble: scenes of shape (2, 3)>"
+        assert np.array_equal(ensemble(-1.5)[i], one(-1.5).states[0])
+        assert ensemble.t_least[i] == one.t_least and ensemble.motion_type[i] == one.motion_type
+    assert not ensemble.motion_type.flags.writeable and not ensemble.period.flags.writeable
+    assert repr(ensemble) == "<kreisel.ExactEnsemble: scenes of shape (2, 3)>"
     assert repr(kr.exact([THESIS, FREE])) == "<kreisel.ExactEnsemble: 2 scenes>"
     with pytest.raises(ValueError, match=r"^top\[0, 0\]: by t = 1e\+17 this top turns"):
-        told([1.0, -1e17])
+        ensemble([1.0, -1e17])
     late = own.copy()
     late[1, 1, 0] = 1e17
     with pytest.raises(ValueError, match=r"^top\[1, 1\]: by t = 1e\+17"):
-        told(late)
+        ensemble(late)
 
 
 def test_scenes_without_closed_form_are_counted():

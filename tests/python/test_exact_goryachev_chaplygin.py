@@ -18,8 +18,8 @@ def test_the_vertical_momentum_is_zero_at_any_time():
 def test_motions_are_refused_with_their_reason():
     still, level = (0.0, 0.0, 0.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
     rest = kr.Scene(BODY, momentum=still, attitude=level)
-    lifted = SCENE.replace(momentum=(0.9, 2.1, 1e-3))
-    for scene, reason in ((rest, "in equilibrium"), (lifted, "vertical component")):
+    bad_scene = SCENE.replace(momentum=(0.9, 2.1, 1e-3))
+    for scene, reason in ((rest, "in equilibrium"), (bad_scene, "vertical component")):
         with pytest.raises(ValueError, match=f"Goryachev-Chaplygin top has no.*{reason}"):
             kr.exact(scene)
         with pytest.raises(ValueError, match=f"does not apply: this motion.*{reason}"):
@@ -27,8 +27,8 @@ def test_motions_are_refused_with_their_reason():
 
 
 def test_a_member_with_vertical_momentum_fails_alone():
-    lifted = SCENE.replace(momentum=(0.9, 2.1, 1e-3))
-    ensemble = kr.Ensemble.of([SCENE, lifted])
+    bad_scene = SCENE.replace(momentum=(0.9, 2.1, 1e-3))
+    ensemble = kr.Ensemble.of([SCENE, bad_scene])
     paths = kr.solve(ensemble, 1.0, method="exact")
     assert paths.failed.tolist() == [1]
     assert np.array_equal(paths[0].q, kr.solve(SCENE, 1.0, method="exact").q)
@@ -53,6 +53,6 @@ def test_newtons_method_converges_near_a_separatrix():
     top, t = kr.exact(scene), 7727.366551913936
     before = top(t - 1.0)
     start = scene.replace(momentum=before.m[0], attitude=before.q[0])
-    after = kr.solve(start, 1.0, method="taylor")
-    assert np.abs(top(t).m[0] - after.m[-1]).max() < 1e-11
-    assert kr.attitude_error(top(t).q[0], after.q[-1]) < 1e-11
+    truth = kr.solve(start, 1.0, method="taylor")
+    assert np.abs(top(t).m[0] - truth.m[-1]).max() < 1e-11
+    assert kr.attitude_error(top(t).q[0], truth.q[-1]) < 1e-11

@@ -100,12 +100,12 @@ def test_a_refused_member_fails_alone(scenes):
 
 
 def test_reductions_and_quantities_equal_those_of_the_states():
-    paths, wanted = (kr.solve(TOPS, TIMES, "exact", want=w) for w in (None, ["energy", "apex"]))
-    assert np.array_equal(wanted.energy, paths.energy)
-    assert np.array_equal(wanted.apex, paths.apex)
-    kept = kr.reduce(TOPS, TIMES, {"nutation": ("min", "last")}, "exact")["nutation"]
-    assert np.array_equal(kept["min"], paths.nutation.min(axis=-1))
-    assert np.array_equal(kept["last"], paths.nutation[..., -1])
+    paths, quantities = (kr.solve(TOPS, TIMES, "exact", want=w) for w in (None, ["energy", "apex"]))
+    assert np.array_equal(quantities.energy, paths.energy)
+    assert np.array_equal(quantities.apex, paths.apex)
+    reductions = kr.reduce(TOPS, TIMES, {"nutation": ("min", "last")}, "exact")["nutation"]
+    assert np.array_equal(reductions["min"], paths.nutation.min(axis=-1))
+    assert np.array_equal(reductions["last"], paths.nutation[..., -1])
     parts = list(kr.stream(TOPS, TIMES, "exact", chunk=300))
     assert np.array_equal(np.concatenate([part.q for part in parts]), paths.q.reshape(4, -1, 4))
 
@@ -138,9 +138,9 @@ def test_plans_count_closed_forms():
 
 
 def test_a_sweep_records_the_closed_form(tmp_path):
-    moved = [(0.9, 2.1, 0.0), (0.9, 2.1, 0.1), (0.3, -1.4, 0.0)]
-    tops = CHAPLYGIN.vary(momentum=moved)
-    done = kr.sweep(tops, 30.0, "exact", folder=tmp_path, reduce={"nutation": "last"})
+    momenta = [(0.9, 2.1, 0.0), (0.9, 2.1, 0.1), (0.3, -1.4, 0.0)]
+    tops = CHAPLYGIN.vary(momentum=momenta)
+    sweep = kr.sweep(tops, 30.0, "exact", folder=tmp_path, reduce={"nutation": "last"})
     paths = kr.solve(tops, 30.0, "exact")
-    assert done["status"].tolist() == paths.status.tolist() == [0, 6, 0]
-    assert np.array_equal(done["nutation_last"], paths.nutation[:, -1], equal_nan=True)
+    assert sweep["status"].tolist() == paths.status.tolist() == [0, 6, 0]
+    assert np.array_equal(sweep["nutation_last"], paths.nutation[:, -1], equal_nan=True)

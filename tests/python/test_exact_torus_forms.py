@@ -48,10 +48,10 @@ def form(request):
 
 
 def largest_distance(one, other):
-    near = np.minimum(
+    distances = np.minimum(
         np.linalg.norm(one.q - other.q, axis=1), np.linalg.norm(one.q + other.q, axis=1)
     )
-    return float((near + np.linalg.norm(one.m - other.m, axis=1)).max())
+    return float((distances + np.linalg.norm(one.m - other.m, axis=1)).max())
 
 
 def test_states_agree_with_30_digits(form):
@@ -77,11 +77,11 @@ def test_states_are_right_for_any_axis_order_and_sign_of_gravity(form, axes, gra
 
 def test_many_times_equal_single_times_bitwise(form):
     top, t = kr.exact(form.scene), np.linspace(-1e5, 1e6, 13)
-    together = top(t)
-    for i, at in enumerate(t):
-        alone = top(at)
-        assert np.array_equal(alone.q[0], together.q[i])
-        assert np.array_equal(alone.m[0], together.m[i])
+    path = top(t)
+    for i, time in enumerate(t):
+        alone = top(time)
+        assert np.array_equal(alone.q[0], path.q[i])
+        assert np.array_equal(alone.m[0], path.m[i])
 
 
 def test_integrals_are_constant_at_any_time(form):
@@ -110,14 +110,17 @@ def test_motions_without_closed_form_are_refused_by_name(form):
 def test_the_error_of_a_path_includes_the_mismatch(form):
     t = [10.0, 3000.0]
     bodies = form.body(), form.body((form.ratio * 0.1, form.ratio * 0.1, 0.1 * (1.0 + 6e-15)))
-    exact, missed = (form.scene.replace(body=body, gravity=0.1) for body in bodies)
-    assert kr.exact(exact).mismatch == 0.0 and kr.solve(exact, t, method="exact").error < 5e-14
-    mismatch, path = kr.exact(missed).mismatch, kr.solve(missed, t, method="exact")
+    exact_scene, near_scene = (form.scene.replace(body=body, gravity=0.1) for body in bodies)
+    assert (
+        kr.exact(exact_scene).mismatch == 0.0
+        and kr.solve(exact_scene, t, method="exact").error < 5e-14
+    )
+    mismatch, path = kr.exact(near_scene).mismatch, kr.solve(near_scene, t, method="exact")
     assert 5e-15 < mismatch < 7e-15
-    true = kr.solve(missed, t, digits=20)
+    true = kr.solve(near_scene, t, digits=20)
     assert path.error == pytest.approx(kr.attitude_error(path.q, true.q).max(), rel=1e-3)
-    turned = 3000.0 * np.linalg.norm(path.velocity[0])
-    assert 0.05 < path.error / (mismatch * turned) < 5.0
+    angle = 3000.0 * np.linalg.norm(path.velocity[0])
+    assert 0.05 < path.error / (mismatch * angle) < 5.0
 
 
 def test_the_closed_form_survives_pickling(form):

@@ -25,11 +25,11 @@ def size_of_columns(tangents):
     return np.linalg.norm(tangents, axis=1)
 
 
-def assert_near(tangents, truth, within):
+def assert_near(tangents, truth, tolerance):
     """Assert that two arrays of tangents agree, except for tangents that are NaN."""
-    known = ~np.isnan(tangents).any(axis=(0, 1))
-    miss = size_of_columns((tangents - truth)[:, :, known])
-    assert (miss <= within * size_of_columns(truth[:, :, known])).all()
+    is_number = ~np.isnan(tangents).any(axis=(0, 1))
+    miss = size_of_columns((tangents - truth)[:, :, is_number])
+    assert (miss <= tolerance * size_of_columns(truth[:, :, is_number])).all()
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -44,10 +44,10 @@ def test_tangents_agree_with_30_digits(scene):
 @pytest.mark.parametrize("scene", SCENES)
 def test_only_the_column_of_vertical_momentum_has_no_closed_form(scene):
     path = kr.exact(scene)([0.0, 3.0], tangents=BY)
-    lost = np.isnan(path.tangents).any(axis=(0, 1))
-    assert lost.tolist() == [i == 5 and scene is LEVEL for i in range(8)]
-    kept = ~lost[:6]
-    assert np.abs(path.tangents[0, :, :6] - np.eye(6))[:, kept].max() < 1e-11
+    is_missing = np.isnan(path.tangents).any(axis=(0, 1))
+    assert is_missing.tolist() == [i == 5 and scene is LEVEL for i in range(8)]
+    is_present = ~is_missing[:6]
+    assert np.abs(path.tangents[0, :, :6] - np.eye(6))[:, is_present].max() < 1e-11
     assert np.abs(path.tangents[0, :, 6:]).max() < 1e-11
 
 
@@ -83,8 +83,10 @@ def test_tangents_of_known_changes_are_right_at_late_times(scene):
         assert (miss < 1e-10 * sizes).all()
     faster = path.t[:, None] * flow
     faster[:, 3:] += path.m
-    told = start[:, :, 3:] @ np.array(scene.momentum)[: n - 3] + 2.0 * scene.gravity * gravity
-    assert (np.abs(told - faster).max(axis=1) < 1e-10 * (sizes + np.abs(path.t))).all()
+    change_rate = (
+        start[:, :, 3:] @ np.array(scene.momentum)[: n - 3] + 2.0 * scene.gravity * gravity
+    )
+    assert (np.abs(change_rate - faster).max(axis=1) < 1e-10 * (sizes + np.abs(path.t))).all()
 
 
 @pytest.mark.parametrize(("ratio", "momentum"), [(2.0, (0.3, 1.1, 0.8)), (4.0, (0.9, 2.1, 0.0))])
@@ -103,18 +105,18 @@ def test_tangents_do_not_depend_on_units(factor):
         momentum=factor * np.array(KOWALEWSKI.momentum),
         gravity=factor * KOWALEWSKI.gravity * factor,
     )
-    here = kr.exact(KOWALEWSKI)([7.0, 90.0], tangents=BY).tangents
-    there = kr.exact(other)(np.array((7.0, 90.0)) / factor, tangents=BY).tangents
+    tangents = kr.exact(KOWALEWSKI)([7.0, 90.0], tangents=BY).tangents
+    other_tangents = kr.exact(other)(np.array((7.0, 90.0)) / factor, tangents=BY).tangents
     units = np.repeat((1.0, factor), 3)[:, None]
     columns = np.array((1.0, 1.0, 1.0, factor, factor, factor, factor * factor, 1.0))
-    assert_near(there / units * columns, here, 1e-10)
+    assert_near(other_tangents / units * columns, tangents, 1e-10)
 
 
 def test_the_tangents_of_a_time_do_not_depend_on_the_other_times():
     top, t = kr.exact(KOWALEWSKI), [3.0, -1e4, 0.0, 250.0]
-    together = top(t, tangents="start").tangents
-    for i, at in enumerate(t):
-        assert np.array_equal(top(at, tangents="start").tangents[0], together[i])
+    tangents = top(t, tangents="start").tangents
+    for i, time in enumerate(t):
+        assert np.array_equal(top(time, tangents="start").tangents[0], tangents[i])
     assert top([], tangents="start").tangents.shape == (0, 6, 6)
 
 
@@ -133,16 +135,16 @@ def test_tangents_do_not_change_the_path():
 
 def test_tangents_near_a_separatrix_have_an_error_or_are_refused():
     level = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)  # the closed form refuses this start at rest
-    near, nearer = (
+    near_scene, nearer_scene = (
         KOWALEWSKI.replace(momentum=size * np.array(KOWALEWSKI.momentum), attitude=level)
         for size in (1e-3, 1e-6)
     )
-    path = kr.exact(near)(150.0, tangents="start")
-    truth = kr.solve(near, [150.0], digits=20, tangents="start")
+    path = kr.exact(near_scene)(150.0, tangents="start")
+    truth = kr.solve(near_scene, [150.0], digits=20, tangents="start")
     assert_near(path.tangents, truth.tangents, path.tangents_rest)
     assert 1e-7 < path.tangents_rest < 1e-4
     with pytest.raises(ValueError, match=r"neighbouring tops, which fail here.*no closed form"):
-        kr.exact(nearer)(1.0, tangents="start")
+        kr.exact(nearer_scene)(1.0, tangents="start")
 
 
 @pytest.mark.parametrize("name", ["moments", "com", "damping"])

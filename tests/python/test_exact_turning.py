@@ -51,7 +51,7 @@ def true_turning(scene):
 
 def scenes_near(rng, kind):
     """Return a random top whose motion is close to that named by `kind`, such as a cusp."""
-    near = 10.0 ** rng.uniform(-14, -1)
+    deviation = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True
     )
@@ -64,19 +64,19 @@ def scenes_near(rng, kind):
             body, rng.normal(size=3) * 10.0 ** rng.uniform(-2, 2), q, rng.uniform(-1, 1)
         )
     if kind == "cusp":
-        return kr.Scene(body, apex * 3 * math.sqrt(i1 * lever) + near * rng.normal(size=3), q)
+        return kr.Scene(body, apex * 3 * math.sqrt(i1 * lever) + deviation * rng.normal(size=3), q)
     if kind == "steady":
         rate = rng.uniform(0.3, 3) * math.sqrt(lever / i1)
         spin = (i1 * rate**2 * math.cos(tilt) + lever) / rate
-        across = i1 * rate * math.sin(tilt) * np.array((0, math.cos(tilt), math.sin(tilt)))
-        return kr.Scene(body, spin * apex + across + near * rng.normal(size=3), q)
+        transverse = i1 * rate * math.sin(tilt) * np.array((0, math.cos(tilt), math.sin(tilt)))
+        return kr.Scene(body, spin * apex + transverse + deviation * rng.normal(size=3), q)
     if kind == "upright":
-        q = unit((1, near, 0, 0))
+        q = unit((1, deviation, 0, 0))
         spin = rng.uniform(0.2, 4) * math.sqrt(i1 * lever)
-        return kr.Scene(body, (near * rng.normal(), near * rng.normal(), spin), q)
-    # a pendulum whose energy differs by up to `near` from the energy at the upright position
+        return kr.Scene(body, (deviation * rng.normal(), deviation * rng.normal(), spin), q)
+    # a pendulum whose energy differs by up to `deviation` from the energy at the upright position
     rate = 2 * math.sqrt(lever / i1) * math.sin(tilt / 2)
-    return kr.Scene(body, (i1 * rate * (1 + near), 0, 0), q)
+    return kr.Scene(body, (i1 * rate * (1 + deviation), 0, 0), q)
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "cusp", "steady", "upright", "separatrix"])
@@ -121,22 +121,22 @@ TURNED = {  # the same motion upside down, and with a body whose axis points the
 }
 
 
-@pytest.mark.parametrize("turned", TURNED)
+@pytest.mark.parametrize("description", TURNED)
 @pytest.mark.parametrize("course", COURSES)
-def test_motion_types_do_not_depend_on_the_description(course, turned):
-    plain, top = kr.exact(COURSES[course]), kr.exact(TURNED[turned](COURSES[course]))
+def test_motion_types_do_not_depend_on_the_description(course, description):
+    plain, top = kr.exact(COURSES[course]), kr.exact(TURNED[description](COURSES[course]))
     assert plain.motion_type == top.motion_type == course
-    want = plain.least_nutation, plain.greatest_nutation, plain.t_least, plain.t_greatest
-    if turned == "gravity upwards":
-        want = math.pi - want[1], math.pi - want[0], want[3], want[2]
-    got = top.least_nutation, top.greatest_nutation, top.t_least, top.t_greatest
-    assert got == pytest.approx(want, abs=1e-14)
+    expected = plain.least_nutation, plain.greatest_nutation, plain.t_least, plain.t_greatest
+    if description == "gravity upwards":
+        expected = math.pi - expected[1], math.pi - expected[0], expected[3], expected[2]
+    limits = top.least_nutation, top.greatest_nutation, top.t_least, top.t_greatest
+    assert limits == pytest.approx(expected, abs=1e-14)
 
 
 @pytest.mark.parametrize("course", COURSES)
-@pytest.mark.parametrize("turned", TURNED)
-def test_the_path_stays_between_turning_points_and_reaches_them(course, turned):
-    scene = TURNED[turned](COURSES[course])
+@pytest.mark.parametrize("description", TURNED)
+def test_the_path_stays_between_turning_points_and_reaches_them(course, description):
+    scene = TURNED[description](COURSES[course])
     top = kr.exact(scene)
     nutation = kr.solve(scene, np.linspace(0, 10, 4001), method="taylor").nutation
     assert nutation.min() > top.least_nutation - 1e-12
@@ -166,14 +166,14 @@ def test_on_the_separatrix_the_upright_position_is_never_reached():
 
 
 @pytest.mark.parametrize("name", ["loops", "cusps", "waves", "steady", "circle", "pendulum"])
-@pytest.mark.parametrize("turned", TURNED)
-def test_the_potential_is_energy_minus_kinetic_energy_of_nutation(name, turned):
-    scene = TURNED[turned](COURSES[name])
+@pytest.mark.parametrize("description", TURNED)
+def test_the_potential_is_energy_minus_kinetic_energy_of_nutation(name, description):
+    scene = TURNED[description](COURSES[name])
     top, path = kr.exact(scene), kr.solve(scene, np.linspace(0.1, 7.1, 50))
     inertia = scene.body.moments[0]
     rate = np.cross(path.velocity, path.apex)[:, 2] / np.sin(path.nutation)
-    left = path.energy - inertia * rate**2 / 2
-    assert top.potential(path.nutation) == pytest.approx(left, rel=1e-12)
+    potential = path.energy - inertia * rate**2 / 2
+    assert top.potential(path.nutation) == pytest.approx(potential, rel=1e-12)
     ends = top.potential([top.least_nutation, top.greatest_nutation])
     if name != "pendulum":
         assert ends == pytest.approx([path.energy[0]] * 2, rel=1e-13)
@@ -223,9 +223,9 @@ def test_turning_points_are_refused_only_for_other_bodies():
         tops.greatest_nutation  # noqa: B018
     with pytest.raises(ValueError, match="with damping"):
         kr.exact(kr.scenes.cusps.replace(damping=(0, 0, 0.1)))
-    beside = kr.Scene(kr.Body(1.0, (1, 2, 2), (0, 0, 0)), momentum=(1, 2, 3))
+    scene = kr.Scene(kr.Body(1.0, (1, 2, 2), (0, 0, 0)), momentum=(1, 2, 3))
     with pytest.raises(ValueError, match="kind 'euler'"):
-        kr.exact(beside).motion_type  # noqa: B018
+        kr.exact(scene).motion_type  # noqa: B018
 
 
 def test_turning_points_do_not_depend_on_the_frame_of_description():
@@ -244,8 +244,8 @@ def test_turning_points_do_not_depend_on_the_frame_of_description():
     assert nutation.max() == pytest.approx(top.greatest_nutation, abs=1e-5)
 
 
-@pytest.mark.parametrize("what", [kr.Exact, kr.ExactEnsemble])
-def test_examples_run(what):
-    tests = doctest.DocTestFinder().find(what, globs={})
+@pytest.mark.parametrize("function", [kr.Exact, kr.ExactEnsemble])
+def test_examples_run(function):
+    tests = doctest.DocTestFinder().find(function, globs={})
     assert sum(len(test.examples) for test in tests) > 1
     assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)

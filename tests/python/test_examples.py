@@ -18,28 +18,30 @@ MODULES = sorted(
 def examples(name):
     """Return the doctest examples of a module, including those of private objects."""
     module = importlib.import_module(name)
-    found = doctest.DocTestFinder().find(module, globs={"kr": kr, "np": np})
-    return [test for test in found if test.examples]
+    tests = doctest.DocTestFinder().find(module, globs={"kr": kr, "np": np})
+    return [test for test in tests if test.examples]
 
 
 @pytest.mark.parametrize("name", ["kreisel", *MODULES])
 def test_examples_print_the_documented_output(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
-    said = []
+    messages = []
     for test in examples(name):
-        doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(test, out=said.append)
-    assert said == [], "".join(said)
+        doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(
+            test, out=messages.append
+        )
+    assert messages == [], "".join(messages)
 
 
 def test_the_main_functions_have_examples():
-    having = {test.name for name in ["kreisel", *MODULES] for test in examples(name)}
-    for what in (kr.solve, kr.plan, kr.compare, kr.rod, kr.attitude_error, kr.stream):
-        assert f"{what.__module__}.{what.__qualname__}" in having, what
+    names_with_examples = {test.name for name in ["kreisel", *MODULES] for test in examples(name)}
+    for function in (kr.solve, kr.plan, kr.compare, kr.rod, kr.attitude_error, kr.stream):
+        assert f"{function.__module__}.{function.__qualname__}" in names_with_examples, function
 
 
 def test_a_wrong_example_is_detected():
     test = doctest.DocTestParser().get_doctest(">>> 1\n2\n", {}, "wrong", None, None)
-    said = []
-    doctest.DocTestRunner().run(test, out=said.append)
-    assert said
+    messages = []
+    doctest.DocTestRunner().run(test, out=messages.append)
+    assert messages

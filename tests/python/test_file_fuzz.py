@@ -77,11 +77,11 @@ def file(tmp_path_factory):
 def corrupt_bytes(draw, data):
     """Return `data` with up to four random changes."""
     for _ in range(draw(st.integers(1, 4))):
-        at = draw(st.integers(0, len(data)))
-        end = min(len(data), at + draw(st.integers(0, 40)))
-        piece = data[at:end]
+        begin = draw(st.integers(0, len(data)))
+        end = min(len(data), begin + draw(st.integers(0, 40)))
+        piece = data[begin:end]
         new = [piece[::-1], b"", piece * 2, draw(st.binary(max_size=9)), bytes(len(piece))]
-        data = data[:at] + draw(st.sampled_from(new)) + data[end:]
+        data = data[:begin] + draw(st.sampled_from(new)) + data[end:]
     return data
 
 
@@ -104,8 +104,8 @@ def corrupt_header(draw, head):
     table = draw(st.sampled_from([head, *(v for v in head.values() if v and type(v) is dict)]))
     word = draw(st.sampled_from(sorted(table)))
     if draw(st.booleans()) and isinstance(table[word], list) and table[word]:
-        at = draw(st.integers(0, len(table[word]) - 1))
-        table[word][at] = draw(st.sampled_from(VALUES))
+        index = draw(st.integers(0, len(table[word]) - 1))
+        table[word][index] = draw(st.sampled_from(VALUES))
     elif draw(st.integers(0, 9)):
         table[word] = draw(st.sampled_from(VALUES))
     else:
@@ -113,13 +113,13 @@ def corrupt_header(draw, head):
     return head
 
 
-def read_and_use(read, use):
+def read_and_use(load, use):
     """Read a file, use its contents, and check that error messages are short."""
     try:
-        found = read()
-        use(found)
-    except (TypeError, ValueError, MemoryError, OSError, kr.Error) as refused:
-        assert len(str(refused)) < LETTERS
+        result = load()
+        use(result)
+    except (TypeError, ValueError, MemoryError, OSError, kr.Error) as error:
+        assert len(str(error)) < LETTERS
 
 
 def use_scene(scene):
@@ -187,17 +187,17 @@ def array(text):
 @given(data=st.data())
 def test_any_archive_is_a_path_or_is_refused(data, file):
     """Check that modified archives with correct checksums are either read correctly or rejected."""
-    inside = members(data.draw(st.sampled_from(PATHS)), file)
-    name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
-    text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""
+    contents = members(data.draw(st.sampled_from(PATHS)), file)
+    name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *contents]))
+    text = str(np.load(io.BytesIO(contents[name]))) if name in ("head.npy", "scene.npy") else ""
     if name == "head.npy":
-        inside[name] = array(json.dumps(data.draw(corrupt_header(json.loads(text)))))
+        contents[name] = array(json.dumps(data.draw(corrupt_header(json.loads(text)))))
     elif name == "scene.npy":
-        inside[name] = array(data.draw(corrupt_text(text)).encode("utf-8", "replace").decode())
+        contents[name] = array(data.draw(corrupt_text(text)).encode("utf-8", "replace").decode())
     else:
-        inside[name] = data.draw(corrupt_bytes(inside[name]))
+        contents[name] = data.draw(corrupt_bytes(contents[name]))
     with zipfile.ZipFile(file, "w") as archive:
-        for each, content in inside.items():
+        for each, content in contents.items():
             archive.writestr(each, content)
     read_and_use(lambda: kr.load(file), use_path)
 
@@ -207,7 +207,7 @@ def test_any_archive_is_a_path_or_is_refused(data, file):
 def test_any_bytes_are_a_path_or_are_refused(data, file):
     data.draw(st.sampled_from(PATHS)).save(file)
     file.write_bytes(data.draw(corrupt_bytes(file.read_bytes())))
-    read_and_use(lambda: kr.load(file), lambda found: None)
+    read_and_use(lambda: kr.load(file), lambda result: None)
 
 
 def test_a_damaged_archive_has_a_short_message(file):
@@ -217,8 +217,6 @@ def test_a_damaged_archive_has_a_short_message(file):
         2, "little"
     )  # the first name is followed by letters that are part of numbers
     file.write_bytes(data)
-    with pytest.raises(
-        ValueError, match="the archive is damaged: File name in directory"
-    ) as refused:
+    with pytest.raises(ValueError, match="the archive is damaged: File name in directory") as error:
         kr.load(file)
-    assert len(str(refused.value)) < 400
+    assert len(str(error.value)) < 400

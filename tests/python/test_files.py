@@ -41,9 +41,9 @@ def test_a_failing_disk_leaves_only_the_old_file(tmp_path, monkeypatch, i):
 @pytest.mark.parametrize("i", range(4))
 def test_a_missing_folder_is_named_as_given(tmp_path, i):
     file = tmp_path / "no" / "file"
-    with pytest.raises(FileNotFoundError) as refused:
+    with pytest.raises(FileNotFoundError) as error:
         writers()[i](file)
-    assert refused.value.filename == str(file)
+    assert error.value.filename == str(file)
 
 
 def test_two_threads_can_save_one_file(tmp_path):
@@ -67,9 +67,9 @@ def test_two_threads_can_save_one_file(tmp_path):
 @pytest.mark.parametrize("word", ["--csv", "--npz"])
 def test_a_missing_folder_is_refused_before_anything_runs(tmp_path, word):
     words = ["solve", "asymmetric", "--t", "1e9", word, str(tmp_path / "no" / "file")]
-    done = CliRunner().invoke(main, words)
-    assert done.exit_code == 2 and "there is no folder" in done.output
-    assert done.output.count("\n") == 1
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 2 and "there is no folder" in result.output
+    assert result.output.count("\n") == 1
 
 
 def test_deeply_nested_tables_are_refused(tmp_path):
@@ -146,12 +146,14 @@ def test_a_device_is_written_directly():
 def test_files_are_saved_if_the_folder_cannot_be_synced(tmp_path, monkeypatch, call):
     real, folders = getattr(os, call), []
 
-    def no_folder(what, *words, **more):
-        is_folder = what == tmp_path if call == "open" else os.path.isdir(f"/proc/self/fd/{what}")
+    def no_folder(target, *words, **more):
+        is_folder = (
+            target == tmp_path if call == "open" else os.path.isdir(f"/proc/self/fd/{target}")
+        )
         if is_folder:
-            folders.append(what)
+            folders.append(target)
             raise OSError(22, "Invalid argument")
-        return real(what, *words, **more)
+        return real(target, *words, **more)
 
     with monkeypatch.context() as broken:
         broken.setattr(os, call, no_folder)

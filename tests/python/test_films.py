@@ -61,10 +61,10 @@ def test_a_gif_has_at_most_128_colours(tmp_path):
 
 def test_a_gif_shows_the_colours_of_its_film(tmp_path):
     film = PATH.animate(tmp_path / "top.gif", speed=255, fps=1, size=200)
-    drawn = np.asarray(next(made._render_film_images(film)).convert("RGB")).astype(int)
+    frame = np.asarray(next(made._render_film_images(film)).convert("RGB")).astype(int)
     with Image.open(tmp_path / "top.gif") as image:
-        shown = np.asarray(image.convert("RGB")).astype(int)
-    assert np.abs(shown - drawn).max() <= 80 and np.abs(shown - drawn).mean() < 0.5
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    assert np.abs(pixels - frame).max() <= 80 and np.abs(pixels - frame).mean() < 0.5
 
 
 def test_an_html_film_has_the_requested_frame_rate():
@@ -103,9 +103,9 @@ def test_a_shadow_is_the_body_projected_onto_the_floor():
     sides = []
     for path in shadow.get_paths():
         x, up = path.vertices[:4].T
-        away = (up + 0.5 * np.cos(np.radians(20.0))) / np.sin(np.radians(20.0))
-        assert np.ptp(x) == pytest.approx(0.2) and np.ptp(away) == pytest.approx(0.2)
-        sides.append((x.mean(), away.mean()))
+        depth = (up + 0.5 * np.cos(np.radians(20.0))) / np.sin(np.radians(20.0))
+        assert np.ptp(x) == pytest.approx(0.2) and np.ptp(depth) == pytest.approx(0.2)
+        sides.append((x.mean(), depth.mean()))
     assert np.mean(sides, axis=0) == pytest.approx(-stage._LAMP, abs=0.02)
     assert np.ptp(sides, axis=0).max() > 0.02, "of a wide lamp"
     opacity = shadow.get_facecolors()[0, 3]

@@ -36,9 +36,9 @@ def test_splitting_a_record_does_not_change_the_fit(fit):
         kr.Record(whole.t[part], {"body_velocity": values[part]}, SIGMA)
         for part in (slice(0, 130), slice(130, None))
     ]
-    split = kr.fit(GUESS, parts[::-1], FREE)
-    assert np.abs(split.error_of(ratios)[0] / fit.error_of(ratios)[0] - 1.0).max() < 1e-7
-    assert split.dof == fit.dof and split.unidentified == fit.unidentified
+    parts_fit = kr.fit(GUESS, parts[::-1], FREE)
+    assert np.abs(parts_fit.error_of(ratios)[0] / fit.error_of(ratios)[0] - 1.0).max() < 1e-7
+    assert parts_fit.dof == fit.dof and parts_fit.unidentified == fit.unidentified
 
 
 def test_residuals_agree_with_the_path(fit):
@@ -163,8 +163,8 @@ def test_instrument_parameters_are_fitted():
     rng = np.random.default_rng(5)
     turn = compute_rotation_quaternions(np.array((0.03, -0.02, 0.05)))
     w = kr.solve(HEAVY, t).body_velocity
-    mounted = kr.quaternion.turn_back(tuple(turn), tuple(w.T))
-    values = np.stack(mounted, axis=-1) + (0.1, -0.2, 0.3) + SIGMA * rng.normal(size=w.shape)
+    components = kr.quaternion.turn_back(tuple(turn), tuple(w.T))
+    values = np.stack(components, axis=-1) + (0.1, -0.2, 0.3) + SIGMA * rng.normal(size=w.shape)
     gyro = kr.Record(t, {"body_velocity": values}, SIGMA, free=("bias", "mounting"))
     apex = kr.solve(HEAVY, late - 0.03).apex + 0.005 * rng.normal(size=(len(late), 3))
     fit = kr.fit(HEAVY, [gyro, kr.Record(late, {"apex": apex}, 0.005, free="delay")])
@@ -257,8 +257,8 @@ def test_an_outlier_in_the_first_row_does_not_spoil_a_soft_fit():
 
 def add_rotor(rotor):
     body = HEAVY.body
-    turned = kr.Body(1.0, body.moments, com=body.com, rotor=rotor, unphysical=True)
-    return HEAVY.replace(body=turned)
+    rotor_body = kr.Body(1.0, body.moments, com=body.com, rotor=rotor, unphysical=True)
+    return HEAVY.replace(body=rotor_body)
 
 
 ROTOR = (0.5, -0.8, 2.0)
@@ -289,8 +289,8 @@ def test_undetermined_directions_of_a_rotor_are_named():
 
 def test_a_rotor_is_found_by_multiple_shooting():
     record = gyroscope(WITH_ROTOR)
-    near, free = add_rotor((0.4, -0.7, 1.8)), ("start", "rotor")
-    whole, parts = kr.fit(near, record, free), kr.fit(near, record, free, pieces=3)
+    guess, free = add_rotor((0.4, -0.7, 1.8)), ("start", "rotor")
+    whole, parts = kr.fit(guess, record, free), kr.fit(guess, record, free, pieces=3)
     assert len(parts.piece_starts) == 3
     for name in ("rotor_x", "rotor_y", "rotor_z"):
         assert parts.values[name] == pytest.approx(whole.values[name], abs=0.1 * whole.error[name])

@@ -49,13 +49,13 @@ def attitudes_at_rest(scene, times):
     """Return attitudes in the inertial frame that equals the support frame halfway in time."""
     path, middle = kr.solve(scene, times, digits=30), mpf(times[len(times) // 2])
     rate = mp.sqrt(sum(mpf(x) ** 2 for x in scene.turning))
-    made = []
+    attitudes = []
     for t, *words in zip(times, path.q.tolist(), path.q_low.tolist(), strict=True):
         q = [mpf(high) + mpf(low) for high, low in zip(*words, strict=True)]
         half = 0.5 * rate * (mpf(t) - middle)
         axis = [mp.sin(half) * mpf(x) / (rate or 1) for x in scene.turning]
-        made.append(kr.quaternion.multiply((mp.cos(half), *axis), tuple(q)))
-    return made
+        attitudes.append(kr.quaternion.multiply((mp.cos(half), *axis), tuple(q)))
+    return attitudes
 
 
 def specific_force_by_differences(scene, t, step=2.0**-12):
@@ -157,8 +157,8 @@ def test_an_accelerometer_is_read_from_a_file(tmp_path):
     head = ",".join(["t", *(f"specific_force_{axis}" for axis in "xyz")])
     table = np.column_stack((record.t, record.series[0].values))
     np.savetxt(file, table, fmt="%.17g", delimiter=",", header=head, comments="")
-    read = kr.Record.from_csv(file, point=PLACE)
-    assert (read.series[0].values == record.series[0].values).all()
-    assert (read.point == PLACE).all() and not read.point.flags.writeable
+    again = kr.Record.from_csv(file, point=PLACE)
+    assert (again.series[0].values == record.series[0].values).all()
+    assert (again.point == PLACE).all() and not again.point.flags.writeable
     with pytest.raises(ValueError, match=r"specific_force needs point=\(x, y, z\)"):
         kr.Record.from_csv(file)

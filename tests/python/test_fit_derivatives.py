@@ -103,13 +103,13 @@ def check_jacobian(model, point):
     for k in range(jacobian.shape[1]):
         step = np.zeros(jacobian.shape[1])
         step[k] = 1e-4 * model.estimate_parameter_scales(point)[k]
-        there = {
+        residuals = {
             i: model.evaluate_residuals(
                 model.add_step_within_bounds(point, i * step), has_jacobian=False
             ).residuals
             for i in (-2, -1, 1, 2)
         }
-        difference = (8.0 * (there[1] - there[-1]) - (there[2] - there[-2])) / 12e-4
+        difference = (8.0 * (residuals[1] - residuals[-1]) - (residuals[2] - residuals[-2])) / 12e-4
         assert np.abs(difference - jacobian[:, k]).max() < 1e-7 * np.abs(jacobian).max()
 
 

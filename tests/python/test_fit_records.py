@@ -82,10 +82,10 @@ def test_missing_values_are_left_out_and_counted():
     values[::7] = np.nan
     values[3, 1] = np.nan
     holes = kr.Record(record.t, {"body_velocity": values}, SIGMA)
-    kept = ~np.isnan(values).any(axis=1)
+    is_complete = ~np.isnan(values).any(axis=1)
     assert holes.missing == 3 * 29 + 1 and holes.size == 600 - holes.missing
     assert "88 left out" in repr(holes)
-    whole = kr.Record(record.t[kept], {"body_velocity": values[kept]}, SIGMA)
+    whole = kr.Record(record.t[is_complete], {"body_velocity": values[is_complete]}, SIGMA)
     fit, other = kr.fit(HEAVY, holes), kr.fit(HEAVY, whole)
     assert "88 values were not measured" in str(fit) and fit.dof == other.dof + 2
     assert np.isnan(fit.residuals[0]["body_velocity"][7]).all()
@@ -121,14 +121,14 @@ def test_a_csv_file_is_a_record(tmp_path, separator):
     head = ["t", *(f"body_velocity_{axis}" for axis in "xyz")]
     file = tmp_path / "gyro.csv"
     file.write_text("\n".join(separator.join(map(str, row)) for row in [head, *rows]) + "\n\n")
-    for read in (
+    for again in (
         kr.Record.from_csv(file),
         kr.Record.from_csv(file, {"body_velocity": head[1:]}),
         kr.Record.from_pandas(pandas.read_csv(file, sep=separator)),
         kr.Record.from_pandas(pandas.read_csv(file, sep=separator).set_index("t")),
     ):
-        assert (read.series[0].values == record.series[0].values).all()
-        assert (read.t == record.t).all() and read.series[0].name == "body_velocity"
+        assert (again.series[0].values == record.series[0].values).all()
+        assert (again.t == record.t).all() and again.series[0].name == "body_velocity"
 
 
 @pytest.mark.parametrize(
@@ -190,15 +190,15 @@ def test_unknown_columns_are_refused(tmp_path):
     ],
 )
 def test_invalid_fits_are_refused(records, free, words, message):
-    given = {
+    records_by_name = {
         "gyro": gyroscope(n=20),
         "few": kr.Record([0.0], {"apex": [[0.0, 0.0, 1.0]]}, 0.1),
         "late": kr.Record([1000.0, 1000.5], {"apex": [[0.0, 0.0, 1.0]] * 2}, 0.1),
         "momentum": kr.Record(T, {"vertical_momentum": [1.0] * 3}, 0.1),
     }
-    measured = given[records] if records else []
+    data = records_by_name[records] if records else []
     with pytest.raises(ValueError, match=message):
-        kr.fit(GUESS, measured, free, **words)
+        kr.fit(GUESS, data, free, **words)
 
 
 @pytest.mark.parametrize(

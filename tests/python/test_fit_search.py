@@ -43,8 +43,8 @@ def test_multiple_shooting_agrees_with_a_single_motion():
     assert (np.abs(one[0] - other[0]) < 0.02 * one[1]).all()
     assert np.abs(other[1] / one[1] - 1.0).max() < 0.02
     assert pieces.unidentified == single.unidentified and "6 joined pieces" in str(pieces)
-    turned = kr.attitude_error(pieces.path.q, single.path.q)
-    assert turned.max() < 1e-3 and (pieces.path.t == record.t).all()
+    angles = kr.attitude_error(pieces.path.q, single.path.q)
+    assert angles.max() < 1e-3 and (pieces.path.t == record.t).all()
 
 
 def test_unmeasured_intervals_start_from_the_motion_of_the_scene():
@@ -67,11 +67,11 @@ def test_a_chaotic_motion_is_fitted_by_multiple_shooting():
 
 
 def test_progress_is_reported():
-    heard = []
-    fit = kr.fit(GUESS, gyroscope(), FREE, progress=lambda *report: heard.append(report))
-    counts = [count for count, _ in heard]
+    reports = []
+    fit = kr.fit(GUESS, gyroscope(), FREE, progress=lambda *report: reports.append(report))
+    counts = [count for count, _ in reports]
     assert counts == sorted(counts) and counts[-1] <= fit.evaluations
-    assert min(cost for _, cost in heard) < 1.2
+    assert min(cost for _, cost in reports) < 1.2
 
 
 def test_an_exception_in_progress_stops_the_fit():
@@ -87,9 +87,9 @@ def test_ctrl_c_keeps_the_best_fit_so_far():
         if len(reports) == 4:
             raise KeyboardInterrupt
 
-    with pytest.raises(kr.FitInterrupted) as stopped:
+    with pytest.raises(kr.FitInterrupted) as interruption:
         kr.fit(HEAVY, gyroscope(), FREE, progress=interrupt)
-    fit = stopped.value.fit
+    fit = interruption.value.fit
     assert fit is not None and not fit.has_converged and "did not converge" in str(fit)
     assert abs(fit.cost / fit.dof - min(reports)) < 1e-9 * fit.cost
 
@@ -99,9 +99,12 @@ def test_ctrl_c_before_the_first_motion_keeps_nothing(monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("kreisel._fit.residuals.solve", interrupt)
-    with pytest.raises(kr.FitInterrupted) as stopped:
+    with pytest.raises(kr.FitInterrupted) as interruption:
         kr.fit(GUESS, gyroscope(), FREE)
-    assert stopped.value.fit is None and pickle.loads(pickle.dumps(stopped.value)).fit is None
+    assert (
+        interruption.value.fit is None
+        and pickle.loads(pickle.dumps(interruption.value)).fit is None
+    )
 
 
 def test_a_fit_that_does_not_converge_is_returned_with_a_warning():
@@ -121,8 +124,8 @@ def test_threads_give_the_same_bits():
 def test_negative_times_are_fitted():
     t = np.linspace(-1.5, 1.5, 300)
     noise = SIGMA * np.random.default_rng(0).normal(size=(300, 3))
-    back, on = kr.solve(HEAVY, t[t < 0.0][::-1]), kr.solve(HEAVY, t[t >= 0.0])
-    values = np.concatenate((back.body_velocity[::-1], on.body_velocity)) + noise
+    back, forth = kr.solve(HEAVY, t[t < 0.0][::-1]), kr.solve(HEAVY, t[t >= 0.0])
+    values = np.concatenate((back.body_velocity[::-1], forth.body_velocity)) + noise
     fit = kr.fit(GUESS, kr.Record(t, {"body_velocity": values}, SIGMA), FREE)
     found, error = fit.error_of(ratios)
     assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all()
@@ -155,8 +158,8 @@ def test_an_equally_good_spin_is_named():
     fit = turning(0.2 * np.arange(100))
     assert fit.has_converged and fit.unidentified == () and len(fit.ambiguous) == 1
     faster = np.linalg.norm(kr.solve(fit.scene, [0.0]).body_velocity) + 2.0 * np.pi / 0.2
-    named = float(fit.ambiguous[0].split("angular velocity ")[1].split()[0])
-    assert abs(named - faster) < 0.1 and "Ambiguous: the spin:" in str(fit)
+    spin = float(fit.ambiguous[0].split("angular velocity ")[1].split()[0])
+    assert abs(spin - faster) < 0.1 and "Ambiguous: the spin:" in str(fit)
 
 
 @pytest.mark.parametrize(
@@ -210,9 +213,9 @@ def files(tmp_path):
 def test_the_command_writes_the_scene_and_the_table(files):
     words = "--column body_velocity=wx,wy,wz --time time --sigma 0.02 --free start,moments,com"
     inputs = f"fit {files / 'toss.csv'} {files / 'top.toml'} {words}"
-    shown = call(inputs, "--save", files / "out.toml", "--csv", files / "out.csv")
+    output = call(inputs, "--save", files / "out.toml", "--csv", files / "out.csv")
     fit = kr.fit(GUESS, gyroscope(), FREE)
-    assert shown == f"{fit}\n"
+    assert output == f"{fit}\n"
     assert kr.Scene.from_toml(files / "out.toml") == fit.scene
     assert (files / "out.csv").read_text().splitlines()[0] == "parameter,value,error,unit"
     assert call(inputs, "--save", "-").startswith("# Fit of 12 parameters")

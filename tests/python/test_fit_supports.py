@@ -42,9 +42,9 @@ def integrate(scene, t):
 
 
 def rotate_randomly(q, rng):
-    turned = SIGMA * rng.normal(size=(len(q), 3)).T
-    half = 0.5 * np.linalg.norm(turned, axis=0)
-    small = (np.cos(half), *(0.5 * np.sinc(half / np.pi) * turned))
+    vectors = SIGMA * rng.normal(size=(len(q), 3)).T
+    half = 0.5 * np.linalg.norm(vectors, axis=0)
+    small = (np.cos(half), *(0.5 * np.sinc(half / np.pi) * vectors))
     return np.stack(kr.quaternion.multiply(tuple(q.T), small), axis=-1)
 
 
@@ -52,8 +52,8 @@ def simulate(scene, seed, end=3.0, n=150):
     """Simulate measurements of the attitude and angular velocity relative to the support."""
     t, rng = np.linspace(0.0, end, n), np.random.default_rng(seed)
     q, velocity = integrate(scene, t)
-    seen = velocity + SIGMA * rng.normal(size=velocity.shape)
-    return kr.Record(t, {"q": rotate_randomly(q, rng), "body_velocity": seen}, SIGMA)
+    measurements = velocity + SIGMA * rng.normal(size=velocity.shape)
+    return kr.Record(t, {"q": rotate_randomly(q, rng), "body_velocity": measurements}, SIGMA)
 
 
 def run_down(t, spin, damping, friction, moment):
@@ -95,8 +95,8 @@ def test_curve_fit_finds_the_same_friction_of_a_heavy_top(truth):
     [series] = record.series
 
     def model(_, spin, friction):
-        there = HEAVY.replace(body_velocity=(3.0, 2.0, spin), friction=abs(friction))
-        return kr.solve(there, record.t).body_velocity.ravel()
+        trial = HEAVY.replace(body_velocity=(3.0, 2.0, spin), friction=abs(friction))
+        return kr.solve(trial, record.t).body_velocity.ravel()
 
     fit = kr.fit(scene.replace(friction=0.3), record, ("velocity", "friction"))
     values, covariance = curve_fit(
@@ -109,8 +109,8 @@ def test_curve_fit_finds_the_same_friction_of_a_heavy_top(truth):
 
 def test_a_fit_at_the_bound_of_friction_is_reported():
     t = np.linspace(0.0, 3.0, 100)
-    driven = kr.solve(SYMMETRIC, t).spin + 0.02 * t  # a motor drives the top a little
-    fit = kr.fit(SYMMETRIC, kr.Record(t, {"spin": driven}, 0.1), ("velocity", "friction"))
+    spin = kr.solve(SYMMETRIC, t).spin + 0.02 * t  # a motor drives the top a little
+    fit = kr.fit(SYMMETRIC, kr.Record(t, {"spin": spin}, 0.1), ("velocity", "friction"))
     assert fit.values["friction"] == 0.0 == fit.scene.friction
     assert fit.at_bound == ("friction is zero: negative friction is excluded",)
     assert "At a bound: friction is zero" in str(fit) and np.isfinite(fit.error["friction"])
@@ -161,8 +161,11 @@ def test_a_gyroscope_on_a_turntable_measures_inertial_velocity():
     plain = kr.fit(GUESS, kr.Record(t, {"body_velocity": values}, SIGMA), free)
     assert right.chi2 == pytest.approx(plain.chi2, rel=1e-6)
     assert right.moment_ratios["I1 / I3"] == pytest.approx(plain.moment_ratios["I1 / I3"], rel=1e-5)
-    turned = kr.solve(plain.scene, [0.0]).body_vertical, kr.solve(right.scene, [0.0]).body_vertical
-    assert np.abs(turned[0] - turned[1]).max() < 1e-5
+    verticals = (
+        kr.solve(plain.scene, [0.0]).body_vertical,
+        kr.solve(right.scene, [0.0]).body_vertical,
+    )
+    assert np.abs(verticals[0] - verticals[1]).max() < 1e-5
 
 
 def test_the_apex_seen_from_a_turntable_needs_no_initial_guess():
@@ -170,11 +173,11 @@ def test_the_apex_seen_from_a_turntable_needs_no_initial_guess():
     rate, t = 0.7, np.linspace(0.0, 4.0, 200)
     x, y, z = kr.solve(SYMMETRIC, t).apex.T
     sine, cosine = np.sin(rate * t), np.cos(rate * t)
-    seen = np.stack((cosine * x + sine * y, cosine * y - sine * x, z), axis=-1)
-    seen += 0.005 * np.random.default_rng(4).normal(size=seen.shape)
+    apex = np.stack((cosine * x + sine * y, cosine * y - sine * x, z), axis=-1)
+    apex += 0.005 * np.random.default_rng(4).normal(size=apex.shape)
     body = kr.Body.symmetric(1.0, 1.7, 1.5, 0.4, unphysical=True)
     guess = kr.Scene(body, momentum=(0, 0, 1), gravity=9.81, turning=(0.0, 0.0, rate))
-    fit = kr.fit(guess, kr.Record(t, {"apex": seen}, 0.005), ("start", "moments"))
+    fit = kr.fit(guess, kr.Record(t, {"apex": apex}, 0.005), ("start", "moments"))
     assert 0.8 < fit.chi2 / fit.dof < 1.2
     assert abs(fit.values["I1 = I2"] - 1.0) < 4.0 * fit.error["I1 = I2"] < 0.05
 
@@ -232,11 +235,11 @@ def test_derivatives_of_shooting_gaps_are_right(words):
     jacobian = model.evaluate_residuals(pieces).jacobian * natural
     for k in range(model.width):
         step = 1e-5 * natural * (np.arange(model.width) == k)
-        there = [
+        residuals = [
             model.evaluate_residuals(model.add_step_within_bounds(pieces, sign * step)).residuals
             for sign in (1.0, -1.0)
         ]
-        difference = (there[0] - there[1]) / 2e-5
+        difference = (residuals[0] - residuals[1]) / 2e-5
         assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(jacobian).max()
 
 
@@ -254,8 +257,8 @@ def test_derivatives_are_right_after_stops():
     for k in range(parameters.size):
         step = 1e-6 * natural * (np.arange(parameters.size) == k)
         ends = [model.add_step_within_bounds(parameters.start, sign * step) for sign in (1.0, -1.0)]
-        there = [model.evaluate_residuals(end, has_jacobian=False).residuals for end in ends]
-        difference = (there[0] - there[1]) / 2e-6
+        residuals = [model.evaluate_residuals(end, has_jacobian=False).residuals for end in ends]
+        difference = (residuals[0] - residuals[1]) / 2e-6
         assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(jacobian).max()
 
 
@@ -270,8 +273,8 @@ def test_equivalent_motions_resolve_to_the_one_near_the_guess():
     fit = kr.fit(guess, record, ("start", "turning", "shaking"))
     assert 0.8 < fit.chi2 / fit.dof < 1.2
     assert fit.scene.shaking[0] == pytest.approx(0.02, rel=0.1)
-    off = (fit.scene.shaking[2] - 0.4 + np.pi) % (2.0 * np.pi) - np.pi
-    assert abs(off) < 4.0 * fit.error["shaking_phase"]
+    error = (fit.scene.shaking[2] - 0.4 + np.pi) % (2.0 * np.pi) - np.pi
+    assert abs(error) < 4.0 * fit.error["shaking_phase"]
     direction = np.arctan2(fit.scene.turning[1], fit.scene.turning[0])
     assert direction == pytest.approx(np.arctan2(-0.1, 0.35), abs=1e-12)
 
@@ -296,10 +299,10 @@ def test_undetermined_directions_are_named():
         "the scale of the moments: moments, damping, friction and com have an unknown common factor"
     )
     assert sentences == (scale, HEADING)
-    spun = HEAVY.replace(turning=TURNING)
+    scene = HEAVY.replace(turning=TURNING)
     t = np.linspace(0.0, 3.0, 150)
-    record = kr.Record(t, {"inertial_velocity": kr.solve(spun, t).inertial_velocity}, SIGMA)
-    [heading] = kr.fit(spun, record, ("start", "turning")).unidentified
+    record = kr.Record(t, {"inertial_velocity": kr.solve(scene, t).inertial_velocity}, SIGMA)
+    [heading] = kr.fit(scene, record, ("start", "turning")).unidentified
     assert heading == "the heading: a rotation of the start and of turning about the vertical"
 
 
@@ -342,7 +345,7 @@ def test_results_contain_friction_turning_and_shaking(tmp_path):
     ]
     again = kr.Scene.from_toml(fit.to_toml())
     assert again == fit.scene and again.friction == fit.values["friction"]
-    drawn = fit.scatter(5, seed=1)
-    assert np.ptp(drawn.turning[:, 0]) > 0.0 and (np.asarray(drawn.friction) >= 0.0).all()
+    tops = fit.scatter(5, seed=1)
+    assert np.ptp(tops.turning[:, 0]) > 0.0 and (np.asarray(tops.friction) >= 0.0).all()
     size, error = fit.error_of(lambda scene: np.linalg.norm(scene.turning))
     assert abs(size - np.linalg.norm(TURNING)) < 4.0 * error < 1.0

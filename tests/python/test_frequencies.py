@@ -17,10 +17,10 @@ def solve_periods(scene, periods=60, states=4096, method="taylor"):
     return exact, kr.solve(scene, np.linspace(0.0, periods * swing, states), method)
 
 
-def largest_relative_error(found, exact):
+def largest_relative_error(frequencies, exact):
     """Return the largest relative error of the frequencies."""
-    pairs = [(found.precession, exact.precession), (found.spin, exact.spin)]
-    pairs.append((found.nutation, math.tau / exact.period))
+    pairs = [(frequencies.precession, exact.precession), (frequencies.spin, exact.spin)]
+    pairs.append((frequencies.nutation, math.tau / exact.period))
     return max(abs(one / other - 1.0) if other else abs(one) for one, other in pairs)
 
 
@@ -29,8 +29,8 @@ def largest_relative_error(found, exact):
 )  # loops, rosettes through the pole, a pendulum
 def test_frequencies_agree_with_the_closed_form(name):
     exact, path = solve_periods(kr.scenes.get_scene(name))
-    found = kr.frequencies(path)
-    assert not found.exact and largest_relative_error(found, exact) < 1e-12
+    frequencies = kr.frequencies(path)
+    assert not frequencies.exact and largest_relative_error(frequencies, exact) < 1e-12
 
 
 def random_top(rng, gravity):
@@ -68,10 +68,10 @@ def test_frequencies_of_tops_that_pass_near_a_pole(side):
     for _ in range(15):
         scene = top_near_a_pole(rng, side)
         exact = kr.exact(scene)
-        found = kr.frequencies(kr.solve(scene, np.linspace(0, 300, 4001), "taylor"))
-        assert abs(found.precession - exact.precession) < 1e-10
-        assert abs(found.spin - exact.spin) < 1e-10
-        assert abs(found.nutation - math.tau / exact.period) < 1e-10
+        frequencies = kr.frequencies(kr.solve(scene, np.linspace(0, 300, 4001), "taylor"))
+        assert abs(frequencies.precession - exact.precession) < 1e-10
+        assert abs(frequencies.spin - exact.spin) < 1e-10
+        assert abs(frequencies.nutation - math.tau / exact.period) < 1e-10
 
 
 @pytest.mark.parametrize("states", [3001, 6001, 12001])
@@ -88,27 +88,27 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
             -0.3744399779465734,
         ),
     )
-    found = kr.frequencies(kr.solve(scene, np.linspace(0, 300, states), "taylor"))
-    assert largest_relative_error(found, kr.exact(scene)) < 1e-12
+    frequencies = kr.frequencies(kr.solve(scene, np.linspace(0, 300, states), "taylor"))
+    assert largest_relative_error(frequencies, kr.exact(scene)) < 1e-12
 
 
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
     exact = kr.exact(kr.scenes.thesis)
     t = np.linspace(0, 60 * exact.period, 4001)
-    through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
-    assert largest_relative_error(through, exact) < 1e-12
-    kept = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "strang", step=0.01, every=5))
-    assert largest_relative_error(kept, exact) < 1e-5
-    drifted = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "rk4", step=0.01, every=5))
-    assert math.isnan(drifted.precession) and math.isnan(drifted.spin)
-    assert drifted.nutation == pytest.approx(math.tau / exact.period, rel=1e-5)
+    series_rates = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
+    assert largest_relative_error(series_rates, exact) < 1e-12
+    strang_rates = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "strang", step=0.01, every=5))
+    assert largest_relative_error(strang_rates, exact) < 1e-5
+    rk4_rates = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "rk4", step=0.01, every=5))
+    assert math.isnan(rk4_rates.precession) and math.isnan(rk4_rates.spin)
+    assert rk4_rates.nutation == pytest.approx(math.tau / exact.period, rel=1e-5)
 
 
 def test_a_pendulum_through_both_poles_has_no_precession():
     t = np.linspace(0, 160, 3269)
     for method, words in (("taylor", {}), ("bobenko_suris2", {"step": 0.01})):
-        found = kr.frequencies(kr.solve(kr.scenes.strong_gravity, t, method, **words))
-        assert abs(found.precession) < 1e-9 and abs(found.spin) < 1e-9
+        frequencies = kr.frequencies(kr.solve(kr.scenes.strong_gravity, t, method, **words))
+        assert abs(frequencies.precession) < 1e-9 and abs(frequencies.spin) < 1e-9
 
 
 def test_frequencies_of_free_bodies():
@@ -120,28 +120,28 @@ def test_frequencies_of_free_bodies():
 
 def test_frequencies_of_exact_paths_are_those_of_the_closed_form():
     exact, path = solve_periods(LAGRANGE, method="exact")
-    found = kr.frequencies(path, 20)
-    assert found.exact and largest_relative_error(found, exact) == 0.0
-    spaced = (found.lines - exact.precession) / (math.pi / exact.period)
-    assert np.abs(spaced - spaced.round()).max() < 1e-9 and len(found.lines) == 20
-    assert (np.diff(np.abs(found.amplitudes)) < 1e-12).all()
+    frequencies = kr.frequencies(path, 20)
+    assert frequencies.exact and largest_relative_error(frequencies, exact) == 0.0
+    spaced = (frequencies.lines - exact.precession) / (math.pi / exact.period)
+    assert np.abs(spaced - spaced.round()).max() < 1e-9 and len(frequencies.lines) == 20
+    assert (np.diff(np.abs(frequencies.amplitudes)) < 1e-12).all()
 
 
 def test_spectral_lines_sum_to_the_motion_of_the_apex():
     _, path = solve_periods(kr.scenes.cusps)
-    found = kr.frequencies(path)
-    way = np.exp(1j * np.multiply.outer(path.t, found.lines)) @ found.amplitudes
+    frequencies = kr.frequencies(path)
+    way = np.exp(1j * np.multiply.outer(path.t, frequencies.lines)) @ frequencies.amplitudes
     assert np.abs(way - (path.apex[:, 0] + 1j * path.apex[:, 1])).max() < 1e-11
-    assert found.rest < 1e-11 and "12 lines" in repr(found)
+    assert frequencies.rest < 1e-11 and "12 lines" in repr(frequencies)
 
 
 def test_known_lines_are_recovered():
     t = np.linspace(-3.0, 997.0, 5000)
     rates, parts = np.array([1.7, -0.31, 2.9]), np.array([0.5, 0.25j, -1e-9])
-    found, amplitudes, rest = _find_strongest_spectral_lines(
+    lines, amplitudes, rest = _find_strongest_spectral_lines(
         t, np.exp(1j * np.multiply.outer(t, rates)) @ parts, 3
     )
-    assert np.abs(found - rates).max() < 1e-9 and np.abs(found - rates)[:2].max() < 1e-15
+    assert np.abs(lines - rates).max() < 1e-9 and np.abs(lines - rates)[:2].max() < 1e-15
     assert np.abs(amplitudes - parts).max() < 1e-13 and rest < 1e-13
 
 
@@ -160,15 +160,21 @@ def test_chaotic_paths_have_a_large_remainder():
 
 def test_undetermined_rates_are_nan():
     """Check that mean rates are NaN if the apex passes a pole on irregularly alternating sides."""
-    found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
-    assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
-    assert np.isfinite(found.lines).all() and found.rest < 1e-3
+    frequencies = kr.frequencies(
+        kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001))
+    )
+    assert (
+        math.isnan(frequencies.precession)
+        and math.isnan(frequencies.spin)
+        and frequencies.nutation > 1.0
+    )
+    assert np.isfinite(frequencies.lines).all() and frequencies.rest < 1e-3
 
 
 def test_steady_and_resting_axes_have_no_nutation():
     steady = kr.scenes.steady_precession
-    found = kr.frequencies(kr.solve(steady, np.linspace(0, 100, 2001), "taylor"))
-    assert found.nutation == 0.0 and found.precession == pytest.approx(1.0, abs=1e-12)
+    frequencies = kr.frequencies(kr.solve(steady, np.linspace(0, 100, 2001), "taylor"))
+    assert frequencies.nutation == 0.0 and frequencies.precession == pytest.approx(1.0, abs=1e-12)
     upright = kr.Scene(LAGRANGE.body, (0, 0, 9.0))
     still = kr.frequencies(kr.solve(upright, np.linspace(0, 9, 100), "taylor"))
     assert math.isnan(still.precession) and math.isnan(still.spin) and still.nutation == 0.0
@@ -189,8 +195,8 @@ def test_a_top_released_at_rest_has_the_frequency_of_a_slow_one():
     assert rest.nutation == pytest.approx(slow.nutation, rel=1e-9) and rest.nutation > 1.0
     assert rest.precession == pytest.approx(0.0, abs=1e-12)
     # without a lever, gravity has no effect
-    held = kr.Scene(kr.Body(1.0, (1.0, 1.5, 2.0), (0, 0, 0)), (0, 0, 0))
-    still = kr.frequencies(kr.solve(held, t, "taylor"))
+    resting = kr.Scene(kr.Body(1.0, (1.0, 1.5, 2.0), (0, 0, 0)), (0, 0, 0))
+    still = kr.frequencies(kr.solve(resting, t, "taylor"))
     assert math.isnan(still.precession) and still.nutation == 0.0
 
 
@@ -207,7 +213,7 @@ EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
 
 
 @pytest.mark.parametrize(
-    ("path", "n", "said"),
+    ("path", "n", "message"),
     [
         (EVEN.t, 12, "path must be a kreisel.Path"),
         (EVEN, 0, "n must be at least 1"),
@@ -219,8 +225,8 @@ EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
         (kr.solve(GENERAL, np.linspace(0, 1, 80), want=["energy"]), 2, "want"),
     ],
 )
-def test_invalid_arguments_are_refused(path, n, said):
-    with pytest.raises((TypeError, ValueError, AttributeError), match=said):
+def test_invalid_arguments_are_refused(path, n, message):
+    with pytest.raises((TypeError, ValueError, AttributeError), match=message):
         kr.frequencies(path, n)
 
 
@@ -241,19 +247,21 @@ def test_frequencies_need_enough_states():
 @pytest.mark.parametrize("name", ["cusps", "thesis", "kowalewski"])
 def test_a_turntable_is_subtracted_from_the_precession(name, t):
     scene, rate = getattr(kr.scenes, name), 0.37
-    carried = scene.replace(turning=(0, 0, rate))
+    turning_scene = scene.replace(turning=(0, 0, rate))
     for method in ("taylor", "exact"):
-        rest, found = (kr.frequencies(kr.solve(top, t, method)) for top in (scene, carried))
-        assert found.exact == rest.exact
+        rest, frequencies = (
+            kr.frequencies(kr.solve(top, t, method)) for top in (scene, turning_scene)
+        )
+        assert frequencies.exact == rest.exact
         precession = rest.precession - rate
-        assert found.precession == pytest.approx(precession, abs=1e-12, nan_ok=True)
-        assert found.nutation == pytest.approx(rest.nutation, rel=1e-11)
-        assert found.spin == pytest.approx(rest.spin, rel=1e-11, nan_ok=True)
-        assert np.abs(found.lines[:4] - (rest.lines[:4] - rate)).max() < 1e-9
+        assert frequencies.precession == pytest.approx(precession, abs=1e-12, nan_ok=True)
+        assert frequencies.nutation == pytest.approx(rest.nutation, rel=1e-11)
+        assert frequencies.spin == pytest.approx(rest.spin, rel=1e-11, nan_ok=True)
+        assert np.abs(frequencies.lines[:4] - (rest.lines[:4] - rate)).max() < 1e-9
 
 
 @pytest.mark.parametrize(
-    "words, said",
+    "words, message",
     [
         (
             {"turning": (0.1, 0, 0)},
@@ -264,7 +272,7 @@ def test_a_turntable_is_subtracted_from_the_precession(name, t):
         ({"turning": (0, 0, 0.1), "gravity": 0}, "replace.turning=None. gives the same motion"),
     ],
 )
-def test_supports_without_constant_rates_are_refused(words, said):
+def test_supports_without_constant_rates_are_refused(words, message):
     path = kr.solve(kr.scenes.cusps.replace(**words), np.linspace(0, 10, 100))
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         kr.frequencies(path)

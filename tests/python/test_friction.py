@@ -27,11 +27,11 @@ def test_taylor_agrees_with_scipy(name):
     for friction in (0.05, 0.5):
         for words in ({}, {"damping": (0.1, 0.2, 0.3), "turning": (0.3, -0.2, 0.5)}):
             scene = make_scene(name, friction=friction, shaking=(0.1, 5.0, 0.3), **words)
-            q, m, stops = integrate_with_stops(scene, 6.0)
+            q, m, stop_times = integrate_with_stops(scene, 6.0)
             path = kr.solve(scene, [0.0, 6.0])
-            assert kr.attitude_error(path.q[-1], q) < 1e-8, (name, friction, stops)
+            assert kr.attitude_error(path.q[-1], q) < 1e-8, (name, friction, stop_times)
             assert np.abs(path.m[-1] - m).max() < 1e-8
-    if not stops:
+    if not stop_times:
         compare_methods(scene, 2.0, {"taylor"})
 
 
@@ -45,8 +45,8 @@ def test_the_spin_of_a_symmetric_top_in_closed_form(damping):
         stop = math.log1p(2.0 * damping / 0.1) / rate if damping else 1.7 * 2.0 / 0.1
         path = kr.solve(top, np.linspace(0.0, 1.5 * stop, 301))
         decay = np.exp(-rate * path.t)
-        slowed = 0.1 * (1.0 - decay) / damping if damping else 0.1 * path.t / 1.7
-        expected = -np.maximum(2.0 * decay - slowed, 0.0)
+        loss = 0.1 * (1.0 - decay) / damping if damping else 0.1 * path.t / 1.7
+        expected = -np.maximum(2.0 * decay - loss, 0.0)
         assert np.abs(path.spin - expected).max() < 1e-12
         found = kr.solve(top, 1.5 * stop, events=[kr.events.stopped()]).events
         assert found.t == pytest.approx([stop], rel=1e-13)
@@ -57,10 +57,10 @@ def test_the_spin_of_a_symmetric_top_in_closed_form(damping):
 def test_a_stopped_top_is_a_spherical_pendulum():
     top = SPUN.replace(friction=0.5)
     stop = kr.solve(top, 20.0, events=[kr.events.stopped(terminal=True)])
-    after = kr.solve(top, [stop.t[-1] + 5.0])
+    path = kr.solve(top, [stop.t[-1] + 5.0])
     still = kr.solve(stop.end.replace(friction=0.0), [5.0])
-    assert kr.attitude_error(after.q[-1], still.q[-1]) < 1e-13
-    assert abs(after.spin[-1]) < 1e-15
+    assert kr.attitude_error(path.q[-1], still.q[-1]) < 1e-13
+    assert abs(path.spin[-1]) < 1e-15
 
 
 @pytest.mark.parametrize("friction", [1e3, 1e16, 1e150, 1e308])
@@ -97,9 +97,9 @@ def test_backward_in_time_a_stopped_top_has_no_unique_past():
     back = kr.solve(fast, [0.0, -3.0])
     assert np.abs(back.spin - (2.0 + 0.1 / 1.7 * 3.0))[-1] < 1e-13
     assert kr.attitude_error(kr.solve(back.end, [3.0]).q[-1], fast.attitude) < 1e-13
-    stopped = kr.solve(fast, 60.0)
+    path = kr.solve(fast, 60.0)
     with pytest.raises((kr.Error, ValueError), match="stopped"):
-        kr.solve(stopped.end, [-1.0])
+        kr.solve(path.end, [-1.0])
 
 
 def test_runs_are_resumed_across_a_stop():
@@ -121,8 +121,8 @@ def test_members_of_an_ensemble_equal_single_tops():
     assert tops.axes == ("friction",) and tops.coords["friction"].tolist() == [1e-3, 0.05, 0.7]
     check_members(tops, [0.0, 5.0])
     check_members(tops, [0.0, 5.0], digits=20)
-    found = kr.solve(tops, [0.0, 5.0], events=[kr.events.stopped()])
-    assert not found.status.any()
+    paths = kr.solve(tops, [0.0, 5.0], events=[kr.events.stopped()])
+    assert not paths.status.any()
     assert kr.Scene.from_toml(HEAVY.to_toml()) == HEAVY and "friction=0.05" in repr(HEAVY)
 
 
@@ -142,7 +142,7 @@ def test_invalid_friction_is_refused(friction):
 
 def test_functions_without_friction_refuse_it():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
-    for refused in (
+    for call in (
         *list_unsupported_calls(HEAVY, path),
         lambda: kr.exact(SPUN.replace(friction=0.1)),
         lambda: kr.solve(SPUN.replace(friction=0.1), 1.0, "exact"),
@@ -152,4 +152,4 @@ def test_functions_without_friction_refuse_it():
         lambda: kr.solve(make_scene("free", friction=0.1), 1.0, tangents=("start", "com")),
     ):
         with pytest.raises(ValueError, match="friction"):
-            refused()
+            call()

@@ -62,8 +62,8 @@ def test_near_unstable_equilibria_the_error_is_met_or_refused(seed):
     times = np.linspace(0.0, rng.choice([-1, 1]) * rng.uniform(20, 100), 501)
     try:
         path = kr.solve(scene, times, method="geometric", error=target)
-    except ValueError as refused:
-        assert "cannot be met" in str(refused)
+    except ValueError as refusal:
+        assert "cannot be met" in str(refusal)
         return
     true = kr.attitude_error(path.q, kr.solve(scene, times, digits=20).q).max()
     assert true <= target and path.error / 3 <= max(true, 1e-15) <= 3 * path.error
@@ -72,9 +72,9 @@ def test_near_unstable_equilibria_the_error_is_met_or_refused(seed):
 @pytest.mark.parametrize("end", [1e4, -1e4])
 @pytest.mark.parametrize("most", [1, 30, 3000])
 def test_a_stopped_search_leaves_a_valid_path(most, end):
-    with pytest.raises(kr.Error, match=f"of {end:g}") as ended:
+    with pytest.raises(kr.Error, match=f"of {end:g}") as error:
         kr.solve(LAGRANGE, end, "geometric", error=1e-6, max_steps=most)
-    path = ended.value.path
+    path = error.value.path
     assert 0.0 <= path.t[-1] / end < 1.0 and np.isfinite(path.states).all()
 
 
@@ -85,15 +85,15 @@ def turning_over():
 
 def test_error_and_choice_are_those_of_the_path():
     scene, times = turning_over(), [10.0, 20.0, 39.0]
-    steered = {"method": "geometric", "error": 1e-5}
-    path = kr.solve(scene, times, **steered)
+    options = {"method": "geometric", "error": 1e-5}
+    path = kr.solve(scene, times, **options)
     truth = kr.solve(scene, times, digits=20)
-    off = kr.attitude_error(path.q, truth.q)
-    assert path.error == pytest.approx(off.max(), rel=1e-6)
+    errors = kr.attitude_error(path.q, truth.q)
+    assert path.error == pytest.approx(errors.max(), rel=1e-6)
     assert path.error < path.plan.choice.error / 3 and path.plan.choice.error <= 1e-5
-    assert path[:1].error == pytest.approx(off[0], rel=1e-6, abs=1e-15)
-    of_many = kr.solve(scene.vary(gravity=[0.0]), times, **steered)[0]
-    alone = kr.solve(scene, times, want=("q",), **steered)
+    assert path[:1].error == pytest.approx(errors[0], rel=1e-6, abs=1e-15)
+    of_many = kr.solve(scene.vary(gravity=[0.0]), times, **options)[0]
+    alone = kr.solve(scene, times, want=("q",), **options)
     assert of_many.error == alone.error == path.error
 
 
@@ -123,8 +123,8 @@ def test_error_and_choice_are_those_of_the_path():
 )
 def test_long_steps_meet_the_error_between_grid_points(scene, t, target):
     path = kr.solve(scene, t, method="geometric", error=target)
-    between = np.linspace(0.0, t, 400)
-    true = kr.attitude_error(path(between).q, kr.solve(scene, between, digits=20).q).max()
+    times = np.linspace(0.0, t, 400)
+    true = kr.attitude_error(path(times).q, kr.solve(scene, times, digits=20).q).max()
     assert true <= target and path.plan.step > 0.5
 
 
@@ -292,11 +292,11 @@ def test_max_steps_keeps_the_states_reached():
     tops = kr.scenes.asymmetric.vary(gravity=[0.0, 0.5, 1.0])
     times = [0.0, 1.0, 1.0, 9.0, 20.0]
     for sign in (1.0, -1.0):
-        asked = sign * np.array(times)
-        paths = kr.solve(tops, asked, "geometric", error=1e-6, max_steps=20)
+        t = sign * np.array(times)
+        paths = kr.solve(tops, t, "geometric", error=1e-6, max_steps=20)
         assert paths.failed.tolist() == [0, 1, 2] and paths.state_counts[0] == 4
         for i, n in enumerate(paths.state_counts.tolist()):
-            true = kr.solve(tops[i], asked[:n]).q
+            true = kr.solve(tops[i], t[:n]).q
             assert kr.attitude_error(paths.states[i, :n, 1:5], true).max(initial=0.0) < 1e-9
             assert np.isnan(paths.states[i, n:, 1:]).all()
 
@@ -329,8 +329,8 @@ class Search:
     def predict_needed_step_count(self, steps, error):
         return steps + 1
 
-    def make_unmet_error_exception(self, why):
-        return ValueError(why)
+    def make_unmet_error_exception(self, reason):
+        return ValueError(reason)
 
 
 def run_search(monkeypatch, errors, **more):
@@ -345,27 +345,27 @@ def run_search(monkeypatch, errors, **more):
 
 def test_the_search_refines_by_the_observed_errors(monkeypatch):
     enough = step_search._ENOUGH * 1e-9
-    search, found = run_search(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
-    assert found() == (enough, 14) and search.asked == [10, 11, 12, 13, 14]
-    search, found = run_search(monkeypatch, itertools.repeat(1e-8))
+    search, choice = run_search(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
+    assert choice() == (enough, 14) and search.asked == [10, 11, 12, 13, 14]
+    search, choice = run_search(monkeypatch, itertools.repeat(1e-8))
     with pytest.raises(ValueError, match=re.escape("rounding errors reach 1.0e-08 rad, and finer")):
-        found()
+        choice()
     assert search.asked == [10, *(11 * 2**k for k in range(len(search.asked) - 1))]
     assert len(search.asked) == step_search._STALLS + 1
-    search, found = run_search(monkeypatch, [1e-6, 1e-8, 0.5e-8, 1e-9, enough])
-    assert found() == (enough, 14)
+    search, choice = run_search(monkeypatch, [1e-6, 1e-8, 0.5e-8, 1e-9, enough])
+    assert choice() == (enough, 14)
 
 
 def test_a_search_ends_with_its_budget(monkeypatch):
     enough = step_search._ENOUGH * 1e-9
-    _, found = run_search(monkeypatch, [1e-3, enough], budget=21)
-    assert found() == (enough, 11)
-    _, found = run_search(monkeypatch, [1e-3, enough], budget=20)
+    _, choice = run_search(monkeypatch, [1e-3, enough], budget=21)
+    assert choice() == (enough, 11)
+    _, choice = run_search(monkeypatch, [1e-3, enough], budget=20)
     with pytest.raises(ValueError, match="the search is limited to 20 steps"):
-        found()
-    _, found = run_search(monkeypatch, [enough], conditioning=math.nextafter(1e-9, 1.0))
+        choice()
+    _, choice = run_search(monkeypatch, [enough], conditioning=math.nextafter(1e-9, 1.0))
     with pytest.raises(ValueError, match="the rounding of the scene alone exceeds it"):
-        found()
+        choice()
 
 
 def test_large_errors_are_not_extrapolated():

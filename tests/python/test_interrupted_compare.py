@@ -11,35 +11,35 @@ WORDS = {"methods": ["rk4", "strang", "taylor"], "steps": [0.1, 0.05], "repeats"
 
 
 def test_a_comparison_reports_progress():
-    told = []
-    table = kr.compare(TOP, 1.0, progress=told.append, **WORDS)
-    assert len(table) == 5 and told == [pytest.approx(i / 10) for i in range(1, 11)]
-    assert told[-1] == 1.0
+    reports = []
+    table = kr.compare(TOP, 1.0, progress=reports.append, **WORDS)
+    assert len(table) == 5 and reports == [pytest.approx(i / 10) for i in range(1, 11)]
+    assert reports[-1] == 1.0
     with pytest.raises(TypeError, match="progress must be a function"):
         kr.compare(TOP, 1.0, progress=3, **WORDS)
 
 
-@pytest.mark.parametrize("made", [1, 3, 5, 7])
-def test_an_interrupted_comparison_keeps_its_rows(made):
-    told = []
+@pytest.mark.parametrize("count", [1, 3, 5, 7])
+def test_an_interrupted_comparison_keeps_its_rows(count):
+    reports = []
 
     def stop(part):
-        told.append(part)
-        if len(told) == made:
+        reports.append(part)
+        if len(reports) == count:
             raise KeyboardInterrupt
 
-    with pytest.raises(kr.CompareInterrupted) as stopped:
+    with pytest.raises(kr.CompareInterrupted) as interruption:
         kr.compare(TOP, 1.0, progress=stop, **WORDS)
-    rows = min(made, 5)
-    assert str(stopped.value) == f"interrupted: {rows} of 5 runs were completed"
+    rows = min(count, 5)
+    assert str(interruption.value) == f"interrupted: {rows} of 5 runs were completed"
     whole = kr.compare(TOP, 1.0, **WORDS)
-    again = pickle.loads(pickle.dumps(stopped.value))
-    for table in (stopped.value.table, again.table):
+    again = pickle.loads(pickle.dumps(interruption.value))
+    for table in (interruption.value.table, again.table):
         assert len(table) == rows
         for row, full in zip(table, whole, strict=False):
             assert (row.method, row.step, row.steps) == (full.method, full.step, full.steps)
             assert row.attitude_error == full.attitude_error and row.seconds > 0
-    assert isinstance(stopped.value, KeyboardInterrupt)
+    assert isinstance(interruption.value, KeyboardInterrupt)
 
 
 SEND = """
@@ -52,20 +52,20 @@ soon = threading.Timer(0.5, send)
 """
 
 
-@pytest.mark.parametrize("truth, when", [("exact", "progress=send"), ("rk4", "")])
-def test_ctrl_c_ends_a_comparison(truth, when):
-    done = python(
+@pytest.mark.parametrize("truth, option", [("exact", "progress=send"), ("rk4", "")])
+def test_ctrl_c_ends_a_comparison(truth, option):
+    result = python(
         SEND
         + f"""
 try:
-    {"" if when else "soon.start()"}
-    kr.compare(kr.scenes.thesis, 1e6, ["exact", "rk4"], steps=[1e-4], truth={truth!r}, {when})
+    {"" if option else "soon.start()"}
+    kr.compare(kr.scenes.thesis, 1e6, ["exact", "rk4"], steps=[1e-4], truth={truth!r}, {option})
 except kr.CompareInterrupted as stopped:
     print([row.method for row in stopped.table])
 """
     )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == ("['exact']" if truth == "exact" else "[]")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.strip() == ("['exact']" if truth == "exact" else "[]")
 
 
 def test_the_command_line_shows_finished_rows():
@@ -75,14 +75,14 @@ sys.argv[1:] = {[*words, "--truth", "exact"]}
 soon.start()
 main()
 """
-    done = python(SEND + code)
-    assert done.returncode == 130, done.stderr
-    assert "exact" in done.stdout and "rk4" not in done.stdout
-    assert "interrupted: 1 of 2 runs" in done.stderr
+    result = python(SEND + code)
+    assert result.returncode == 130, result.stderr
+    assert "exact" in result.stdout and "rk4" not in result.stdout
+    assert "interrupted: 1 of 2 runs" in result.stderr
 
 
 def test_ctrl_c_in_a_closed_form_raises_keyboard_interrupt():
-    done = python(
+    result = python(
         SEND
         + """
 times = np.linspace(0, 10, 3_000_000)
@@ -94,4 +94,4 @@ except KeyboardInterrupt as stopped:
     print(type(stopped).__name__)
 """
     )
-    assert (done.returncode, done.stdout) == (0, "KeyboardInterrupt\n"), done.stderr
+    assert (result.returncode, result.stdout) == (0, "KeyboardInterrupt\n"), result.stderr

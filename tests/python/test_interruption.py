@@ -31,13 +31,13 @@ def test_max_steps_ends_a_run():
     assert np.array_equal(again.path.states, full.states)
 
 
-@pytest.mark.parametrize("first, reached", [(0.0, [0, 1.5]), (1.0, [1, 1.5]), (50.0, [1.5])])
-def test_a_state_that_is_not_finite_ends_a_run(first, reached):
+@pytest.mark.parametrize("first, times", [(0.0, [0, 1.5]), (1.0, [1, 1.5]), (50.0, [1.5])])
+def test_a_state_that_is_not_finite_ends_a_run(first, times):
     wild = GENERAL.replace(momentum=(5, -10, 5), attitude=(1, 0, 0, 0))
     with pytest.raises(kr.Error, match=r"finite.* in 3 steps") as failure:
         kr.solve(wild, [first, 50.0], "rk4", step=0.5)
     path = failure.value.path
-    assert failure.value.status == "ERR_NOT_FINITE" and path.t.tolist() == reached
+    assert failure.value.status == "ERR_NOT_FINITE" and path.t.tolist() == times
     assert np.isfinite(path.states).all()
     assert np.array_equal(path.states[-1], kr.solve(wild, 1.5, "rk4", step=0.5).states[-1])
 
@@ -53,28 +53,28 @@ def test_an_unreachable_tolerance_ends_a_run():
 
 def make_third_call_raise(run):
     """Call `run` with a progress callback that raises an exception at its third call."""
-    told = []
+    times = []
 
-    def tell(t):
-        told.append(t)
-        if len(told) == 3:
+    def note(t):
+        times.append(t)
+        if len(times) == 3:
             raise ArithmeticError("enough")
 
     with pytest.raises(ArithmeticError, match="enough"):
-        run(tell)
-    return told
+        run(note)
+    return times
 
 
-def stream_top(tell):
-    list(kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, progress=tell))
+def stream_top(progress):
+    list(kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, progress=progress))
 
 
-def solve_energy(tell):
-    kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=tell)
+def solve_energy(progress):
+    kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=progress)
 
 
-def solve_top(tell):
-    kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=tell)
+def solve_top(progress):
+    kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=progress)
 
 
 @pytest.mark.parametrize("run", [solve_top, stream_top, solve_energy])
@@ -123,34 +123,36 @@ def test_exceptions_in_progress_are_not_kept_alive():
 @pytest.mark.parametrize(
     "run",
     [
-        lambda tell: kr.solve(TOP, 3.0, progress=tell),
-        lambda tell: kr.solve(TOP, [1.0, 3.0], progress=tell, want=("energy",)),
-        lambda tell: kr.solve(TOP, np.linspace(0, 3, 40000), progress=tell, want=("energy",)),
-        lambda tell: kr.solve(TOP, 3.0, progress=tell, events=[kr.events.nutation()]),
-        lambda tell: kr.solve(TOP, 3.0, "geometric", error=1e-3, progress=tell),
-        lambda tell: kr.start(TOP).to(3.0, progress=tell),
-        lambda tell: list(kr.stream(TOP, [1.0, 2.0, 3.0], chunk=1, progress=tell)),
+        lambda progress: kr.solve(TOP, 3.0, progress=progress),
+        lambda progress: kr.solve(TOP, [1.0, 3.0], progress=progress, want=("energy",)),
+        lambda progress: kr.solve(
+            TOP, np.linspace(0, 3, 40000), progress=progress, want=("energy",)
+        ),
+        lambda progress: kr.solve(TOP, 3.0, progress=progress, events=[kr.events.nutation()]),
+        lambda progress: kr.solve(TOP, 3.0, "geometric", error=1e-3, progress=progress),
+        lambda progress: kr.start(TOP).to(3.0, progress=progress),
+        lambda progress: list(kr.stream(TOP, [1.0, 2.0, 3.0], chunk=1, progress=progress)),
     ],
 )
 def test_progress_ends_with_the_final_time(run):
-    told = []
-    run(told.append)
-    assert told[-1] == 3.0 and told == sorted(told)
+    times = []
+    run(times.append)
+    assert times[-1] == 3.0 and times == sorted(times)
 
 
 def test_a_refused_call_does_not_change_the_time():
-    run, seen = kr.start(TOP, "rk4", step=1e-3), []
+    run, times = kr.start(TOP, "rk4", step=1e-3), []
 
-    def tell(t):
+    def note(t):
         with pytest.raises(RuntimeError, match="under way"):
             run.to(2e9)
-        seen.append(run.t)
-        if len(seen) == 2:
+        times.append(run.t)
+        if len(times) == 2:
             raise ArithmeticError
 
     with pytest.raises(ArithmeticError):
-        run.to(1e9, progress=tell)
-    assert seen == [0.0, 0.0] and run.t > 0.0
+        run.to(1e9, progress=note)
+    assert times == [0.0, 0.0] and run.t > 0.0
 
 
 # Ctrl-C and other signals
@@ -158,20 +160,20 @@ def test_a_refused_call_does_not_change_the_time():
 
 @pytest.mark.parametrize("pieces", [1, 2, 4])
 def test_ctrl_c_between_two_chunks_keeps_the_path(monkeypatch, pieces):
-    record, done = kr.start(TOP)._record_path.__func__, []
+    record, sizes = kr.start(TOP)._record_path.__func__, []
 
     def record_or_stop(self, times, progress):
-        if len(done) == pieces:
+        if len(sizes) == pieces:
             raise KeyboardInterrupt
-        done.append(len(times))
+        sizes.append(len(times))
         return record(self, times, progress)
 
     monkeypatch.setattr(kr.Run, "_record_path", record_or_stop)
     times = np.linspace(0, 10, 100_000)
-    with pytest.raises(kr.Interrupted) as stopped:
+    with pytest.raises(kr.Interrupted) as interruption:
         kr.solve(TOP, times, want=("energy",))
-    path = stopped.value.path
-    assert len(path) == sum(done) == len(path.energy) and path.want == ("energy",)
+    path = interruption.value.path
+    assert len(path) == sum(sizes) == len(path.energy) and path.want == ("energy",)
     assert np.array_equal(path.t, times[: len(path)])
 
 
@@ -214,11 +216,11 @@ except kr.Interrupted as stopped:
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_every_long_call(kind):
     """Check that SIGINT ends calls that would otherwise run very long."""
-    done = python(INTERRUPTED, STOPS[kind], timeout=120)
-    assert done.returncode == 0 and done.stdout, done.stderr
-    states, reached = map(float, done.stdout.split())
-    assert states >= 1 and reached >= 0
-    assert kind not in ("fixed", "adaptive", "detours") or (states >= 2 and reached > 0)
+    result = python(INTERRUPTED, STOPS[kind], timeout=120)
+    assert result.returncode == 0 and result.stdout, result.stderr
+    states, end = map(float, result.stdout.split())
+    assert states >= 1 and end >= 0
+    assert kind not in ("fixed", "adaptive", "detours") or (states >= 2 and end > 0)
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer with a signal")
@@ -243,21 +245,23 @@ def test_other_signals_raise_the_exception_of_their_handler():
 def test_a_top_refused_by_the_core_takes_no_step(words, monkeypatch):
     for verb in run, variational:
         monkeypatch.setattr(verb, "start_top", lambda *_: ("ERR_NOT_FINITE", None))
-    with pytest.raises(kr.Error) as told:
+    with pytest.raises(kr.Error) as error:
         kr.solve(TOP, [1.0], **words)
-    assert tuple(told.value.path.stats) == (0, 0, 0, 0) and len(told.value.path) == 1
+    assert tuple(error.value.path.stats) == (0, 0, 0, 0) and len(error.value.path) == 1
 
 
 def test_ctrl_c_while_quantities_are_computed_loses_nothing(monkeypatch):
-    real, pressed = kr.Path.only, []
+    real, calls = kr.Path.only, []
 
     def only(path, want):
-        if not pressed:
-            pressed.append(path)
+        if not calls:
+            calls.append(path)
             raise KeyboardInterrupt
         return real(path, want)
 
     monkeypatch.setattr(kr.Path, "only", only)
-    with pytest.raises(kr.Interrupted) as stopped:
+    with pytest.raises(kr.Interrupted) as interruption:
         list(kr.stream(TOP, [1.0, 2.0], want=["energy", "q_low"]))  # Python computes q_low
-    assert len(stopped.value.path.energy) == 2 and stopped.value.status == "ERR_INTERRUPTED"
+    assert (
+        len(interruption.value.path.energy) == 2 and interruption.value.status == "ERR_INTERRUPTED"
+    )

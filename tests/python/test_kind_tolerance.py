@@ -7,9 +7,11 @@ from tops import TILT, matrix, unit
 
 EPS = 2.0**-52
 NEARLY = {  # relative deviations of the moments from those of a Lagrange top
-    "com": lambda off: kr.Body(1, (1, 1, 0.5), (off, 0, 1), unphysical=True),
-    "moments": lambda off: kr.Body(1, (1, 1 + off, 0.5), (0, 0, 1), unphysical=True),
-    "sphere": lambda off: kr.Body(1, (1, 1 + off, 1 - off / 5), (0.6, 0.5, 0.4), unphysical=True),
+    "com": lambda deviation: kr.Body(1, (1, 1, 0.5), (deviation, 0, 1), unphysical=True),
+    "moments": lambda deviation: kr.Body(1, (1, 1 + deviation, 0.5), (0, 0, 1), unphysical=True),
+    "sphere": lambda deviation: kr.Body(
+        1, (1, 1 + deviation, 1 - deviation / 5), (0.6, 0.5, 0.4), unphysical=True
+    ),
 }
 
 
@@ -55,9 +57,9 @@ def test_rings_of_points_are_lagrange_tops():
 
 def test_tensors_change_only_by_rounding_errors():
     random = np.random.default_rng(6)
-    for off in 10 ** random.uniform(-14, -10, 300):
+    for difference in 10 ** random.uniform(-14, -10, 300):
         turn, com = matrix(unit(random.normal(size=4))), random.normal(size=3)
-        tensor = turn @ np.diag((1, 1 + off, random.uniform(0.3, 1.8))) @ turn.T
+        tensor = turn @ np.diag((1, 1 + difference, random.uniform(0.3, 1.8))) @ turn.T
         tensor = 0.5 * (tensor + tensor.T)
         body = kr.Body(1, tensor, com, unphysical=True)
         axes = matrix(body.axes)
@@ -66,14 +68,14 @@ def test_tensors_change_only_by_rounding_errors():
         assert np.abs(axes @ body.principal_com - com).max() < 40 * EPS * np.abs(com).max()
 
 
-@pytest.mark.parametrize("what", NEARLY)
-@pytest.mark.parametrize("off", [4e-14, 9e-13, 2e-10])
-def test_differences_above_rounding_change_the_kind(what, off):
-    scene = kr.Scene(NEARLY[what](off), momentum=(0, 0.3, 1), attitude=TILT)
+@pytest.mark.parametrize("kind", NEARLY)
+@pytest.mark.parametrize("difference", [4e-14, 9e-13, 2e-10])
+def test_differences_above_rounding_change_the_kind(kind, difference):
+    scene = kr.Scene(NEARLY[kind](difference), momentum=(0, 0.3, 1), attitude=TILT)
     assert scene.body.kind == "general"
     assert kr.solve(scene, 1).method == "taylor"
     assert "'lagrange' only up to" in kr.plan(scene).why
-    for asked in (
+    for call in (
         lambda: kr.exact(scene),
         lambda: kr.exact([scene]),
         lambda: kr.solve(scene, 1, "exact"),
@@ -81,12 +83,12 @@ def test_differences_above_rounding_change_the_kind(what, off):
         lambda: kr.exact(scene, map="bobenko_suris", step=0.01),
     ):
         with pytest.raises(ValueError, match="'lagrange' only up to"):
-            asked()
+            call()
 
 
-@pytest.mark.parametrize("what", NEARLY)
-def test_differences_of_rounding_size_keep_the_kind(what):
-    scene = kr.Scene(NEARLY[what](8 * EPS), momentum=(0, 0.3, 1), attitude=TILT)
+@pytest.mark.parametrize("kind", NEARLY)
+def test_differences_of_rounding_size_keep_the_kind(kind):
+    scene = kr.Scene(NEARLY[kind](8 * EPS), momentum=(0, 0.3, 1), attitude=TILT)
     assert scene.body.kind == "lagrange" and kr.solve(scene, 1).method == "exact"
     paths = [kr.solve(scene, 10), kr.solve(scene, 10, "kahan_li8", step=0.01)]
     true = kr.solve(scene, 10, digits=30)

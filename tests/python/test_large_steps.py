@@ -35,12 +35,12 @@ def error(scene, method, step):
     """Return the attitude error [rad] after ten steps, or None if the step size is rejected."""
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
-    except ValueError as refused:
-        said = re.search(
-            r"the step is too large.* with step = (\S+), where (\S+) would suffice", str(refused)
+    except ValueError as refusal:
+        match = re.search(
+            r"the step is too large.* with step = (\S+), where (\S+) would suffice", str(refusal)
         )
-        assert said and float(said[1]) == step
-        kr.solve(scene, STEPS * step, method=method, step=float(said[2]))
+        assert match and float(match[1]) == step
+        kr.solve(scene, STEPS * step, method=method, step=float(match[2]))
         return None
     return kr.attitude_error(path.q, kr.solve(scene, path.t, tol=1e-12, method="taylor").q).max()
 
@@ -51,19 +51,19 @@ def test_bobenko_suris4_refuses_steps_beyond_its_series():
     The modified energy E excludes the spin energy and differs from the energy by a few per cent. E
     and the torque are divided by the moment of inertia I1.
     """
-    taken = 0
+    count = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
         i1, i3 = scene.body.moments[0], scene.body.moments[2]
         start = kr.solve(scene, [0.0])
         energy = start.energy[0] / i1 - 0.5 * (1 / i3 - 1 / i1) * start.axial_momentum[0] ** 2 / i1
         torque, size = step**2 * lever(scene) / i1, step**2 * 2 * abs(energy)
-        off = error(scene, "bobenko_suris4", step)
-        if off is None:
+        attitude_error = error(scene, "bobenko_suris4", step)
+        if attitude_error is None:
             assert max(torque, size) > 0.8
         else:
-            assert max(torque, size) < 1.3 and off < 0.3
-        taken += off is not None
-    assert 50 < taken < 150
+            assert max(torque, size) < 1.3 and attitude_error < 0.3
+        count += attitude_error is not None
+    assert 50 < count < 150
 
 
 @pytest.mark.parametrize(
@@ -80,16 +80,16 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
     inertia. A step size is also rejected if the body might turn by more than `most` radians per
     step.
     """
-    taken = 0
+    count = 0
     for scene, step in random_bodies(200, kinds, 2):
         least, energy = min(scene.body.moments), kr.solve(scene, [0.0]).energy[0]
         turn = step * np.sqrt(2 * (energy + lever(scene)) / least)
         heavy = step**2 * lever(scene) / least
-        off = error(scene, method, step)
-        assert (off is None) == (turn > most or heavy > 2), (turn, heavy, off)
-        assert off is None or off < 1.0, (turn, heavy)
-        taken += off is not None
-    assert 50 < taken < 180
+        attitude_error = error(scene, method, step)
+        assert (attitude_error is None) == (turn > most or heavy > 2), (turn, heavy, attitude_error)
+        assert attitude_error is None or attitude_error < 1.0, (turn, heavy)
+        count += attitude_error is not None
+    assert 50 < count < 180
 
 
 def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():

@@ -49,7 +49,7 @@ def constructor_calls():
 def run_calls(folder):
     run = kr.start(TOP, "strang", step=0.01)
     run.to(1.0)
-    saved = run.checkpoint
+    checkpoint = run.checkpoint
     methods = {
         f"solve, {name}": partial(kr.solve, SYMMETRIC, TIMES, name, step=default_step(method))
         for name, method in kr.methods.items()
@@ -61,7 +61,7 @@ def run_calls(folder):
         "solve, events": partial(kr.solve, TOP, 3.0, events=[kr.events.nutation()]),
         "solve, progress": partial(kr.solve, TOP, TIMES, progress=lambda t: None),
         "start": partial(kr.start, TOP, "strang", step=0.01),
-        "resume": partial(kr.resume, saved),
+        "resume": partial(kr.resume, checkpoint),
         "copy of a run": partial(copy.copy, run),
         "checkpoint": lambda: run.checkpoint,
         "save": partial(run.save, folder / "run"),
@@ -158,5 +158,5 @@ def test_a_call_leaves_nothing_behind(tmp_path, name):
 
 
 def test_a_leak_is_seen():
-    kept = []
-    assert measure_growth(lambda: kept.append(object())) >= CALLS
+    leak = []
+    assert measure_growth(lambda: leak.append(object())) >= CALLS

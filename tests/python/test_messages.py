@@ -149,13 +149,13 @@ def test_messages_show_shapes_instead_of_arrays():
 
 
 @pytest.mark.parametrize(
-    "word, meant", [("omega_y", "velocity"), ("omega", "velocity"), ("theta", "nutation"),
+    "word, name", [("omega_y", "velocity"), ("omega", "velocity"), ("theta", "nutation"),
                     ("phi", "precession_angle"), ("psi", "spin_angle"), ("enregy", "energy")]
 )  # fmt: skip
-def test_textbook_names_of_quantities_get_a_hint(word, meant):
-    with pytest.raises(ValueError, match=f"did you mean '{meant}'"):
+def test_textbook_names_of_quantities_get_a_hint(word, name):
+    with pytest.raises(ValueError, match=f"did you mean '{name}'"):
         kr.solve(GENERAL, 1, want=[word])
-    with pytest.raises(AttributeError, match=f"a path has no '{word}'; did you mean '{meant}'"):
+    with pytest.raises(AttributeError, match=f"a path has no '{word}'; did you mean '{name}'"):
         getattr(kr.solve(GENERAL, 1), word)
 
 
@@ -174,8 +174,8 @@ def test_known_names_are_listed_once():
     [("taylor", {}), ("extrap", {}), ("implicit_midpoint", {"step": 0.1})],
 )
 def test_an_unreachable_tolerance_is_named(method, words):
-    said = "at tol = 1e-40, which is below the rounding of doubles: "
-    with pytest.raises(kr.Error, match=said + method):
+    message = "at tol = 1e-40, which is below the rounding of doubles: "
+    with pytest.raises(kr.Error, match=message + method):
         kr.solve(kr.scenes.asymmetric, 1, method, tol=1e-40, **words)
 
 
@@ -193,13 +193,13 @@ def test_the_plan_shows_the_rotation_per_step():
 
 
 def test_a_tolerance_below_rounding_is_reported():
-    with pytest.raises(kr.Error) as refused:
+    with pytest.raises(kr.Error) as error:
         kr.solve(TOP, [10.0], "extrap", tol=ROUNDING / 64, max_steps=1000)
-    assert "which is below the rounding of doubles" in str(refused.value)
+    assert "which is below the rounding of doubles" in str(error.value)
 
 
 def test_a_tolerance_equal_to_rounding_is_not_below_rounding():
-    for tol, said in ((ROUNDING, False), (0.5 * ROUNDING, True)):
+    for tol, is_below in ((ROUNDING, False), (0.5 * ROUNDING, True)):
         path = SimpleNamespace(tol=tol)
         error = make_stop_exception("ERR_STEP", path, "it reached t = 1")
-        assert ("below the rounding" in str(error)) == said and f"tol = {tol!r}" in str(error)
+        assert ("below the rounding" in str(error)) == is_below and f"tol = {tol!r}" in str(error)

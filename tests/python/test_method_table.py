@@ -5,13 +5,13 @@ from kreisel._analysis import method_table
 
 
 def test_costs_have_at_most_three_digits():
-    told = [method_table._format_cost_ratio(x) for x in (0.994, 1.0, 9.94, 10.0, 10.4, 123.4)]
-    assert told == ["0.99", "1.0", "9.9", "10", "10", "123"]
+    texts = [method_table._format_cost_ratio(x) for x in (0.994, 1.0, 9.94, 10.0, 10.4, 123.4)]
+    assert texts == ["0.99", "1.0", "9.9", "10", "10", "123"]
 
 
 def test_the_table_of_costs_has_a_row_for_each_method():
-    given = {name: [2e-9, 3e-9, 0.0] for name in kr.methods} | {"rk4": [1e-9, 1e-9, 1e-9]}
-    rows = method_table._format_methods_table_rows(kr.methods, given).splitlines()
+    costs = {name: [2e-9, 3e-9, 0.0] for name in kr.methods} | {"rk4": [1e-9, 1e-9, 1e-9]}
+    rows = method_table._format_methods_table_rows(kr.methods, costs).splitlines()
     assert len(rows) == 2 + len(kr.methods)
     assert {row.count("|") for row in rows} == {9}
     (strang,) = (row for row in rows if row.startswith("| strang "))

@@ -14,14 +14,14 @@ from validation.references.orders import BODIES, measure_order
 from validation.references.orders import tilt_scene as scene
 
 
-def cases(wanted=lambda name, body: True, **flags):
+def cases(is_member=lambda name, body: True, **flags):
     """Return all pairs (method, body) in which the method has the given properties."""
     return [
         (name, body)
         for name, method in kr.methods.items()
         if all(getattr(method, flag) == value for flag, value in flags.items())
         for body in BODIES
-        if method.applies_to(BODIES[body]) and wanted(name, body)
+        if method.applies_to(BODIES[body]) and is_member(name, body)
     ]
 
 
@@ -62,10 +62,10 @@ def test_errors_decrease_with_the_tolerance(name, body):
 
 @pytest.mark.parametrize("name, body", cases(adaptive=False, reversible=True))
 def test_reversible_methods_return_to_the_start(name, body):
-    there = kr.solve(scene(body), 30, method=name, step=0.05)
-    back = kr.solve(there.scene_at(-1), -30, method=name, step=0.05)
-    assert kr.attitude_error(back.q[-1], there.q[0]) < 1e-11
-    assert np.abs(back.m[-1] - there.m[0]).max() < 1e-11
+    path = kr.solve(scene(body), 30, method=name, step=0.05)
+    back = kr.solve(path.scene_at(-1), -30, method=name, step=0.05)
+    assert kr.attitude_error(back.q[-1], path.q[0]) < 1e-11
+    assert np.abs(back.m[-1] - path.m[0]).max() < 1e-11
 
 
 # this method conserves a modified energy, although it is not symplectic
@@ -161,8 +161,8 @@ def test_conserved_quantities_in_the_table_are_conserved(name, body):
     else:
         path = kr.solve(scene(body), 500, method=name, step=0.05, every=50)
     for quantity in CONSERVED[method.conserves][body]:
-        within = 1e-12 if quantity == "vertical_momentum" else 1e-11
-        assert np.ptp(getattr(path, quantity)) < within, quantity
+        limit = 1e-12 if quantity == "vertical_momentum" else 1e-11
+        assert np.ptp(getattr(path, quantity)) < limit, quantity
 
 
 @pytest.mark.parametrize("body", ["lagrange", "kowalewski", "goryachev_chaplygin"])
@@ -180,10 +180,10 @@ def test_fourth_integrals_are_constant():
     path = kr.solve(level, np.linspace(0, 50, 101), method="extrap", tol=1e-13)
     assert np.abs(path.goryachev_chaplygin).max() > 1e-3
     assert np.ptp(path.goryachev_chaplygin) < 1e-9
-    raised = kr.solve(
+    other_path = kr.solve(
         scene("goryachev_chaplygin"), np.linspace(0, 50, 101), method="extrap", tol=1e-13
     )
-    assert np.ptp(raised.goryachev_chaplygin) > 1e-2
+    assert np.ptp(other_path.goryachev_chaplygin) > 1e-2
 
 
 @pytest.mark.parametrize(

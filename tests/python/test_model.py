@@ -50,11 +50,11 @@ def test_from_com_agrees_with_the_cuboid():
     a, b, c = half = (0.6, 0.8, 1.0)
     mass = 8 * a * b * c
     about_com = mass / 3 * np.array([b * b + c * c, c * c + a * a, a * a + b * b])
-    moved = kr.Body.from_com(mass, about_com, com=(5, 6, 7), pivot=(5.1, 5.8, 6))
+    body = kr.Body.from_com(mass, about_com, com=(5, 6, 7), pivot=(5.1, 5.8, 6))
     np.testing.assert_allclose(
-        moved.inertia, kr.Body.cuboid(half, pivot=(0.1, -0.2, -1)).inertia, rtol=1e-14
+        body.inertia, kr.Body.cuboid(half, pivot=(0.1, -0.2, -1)).inertia, rtol=1e-14
     )
-    np.testing.assert_allclose(moved.com, CORNER.com, rtol=1e-14)
+    np.testing.assert_allclose(body.com, CORNER.com, rtol=1e-14)
 
 
 def test_a_symmetric_body_equals_a_body_with_three_moments():
@@ -83,10 +83,10 @@ def test_a_rotated_lagrange_top_has_its_axis_as_third_principal_axis():
 def test_equal_moments_keep_the_given_axes():
     body = kr.Body(mass=1, inertia=(2, 2, 2), com=(0.1, 0.2, 0.3))
     assert body.kind == "lagrange" and body.axes == (1, 0, 0, 0)
-    turned = kr.Body(
+    other_body = kr.Body(
         mass=1, inertia=matrix(TILT) @ (2 * np.eye(3)) @ matrix(TILT).T, com=(0.1, 0.2, 0.3)
     )
-    np.testing.assert_allclose(turned.moments, (2, 2, 2), rtol=1e-15)
+    np.testing.assert_allclose(other_body.moments, (2, 2, 2), rtol=1e-15)
 
 
 # Scenes
@@ -107,11 +107,11 @@ def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
     body = next(body for body in bodies if kr.methods[name].applies_to(body))
     axes = matrix(turn)
     tensor = axes @ np.diag(body.inertia) @ axes.T
-    turned = kr.Body(body.mass, tensor, axes @ body.com, unphysical=body.unphysical)
+    other_body = kr.Body(body.mass, tensor, axes @ body.com, unphysical=body.unphysical)
     attitude = unit(quaternion.multiply(TILT, quaternion.conjugate(turn)))
-    scenes = [kr.Scene(b, GENERAL.momentum, q) for b, q in ((body, TILT), (turned, attitude))]
-    how = {"tol": 1e-13} if name == "extrap" else {"step": 0.01}
-    own, other = (kr.solve(scene, [1, 2], name, **how) for scene in scenes)
+    scenes = [kr.Scene(b, GENERAL.momentum, q) for b, q in ((body, TILT), (other_body, attitude))]
+    options = {"tol": 1e-13} if name == "extrap" else {"step": 0.01}
+    own, other = (kr.solve(scene, [1, 2], name, **options) for scene in scenes)
     for quantity in ("m", "velocity", "torque", "apex", "energy"):
         np.testing.assert_allclose(
             getattr(other, quantity), getattr(own, quantity), rtol=0, atol=atol
@@ -205,8 +205,8 @@ def test_named_scenes_move_as_described():
     cusps = path["cusps"]
     assert np.ptp(height["cusps"]) > 0.1 and abs(height["cusps"].max() - 0.6) < 1e-8
     top = height["cusps"].argmax()
-    across = np.cross(cusps.velocity[top], cusps.apex[top])
-    assert np.linalg.norm(across) < 0.05 * np.linalg.norm(cusps.velocity[top])
+    transverse = np.cross(cusps.velocity[top], cusps.apex[top])
+    assert np.linalg.norm(transverse) < 0.05 * np.linalg.norm(cusps.velocity[top])
     middle = path["dzhanibekov"].frame[:, 1, 1]
     assert (
         middle.min() < -0.99 and middle.max() > 0.99 and (np.diff(np.sign(middle)) != 0).sum() >= 2
@@ -223,18 +223,20 @@ def test_named_scenes_move_as_described():
 def test_a_least_moment_below_rounding_is_refused():
     """Check that a body is rejected if rounding errors exceed its smallest moment of inertia."""
     half, mass = (0.6, 0.8, 1.0), 8 * 0.48
-    for far in (1.0, 1e2, 3e3):
-        pivot = far * np.array((0.3, -0.4, 0.5))
+    for distance in (1.0, 1e2, 3e3):
+        pivot = distance * np.array((0.3, -0.4, 0.5))
         body = kr.Body.cuboid(half=half, pivot=pivot)
-        about = np.diag([mass / 3 * (1.0 + 0.64), mass / 3 * 1.36, mass / 3 * 1.0])
-        along = pivot / np.linalg.norm(pivot)
+        inertia = np.diag([mass / 3 * (1.0 + 0.64), mass / 3 * 1.36, mass / 3 * 1.0])
+        direction = pivot / np.linalg.norm(pivot)
         # to first order, the axis of the least moment is the line to the centre of mass
-        assert min(body.moments) == pytest.approx(along @ about @ along, rel=1e-6 + 0.5 / far**2)
-    for far in (1e6, 3e7, 1e8):
+        assert min(body.moments) == pytest.approx(
+            direction @ inertia @ direction, rel=1e-6 + 0.5 / distance**2
+        )
+    for distance in (1e6, 3e7, 1e8):
         with pytest.raises(
             ValueError,
             match=r"the smallest principal moment, about .* is below the rounding errors",
         ):
-            kr.Body.cuboid(half=half, pivot=far * np.array((0.3, -0.4, 0.5)))
-        straight = kr.Body.cuboid(half=half, pivot=(0, 0, -far))
+            kr.Body.cuboid(half=half, pivot=distance * np.array((0.3, -0.4, 0.5)))
+        straight = kr.Body.cuboid(half=half, pivot=(0, 0, -distance))
         assert min(straight.moments) == pytest.approx(mass / 3, rel=1e-15)

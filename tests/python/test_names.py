@@ -59,20 +59,20 @@ def test_conventions_agree_with_the_core():
 def test_the_core_matches_its_stub():
     stub = (ROOT / "python/kreisel/_core.pyi").read_text()
     public = {name for name in dir(core) if not name.startswith("_")}
-    typed = {
+    names = {
         line.split("(")[0].removeprefix("def ").split(":")[0]
         for line in stub.splitlines()
         if line[:1].isalpha()
     }
-    typed = {
+    names = {
         word.removeprefix("class ")
-        for word in typed
+        for word in names
         if not word.startswith(("class _", "from ", "import "))
     }
-    assert public == typed
+    assert public == names
 
 
 def test_import_needs_only_numpy():
     optional = {"scipy", "rich", "click", "matplotlib", "heyoka", "pandas", "xarray", "pyarrow"}
-    done = python(f"import sys, kreisel; print(sorted(sys.modules.keys() & {optional}))")
-    assert (done.returncode, done.stdout) == (0, "[]\n")
+    result = python(f"import sys, kreisel; print(sorted(sys.modules.keys() & {optional}))")
+    assert (result.returncode, result.stdout) == (0, "[]\n")

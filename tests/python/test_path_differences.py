@@ -33,10 +33,12 @@ def test_the_last_chart_shows_the_angle_between_both_attitudes():
 
 
 def test_paths_with_other_times_are_compared_at_common_times():
-    found = compute_angle_between_paths(FINE, ROUGH)
+    difference = compute_angle_between_paths(FINE, ROUGH)
     again = kr.solve(GENERAL, T, "rk4", step=0.05)
-    assert np.array_equal(found.t, T)
-    assert found.angle == pytest.approx(kr.attitude_error(FINE.q, again.q), rel=1e-6, abs=1e-15)
+    assert np.array_equal(difference.t, T)
+    assert difference.angle == pytest.approx(
+        kr.attitude_error(FINE.q, again.q), rel=1e-6, abs=1e-15
+    )
     late = kr.solve(GENERAL, [4.0, 6.0])
     assert compute_angle_between_paths(FINE, late).t.tolist() == T[T >= 4.0].tolist()
     assert compute_angle_between_paths(late, FINE).t.tolist() == T[T >= 4.0].tolist()
@@ -45,20 +47,20 @@ def test_paths_with_other_times_are_compared_at_common_times():
 
 def test_differences_below_the_rounding_of_doubles_are_shown():
     one, other = (kr.solve(GENERAL, T, digits=digits) for digits in (20, 30))
-    found = compute_angle_between_paths(one, other)
-    assert 1e-22 < found.angle.max() < 1e-17
+    difference = compute_angle_between_paths(one, other)
+    assert 1e-22 < difference.angle.max() < 1e-17
 
 
 def test_without_attitudes_the_apexes_are_compared():
     want = ("apex", "nutation", "precession_angle")
     one = kr.solve(GENERAL, T, want=want)
-    found = compute_angle_between_paths(one, ROUGH)
+    difference = compute_angle_between_paths(one, ROUGH)
     rough = kr.solve(GENERAL, T, "rk4", step=0.05)
     expected = np.arccos(np.clip((one.apex * rough.apex).sum(axis=1), -1.0, 1.0))
-    assert found.what == "apexes" and found.angle == pytest.approx(expected, abs=2e-8)
+    assert difference.what == "apexes" and difference.angle == pytest.approx(expected, abs=2e-8)
     assert kr.plot(one, ROUGH)[6].get_title() == "angle between the apexes"
-    stored = kr.solve(GENERAL, T, want=(*want, "q"))
-    assert compute_angle_between_paths(stored, FINE).what == "attitudes"
+    full_path = kr.solve(GENERAL, T, want=(*want, "q"))
+    assert compute_angle_between_paths(full_path, FINE).what == "attitudes"
 
 
 def test_equal_paths_and_paths_without_common_times_are_labelled():
@@ -70,8 +72,11 @@ def test_equal_paths_and_paths_without_common_times_are_labelled():
 def test_a_map_is_compared_at_its_own_steps():
     steps = kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)([0, 1, 2, 3])
     path = kr.solve(LAGRANGE, np.linspace(0, 0.4, 7))
-    found = compute_angle_between_paths(path, steps)
-    assert found.t == pytest.approx(steps.t) and found.angle[0] < 1e-15 < found.angle[-1]
+    difference = compute_angle_between_paths(path, steps)
+    assert (
+        difference.t == pytest.approx(steps.t)
+        and difference.angle[0] < 1e-15 < difference.angle[-1]
+    )
     other = kr.exact(LAGRANGE, map="bobenko_suris", step=0.2)([0, 1])
     assert compute_angle_between_paths(steps, other).t.tolist() == [0.0, 0.2]
     assert compute_angle_between_paths(steps, path).t == pytest.approx(steps.t)

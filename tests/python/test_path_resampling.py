@@ -85,14 +85,14 @@ def test_a_map_has_no_states_between_its_steps():
     path = kr.exact(LAGRANGE, map="bobenko_suris", step=0.01)([3, 1])
     with pytest.raises(ValueError, match="closed form of bobenko_suris, a map"):
         path(0.02)
-    stepped = kr.solve(LAGRANGE, 0.03, "bobenko_suris", step=0.01)
-    assert len(stepped(0.02)) == 1 and path[0].t == 0.03
+    other = kr.solve(LAGRANGE, 0.03, "bobenko_suris", step=0.01)
+    assert len(other(0.02)) == 1 and path[0].t == 0.03
 
 
 def test_failed_paths_can_be_resampled_up_to_their_last_valid_state():
-    with pytest.raises(kr.Error) as raised:
+    with pytest.raises(kr.Error) as error:
         kr.solve(TOP, [0.25, 9.0], max_steps=4)
-    path = raised.value.path
+    path = error.value.path
     end = float(path.t[-1])
     assert np.array_equal(path(end).states, path[-1].states)
     assert same(path([0.2, end]), kr.solve(TOP, [0.2, end]))
@@ -104,9 +104,9 @@ def test_failed_paths_can_be_resampled_up_to_their_last_valid_state():
 def test_paths_of_a_stream_can_be_resampled(words):
     times = np.linspace(0.0, 4.0, 9)
     for path in kr.stream(TOP, times, chunk=3, **words):
-        asked = [float(path.t[-1]), 0.1, 0.0]
-        asked = [t for t in asked if t <= path.t[-1]]
-        assert same(path(asked), solve_unordered(TOP, asked, **words))
+        own_times = [float(path.t[-1]), 0.1, 0.0]
+        own_times = [t for t in own_times if t <= path.t[-1]]
+        assert same(path(own_times), solve_unordered(TOP, own_times, **words))
     run = kr.start(TOP, "strang", step=0.1, back=True)
     run.to(-1.0)
     assert same(run.to(-2.0)([-0.5, -1.5]), kr.solve(TOP, [-0.5, -1.5], "strang", step=0.1))
@@ -114,13 +114,13 @@ def test_paths_of_a_stream_can_be_resampled(words):
 
 def test_paths_with_events_can_be_resampled():
     path = kr.solve(TOP, 30.0, events=[LOWEST])
-    met = path.events.path
-    assert np.array_equal(met(met.t[::-1]).states, met.states[::-1])
+    event_path = path.events.path
+    assert np.array_equal(event_path(event_path.t[::-1]).states, event_path.states[::-1])
     assert len(path(3.0).events) == 0 and same(path(3.0), kr.solve(TOP, [3.0]))
-    ended = kr.solve(TOP, 30.0, events=[kr.events.nutation(direction=1, terminal=True)])
-    assert np.array_equal(ended(ended.t[-1]).states, ended.states[-1:])
+    short_path = kr.solve(TOP, 30.0, events=[kr.events.nutation(direction=1, terminal=True)])
+    assert np.array_equal(short_path(short_path.t[-1]).states, short_path.states[-1:])
     with pytest.raises(ValueError, match="outside"):
-        ended(30.0)
+        short_path(30.0)
 
 
 @pytest.mark.parametrize(
@@ -158,24 +158,26 @@ PATHS = {
 
 @pytest.mark.parametrize("kind", PATHS)
 @pytest.mark.parametrize(
-    "which",
+    "index",
     [0, -1, np.int64(3), slice(None), slice(5, 1, -2), slice(9, None), [4, 0, 0], [], (1, 2),
      np.array([6, -7]), np.arange(7) > 3, [True] * 6 + [False]],
 )  # fmt: skip
-def test_indexed_states_equal_those_of_the_path(kind, which):
+def test_indexed_states_equal_those_of_the_path(kind, index):
     path = PATHS[kind]()
-    some = path[which]
-    at = np.arange(7)[list(which) if isinstance(which, tuple) else which].reshape(-1)
+    selection = path[index]
+    indices = np.arange(7)[list(index) if isinstance(index, tuple) else index].reshape(-1)
     for name in ("t", *path.want) if path.want else ("t", "q", "m", "q_low", "m_low", "energy"):
-        assert getattr(some, name).tobytes() == getattr(path, name)[at.astype(int)].tobytes()
+        assert (
+            getattr(selection, name).tobytes() == getattr(path, name)[indices.astype(int)].tobytes()
+        )
     words = ("scene", "method", "step", "tol", "digits", "want", "stats")
-    assert all(getattr(some, word) == getattr(path, word) for word in words)
-    assert len(some.events) == 0 and not some.t.flags.writeable
-    assert len(copy.deepcopy(some)) == len(some) == len(at)
+    assert all(getattr(selection, word) == getattr(path, word) for word in words)
+    assert len(selection.events) == 0 and not selection.t.flags.writeable
+    assert len(copy.deepcopy(selection)) == len(selection) == len(indices)
 
 
 @pytest.mark.parametrize(
-    "which, kind, message",
+    "index, kind, message",
     [
         (7, IndexError, "a path of 7 states has no state of index 7"),
         (-8, IndexError, "index -8"),
@@ -189,9 +191,9 @@ def test_indexed_states_equal_those_of_the_path(kind, which):
         ([0.5] * 9999, TypeError, r"not \[0.5, 0.5, .*\.\.\.\]"),
     ],
 )
-def test_invalid_indices_are_refused(which, kind, message):
+def test_invalid_indices_are_refused(index, kind, message):
     with pytest.raises(kind, match=message):
-        PATHS["states"]()[which]
+        PATHS["states"]()[index]
 
 
 def test_iteration_yields_single_states():
@@ -214,7 +216,7 @@ def test_the_error_of_selected_states_does_not_depend_on_their_order():
 
 def test_slices_of_paths_with_events_can_be_resampled_bitwise():
     path = kr.solve(TOP, 20.0, events=[LOWEST], want=["energy"])
-    loaded = pickle.loads(pickle.dumps(path))
-    for part in (path[1:], loaded[1:]):
+    again = pickle.loads(pickle.dumps(path))
+    for part in (path[1:], again[1:]):
         assert part(7.0).energy.tobytes() == path(7.0).energy.tobytes()
         assert part.plan == path[1:].plan and len(part.events) == 0

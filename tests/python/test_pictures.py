@@ -39,10 +39,10 @@ def test_lines_show_the_data_of_the_path(degrees, back):
     top = kr.exact(path.scene)
     assert list(upper.get_ydata()) == [unit * top.least_nutation] * 2
     assert list(lower.get_ydata()) == [unit * top.greatest_nutation] * 2
-    around = precession.lines[0].get_ydata()
-    turns = (around / unit - path.precession_angle) / (2 * np.pi)
+    angles = precession.lines[0].get_ydata()
+    turns = (angles / unit - path.precession_angle) / (2 * np.pi)
     assert turns == pytest.approx(np.rint(turns), abs=1e-12)
-    assert np.abs(np.diff(around)).max() < unit * 0.1
+    assert np.abs(np.diff(angles)).max() < unit * 0.1
     assert nutation.get_ylabel() == ("nutation [°]" if degrees else "nutation [rad]")
     assert precession.get_xlabel() == "time [T]"
     assert path.method == "exact" and sphere.get_title() == "cusps (closed form)"
@@ -53,15 +53,15 @@ def test_the_precession_is_interrupted_where_it_jumps(back):
     """Check that the precession curve is interrupted each time the apex passes the vertical."""
     path = kr.solve(kr.scenes.thesis, np.linspace(0, -60 if back else 60, 3001))
     line = kr.plot(path, degrees=False)[2].lines[0]
-    t, around = line.get_xdata(), line.get_ydata()
+    t, angles = line.get_xdata(), line.get_ydata()
     gaps = np.flatnonzero(np.isnan(t))
-    assert np.isnan(around[gaps]).all() and len(gaps) == 8
+    assert np.isnan(angles[gaps]).all() and len(gaps) == 8
     passes = np.abs(t[gaps - 1] + t[gaps + 1]) / 2
     assert passes == pytest.approx(kr.exact(path.scene).period * np.arange(8), abs=0.03)
-    assert np.nanmax(np.abs(np.diff(around))) < 0.5
-    kept = np.isfinite(t)
-    assert np.array_equal(t[kept], path.t)
-    turns = (around[kept] - path.precession_angle) / (2 * np.pi)
+    assert np.nanmax(np.abs(np.diff(angles))) < 0.5
+    is_finite = np.isfinite(t)
+    assert np.array_equal(t[is_finite], path.t)
+    turns = (angles[is_finite] - path.precession_angle) / (2 * np.pi)
     assert turns == pytest.approx(np.rint(turns), abs=1e-12)
 
 
@@ -108,10 +108,10 @@ def test_circles_on_the_globe_are_the_turning_points():
     top, e = kr.exact(CUSPS.scene), np.radians(20)
     for circle, angle in zip(circles, [top.least_nutation, top.greatest_nutation], strict=True):
         x, y = (np.array(part) for part in circle.get_data())
-        seen = np.isfinite(y)
-        away = (y[seen] - np.cos(angle) * np.cos(e)) / np.sin(e)
-        assert seen.sum() > 50
-        assert np.hypot(x[seen], away) == pytest.approx(np.sin(angle), abs=1e-12)
+        is_visible = np.isfinite(y)
+        depth = (y[is_visible] - np.cos(angle) * np.cos(e)) / np.sin(e)
+        assert is_visible.sum() > 50
+        assert np.hypot(x[is_visible], depth) == pytest.approx(np.sin(angle), abs=1e-12)
 
 
 def test_a_picture_leaves_no_empty_space():
@@ -135,8 +135,8 @@ def test_events_are_marked():
     assert dots.get_ydata() == pytest.approx(path.events.path.nutation, abs=1e-15)
     on_the_line = np.interp(path.events.t, path.t, precession.lines[0].get_ydata())
     assert precession.lines[1].get_ydata() == pytest.approx(on_the_line, abs=1e-12)
-    none = kr.solve(GENERAL, np.linspace(0, 0.1, 5), events=[kr.events.nutation()])
-    assert len(kr.plot(none)[1].lines) == 1
+    motion = kr.solve(GENERAL, np.linspace(0, 0.1, 5), events=[kr.events.nutation()])
+    assert len(kr.plot(motion)[1].lines) == 1
 
 
 def test_several_paths_are_drawn_side_by_side():
@@ -177,8 +177,8 @@ def test_invalid_drawings_are_refused():
 
 def test_the_wanted_quantities_suffice_for_a_plot():
     path = kr.solve(GENERAL, [0.0, 1.0], want=("apex", "nutation", "precession_angle"))
-    drawn = kr.plot(path, degrees=False)[1].lines[0].get_ydata()
-    assert np.array_equal(drawn, path.nutation)
+    y = kr.plot(path, degrees=False)[1].lines[0].get_ydata()
+    assert np.array_equal(y, path.nutation)
 
 
 def test_pyplot_is_not_imported():
@@ -241,8 +241,8 @@ def test_uneven_times_are_resampled_evenly(scene, tmp_path):
 def test_a_film_runs_in_the_direction_of_its_path(tmp_path):
     back = kr.solve(GENERAL, np.linspace(0, -2, 21)).animate(fps=1, size=50)
     assert back.t == pytest.approx(np.linspace(0, -2, 9), abs=1e-15)
-    between = kr.exact(kr.scenes.cusps)([1.0, 5.0]).animate(fps=1, size=50)
-    assert between.t == pytest.approx(np.linspace(1, 5, 9), abs=1e-15)
+    film = kr.exact(kr.scenes.cusps)([1.0, 5.0]).animate(fps=1, size=50)
+    assert film.t == pytest.approx(np.linspace(1, 5, 9), abs=1e-15)
 
 
 def test_the_needle_of_a_film_begins_at_the_surface_of_the_body():
@@ -287,18 +287,18 @@ def test_ctrl_c_leaves_the_old_file(name, old, tmp_path, monkeypatch):
     file = tmp_path / name
     if old:
         file.write_bytes(old)
-    draw, drawn = Figure.savefig, []
+    draw, frames = Figure.savefig, []
 
     def stops(figure, *args, **words):
-        drawn.append(1)
-        if len(drawn) == 3:
+        frames.append(1)
+        if len(frames) == 3:
             raise KeyboardInterrupt
         return draw(figure, *args, **words)
 
     monkeypatch.setattr(Figure, "savefig", stops)
     with pytest.raises(KeyboardInterrupt):
         CUSPS.animate(file, fps=1, size=50)
-    assert len(drawn) == 3 and list(scratch.iterdir()) == []
+    assert len(frames) == 3 and list(scratch.iterdir()) == []
     assert file.read_bytes() == old if old else not file.exists()
     assert len(list(tmp_path.iterdir())) == (2 if old else 1)
 
@@ -324,9 +324,9 @@ def test_invalid_arguments_are_refused_before_anything_is_drawn(words, error, te
 
 
 def test_the_suggested_speed_is_accepted():
-    with pytest.raises(ValueError) as refused:
+    with pytest.raises(ValueError) as error:
         CUSPS.animate(speed=1e-4)
-    speed = float(str(refused.value).split("speed = ")[1].split(",")[0])
+    speed = float(str(error.value).split("speed = ")[1].split(",")[0])
     assert len(CUSPS.animate(speed=1.01 * speed)) <= 1165
 
 
@@ -368,9 +368,9 @@ def test_a_symmetric_body_is_drawn_as_a_solid_of_revolution():
         assert z.mean() * height > 0, "towards its centre of mass"
 
 
-@pytest.mark.parametrize("what", [kr.plot, kr.Path.animate])
-def test_examples_run(what):
-    tests = doctest.DocTestFinder().find(what, globs={})
+@pytest.mark.parametrize("function", [kr.plot, kr.Path.animate])
+def test_examples_run(function):
+    tests = doctest.DocTestFinder().find(function, globs={})
     assert sum(len(test.examples) for test in tests) > 1
     assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)
 
@@ -378,13 +378,13 @@ def test_examples_run(what):
 @pytest.mark.parametrize("section", [(1.0, 0.25), (0.25, 1.0)])
 def test_the_tube_of_a_rod_has_the_thickness_of_its_section(section):
     (axes,) = Figure().subplots(1, squeeze=False)[0]
-    along = np.linspace(0.0, 3.0, 5)
-    centre = np.stack([along, np.zeros(5), np.zeros(5)], axis=-1)
+    x = np.linspace(0.0, 3.0, 5)
+    centre = np.stack([x, np.zeros(5), np.zeros(5)], axis=-1)
     normals = np.tile(np.eye(3)[[1, 2]], (5, 1, 1))  # away from the eye, and upwards
     draw_tube(centre, normals, section, axes, elevation=0.0)
-    drawn = axes.collections[0].get_paths()
-    heights = np.concatenate([path.vertices[:, 1] for path in drawn])
-    assert len(drawn) and np.ptp(heights) == pytest.approx(0.1 * section[1])
+    outlines = axes.collections[0].get_paths()
+    heights = np.concatenate([path.vertices[:, 1] for path in outlines])
+    assert len(outlines) and np.ptp(heights) == pytest.approx(0.1 * section[1])
 
 
 def test_paths_may_be_separate_arguments():
@@ -416,8 +416,8 @@ BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 def corners_of_film(film):
     """Return the projected vertices of the body in the first frame of an animation."""
-    drawn = next(film._draw_frames()).axes[0].collections
-    (solid,) = [part for part in drawn if isinstance(part, PolyCollection)]
+    collections = next(film._draw_frames()).axes[0].collections
+    (solid,) = [part for part in collections if isinstance(part, PolyCollection)]
     return np.concatenate([path.vertices for path in solid.get_paths()])
 
 
@@ -444,8 +444,8 @@ def test_a_film_shows_a_block_on_a_lever_that_begins_at_the_fixed_point():
 def test_a_rim_is_round():
     quads, _ = solid_of(WHEEL)
     x, y = quads.reshape(-1, 3)[:, :2].T
-    far = np.hypot(x, y) > 0.999 * np.hypot(x, y).max()
-    angles = np.unique(np.round(np.arctan2(y[far], x[far]), 9))
+    is_outer = np.hypot(x, y) > 0.999 * np.hypot(x, y).max()
+    angles = np.unique(np.round(np.arctan2(y[is_outer], x[is_outer]), 9))
     assert np.diff(angles).max() < np.radians(4)
 
 
@@ -453,8 +453,8 @@ def test_a_rim_is_round():
 def test_films_of_upright_starts_choose_a_viewing_direction(scene):
     film = kr.solve(scene, 5.0).animate(fps=1, size=50)
     lean = np.hypot(*film._apex[:, :2].T)
-    at = int(np.argmax(lean > 0.2))
-    assert lean.max() < 0.2 or film._apex[at, 0] > 0.0
+    index = int(np.argmax(lean > 0.2))
+    assert lean.max() < 0.2 or film._apex[index, 0] > 0.0
     assert np.abs(np.linalg.norm(film._q, axis=1) - 1.0).max() < 1e-14
 
 
@@ -497,16 +497,18 @@ def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
 
 
 def test_an_isotropic_rod_is_round_and_its_sides_do_not_turn_with_the_spin(monkeypatch):
-    drawn = []
-    monkeypatch.setattr(solids, "draw_solid_faces", lambda axes, faces, *_: drawn.append(faces))
+    face_lists = []
+    monkeypatch.setattr(
+        solids, "draw_solid_faces", lambda axes, faces, *_: face_lists.append(faces)
+    )
     rod = kr.rod(CUSPS)
     rod.plot(thickness=0.1)
     n = len(rod.centre)
-    faces = drawn[0]
+    faces = face_lists[0]
     corners = len(faces) // n  # the side faces of n - 1 segments, and two ends with fewer faces
     rims = faces[: (n - 1) * corners, 0].reshape(n - 1, corners, 3) - rod.centre[:-1, None]
     assert np.linalg.norm(rims, axis=-1) == pytest.approx(0.05, rel=1e-12)
-    bent = np.linalg.norm(np.diff(rod.frame[:-1, 2], axis=0), axis=-1)
-    moved = np.linalg.norm(np.diff(rims, axis=0), axis=-1).max(axis=1)
-    assert (moved <= 0.05 * bent * 1.001).all()
-    assert (np.linalg.norm(np.diff(rod.frame[:-1, 0], axis=0), axis=-1) > 2 * bent).any()
+    tangent_changes = np.linalg.norm(np.diff(rod.frame[:-1, 2], axis=0), axis=-1)
+    rim_changes = np.linalg.norm(np.diff(rims, axis=0), axis=-1).max(axis=1)
+    assert (rim_changes <= 0.05 * tangent_changes * 1.001).all()
+    assert (np.linalg.norm(np.diff(rod.frame[:-1, 0], axis=0), axis=-1) > 2 * tangent_changes).any()

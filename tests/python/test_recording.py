@@ -59,10 +59,10 @@ def test_the_initial_state_is_recorded_as_given():
 @pytest.mark.parametrize("name", ["auto", *FIXED])
 def test_states_do_not_depend_on_other_requests(name):
     scene = kr.scenes.thesis if name == "auto" else scene_for(name)
-    how = {} if name == "auto" else {"step": 0.07}
-    alone = kr.solve(scene, 2.0, name, **how)
-    among = kr.solve(scene, np.linspace(0, 2.0, 57), name, **how)
-    assert np.array_equal(alone.states[-1], among.states[-1])
+    options = {} if name == "auto" else {"step": 0.07}
+    alone = kr.solve(scene, 2.0, name, **options)
+    dense = kr.solve(scene, np.linspace(0, 2.0, 57), name, **options)
+    assert np.array_equal(alone.states[-1], dense.states[-1])
 
 
 def test_auto_is_taylor():
@@ -73,8 +73,8 @@ def test_auto_is_taylor():
 
 
 def test_integration_backward_returns_to_the_start():
-    there = kr.solve(GENERAL, 4, tol=1e-12)
-    back = kr.solve(there.end, [-1, -4], tol=1e-12)
+    path = kr.solve(GENERAL, 4, tol=1e-12)
+    back = kr.solve(path.end, [-1, -4], tol=1e-12)
     assert kr.attitude_error(back.q[-1], GENERAL.attitude) < 1e-8
     assert kr.solve(GENERAL, -4, "rk4", step=0.01).step == -0.01
 
@@ -115,17 +115,17 @@ def test_quantities_agree_with_their_definitions():
 
 @pytest.mark.parametrize("name", COMPUTED)
 def test_quantities_are_computed_on_first_access(name, monkeypatch):
-    called, original = [], state_quantities.values
+    calls, original = [], state_quantities.values
     monkeypatch.setattr(
         state_quantities,
         "values",
-        lambda word, *words: called.append(word) or original(word, *words),
+        lambda word, *words: calls.append(word) or original(word, *words),
     )
     path = kr.solve(GENERAL, 1, "strang", step=0.1, every=1)
     repr(path), len(path), path.t, path.q, path.m, path.end
-    assert called == []
+    assert calls == []
     getattr(path, name), getattr(path, name)
-    assert called == [name]
+    assert calls == [name]
 
 
 def test_unknown_names_get_a_hint():
@@ -150,8 +150,8 @@ def test_a_path_is_pickled_with_its_scene():
 
 def test_scene_at_continues_the_motion():
     path = kr.solve(GENERAL, 2, "strang", step=0.125, every=8)
-    on = kr.solve(path.scene_at(1), 1, "strang", step=0.125)
-    assert kr.attitude_error(on.q[-1], path.q[-1]) < 1e-13
+    next_path = kr.solve(path.scene_at(1), 1, "strang", step=0.125)
+    assert kr.attitude_error(next_path.q[-1], path.q[-1]) < 1e-13
     assert path.end == path.scene_at(-1) and path.end.body == CORNER
     with pytest.raises(IndexError):
         path.scene_at(3)
@@ -172,10 +172,10 @@ def test_rotations_equal_those_of_scipy():
 def test_parallel_threads_give_the_same_bits():
     scenes = [GENERAL.replace(momentum=(0.1 * i, 1, 2)) for i in range(8)]
     alone = [kr.solve(scene, 200, "rk4", step=1e-3, every=1000).states for scene in scenes]
-    among = {}
+    parallel = {}
 
     def run(i):
-        among[i] = kr.solve(scenes[i], 200, "rk4", step=1e-3, every=1000).states
+        parallel[i] = kr.solve(scenes[i], 200, "rk4", step=1e-3, every=1000).states
 
     threads = [threading.Thread(target=run, args=(i,)) for i in range(8)]
     for thread in threads:
@@ -185,7 +185,7 @@ def test_parallel_threads_give_the_same_bits():
         time.sleep(1e-3)
         ticks += 1
     assert ticks > 3, "Python did not go on while the threads ran"
-    assert all(np.array_equal(among[i], alone[i]) for i in range(8))
+    assert all(np.array_equal(parallel[i], alone[i]) for i in range(8))
 
 
 def list_nearly_symmetric_tops():
@@ -256,11 +256,11 @@ def test_the_error_of_30_digits_is_at_least_their_rounding():
 
 @pytest.mark.parametrize("want", [None, ("energy", "apex")])
 @pytest.mark.parametrize(
-    "another", [copy.copy, copy.deepcopy, lambda path: pickle.loads(pickle.dumps(path))]
+    "make_copy", [copy.copy, copy.deepcopy, lambda path: pickle.loads(pickle.dumps(path))]
 )
-def test_a_copy_of_a_path_is_read_only(want, another):
+def test_a_copy_of_a_path_is_read_only(want, make_copy):
     path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0, 2.0], want=want)
-    twin = another(path)
+    twin = make_copy(path)
     for name in ("t", "energy", "apex") + (() if want else ("states", "q", "m")):
         assert np.array_equal(getattr(twin, name), getattr(path, name))
         with pytest.raises(ValueError, match="read-only"):
@@ -303,13 +303,13 @@ FRESH = "failed", "q_xyzw"  # computed anew at each access
 
 @pytest.mark.parametrize("name", RESULTS)
 @pytest.mark.parametrize(
-    "another", [lambda one: one, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
+    "make_copy", [lambda one: one, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
 )
-def test_arrays_of_a_result_and_of_its_copies_are_read_only(name, another):
-    result = another(RESULTS[name]())
+def test_arrays_of_a_result_and_of_its_copies_are_read_only(name, make_copy):
+    result = make_copy(RESULTS[name]())
     names = [n for n in {*dir(type(result)), *vars(result)} if n[0] != "_" and n not in FRESH]
-    found = {n: value for n in names if isinstance(value := getattr(result, n, None), np.ndarray)}
-    assert found and not [n for n, value in found.items() if value.flags.writeable]
+    arrays = {n: value for n in names if isinstance(value := getattr(result, n, None), np.ndarray)}
+    assert arrays and not [n for n, value in arrays.items() if value.flags.writeable]
 
 
 # Boundary values

@@ -18,9 +18,9 @@ FIXED = {"method": "rk4", "step": 0.1}
 
 
 def check_refusal(make, words, exception, message):
-    with pytest.raises(exception, match=message) as caught:
+    with pytest.raises(exception, match=message) as error:
         make(**words)
-    assert caught.type is exception
+    assert error.type is exception
 
 
 @pytest.fixture(autouse=True)
@@ -301,9 +301,9 @@ def test_invalid_arguments_of_compare_are_refused(words, exception, message):
     ],
 )
 def test_long_arguments_are_abbreviated(make):
-    with pytest.raises((TypeError, ValueError)) as caught:
+    with pytest.raises((TypeError, ValueError)) as error:
         make()
-    assert len(str(caught.value)) < 400 and "\n" not in str(caught.value)
+    assert len(str(error.value)) < 400 and "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("field", ["gravity", "momentum", "gravty"])

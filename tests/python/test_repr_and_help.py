@@ -33,8 +33,8 @@ def test_dir_lists_the_quantities_of_a_path(words):
         "plot": lambda: (path.apex, path.nutation, path.precession_angle),
         "animate": lambda: (path.q, path.apex),
     }
-    everything = public(kr.solve(TOP, [1.0])) | {"states"}
-    for name in everything:
+    names = public(kr.solve(TOP, [1.0])) | {"states"}
+    for name in names:
         try:
             use.get(name, lambda name=name: getattr(path, name))()
         except AttributeError:
@@ -46,9 +46,9 @@ def test_dir_lists_the_quantities_of_a_path(words):
 
 
 def test_the_repr_of_a_trace_is_one_line():
-    shown = repr(kr.apex(kr.solve(kr.scenes.thesis, [0.0, 1.0, 100.0])))
-    assert shown.startswith("<kreisel.Apex: 3 points, t = 0 .. 100; heights 0.")
-    assert shown.endswith("kind 'lagrange'>")
+    text = repr(kr.apex(kr.solve(kr.scenes.thesis, [0.0, 1.0, 100.0])))
+    assert text.startswith("<kreisel.Apex: 3 points, t = 0 .. 100; heights 0.")
+    assert text.endswith("kind 'lagrange'>")
     assert "no points" in repr(kr.apex(kr.solve(kr.scenes.thesis, [])))
 
 
@@ -65,9 +65,9 @@ def test_dir_of_the_scenes_lists_scenes():
 
 
 def test_dir_lists_the_public_names_of_a_run():
-    may = {"checkpoint", "ended", "plan", "save", "start_time", "stream", "to"}
-    may |= {"change", "push", "reset"}
-    assert {name for name in dir(kr.Run) if not name.startswith("_")} == may
+    names = {"checkpoint", "ended", "plan", "save", "start_time", "stream", "to"}
+    names |= {"change", "push", "reset"}
+    assert {name for name in dir(kr.Run) if not name.startswith("_")} == names
 
 
 def test_dir_of_events_lists_its_constructors():
@@ -79,8 +79,8 @@ def test_the_repr_of_an_ensemble_is_one_line():
 
 
 def test_help_describes_the_numbers_of_a_closed_form():
-    told = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
-    assert all(f"{name} " in told for name in ("period", "precession", "spin"))
+    text = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
+    assert all(f"{name} " in text for name in ("period", "precession", "spin"))
 
 
 def test_the_repr_of_an_indicator_is_one_line():

@@ -56,9 +56,9 @@ def test_a_section_shows_verdicts_on_chaos():
 
 @pytest.mark.parametrize("tops", [TOP, TOP.vary(gravity=[[0.5], [1.0]], spin=[0.0, 1.0, 2.0])])
 def test_sections_of_any_shape_are_drawn(tops):
-    section, told = kr.section(tops, n=3), kr.oli(tops, 800.0)
-    colours = section.plot(indicator=told).collections[0].get_facecolors()[:, :3]
-    chaotic = np.repeat(np.ravel(told.is_chaotic & ~np.asarray(told.is_doubtful)), 3)
+    section, indicator = kr.section(tops, n=3), kr.oli(tops, 800.0)
+    colours = section.plot(indicator=indicator).collections[0].get_facecolors()[:, :3]
+    chaotic = np.repeat(np.ravel(indicator.is_chaotic & ~np.asarray(indicator.is_doubtful)), 3)
     assert chaotic.any()
     expected = to_rgb(panels.CLASSES[1][1])
     assert np.array_equal((colours == expected).all(axis=1), chaotic)
@@ -84,37 +84,37 @@ def test_invalid_drawings_of_sections_are_refused(words, error, text):
 
 
 def test_a_spectrum_has_a_dot_at_each_line_and_counts_nutations():
-    found = kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0, 200, 4001)))
-    axes = found.plot(time_unit="s")
+    frequencies = kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0, 200, 4001)))
+    axes = frequencies.plot(time_unit="s")
     dots, dashed = axes.lines
-    assert np.array_equal(dots.get_xdata(), found.lines)
-    assert np.array_equal(dots.get_ydata(), np.abs(found.amplitudes))
-    assert list(dashed.get_xdata()) == [found.precession] * 2 and axes.get_yscale() == "log"
+    assert np.array_equal(dots.get_xdata(), frequencies.lines)
+    assert np.array_equal(dots.get_ydata(), np.abs(frequencies.amplitudes))
+    assert list(dashed.get_xdata()) == [frequencies.precession] * 2 and axes.get_yscale() == "log"
     assert axes.get_xlabel() == "angular frequency [s⁻¹]"
-    named = {text.get_text(): text.xy[0] for text in axes.texts}
-    assert len(named) == 12 and named["0"] == pytest.approx(found.precession)
-    assert named["+2"] == pytest.approx(found.precession + 2 * found.nutation)
-    assert PNG in found._repr_html_()
+    positions = {text.get_text(): text.xy[0] for text in axes.texts}
+    assert len(positions) == 12 and positions["0"] == pytest.approx(frequencies.precession)
+    assert positions["+2"] == pytest.approx(frequencies.precession + 2 * frequencies.nutation)
+    assert PNG in frequencies._repr_html_()
 
 
 def test_a_chaotic_spectrum_has_lines_without_numbers():
-    found = kr.frequencies(kr.solve(TOP, np.linspace(0, 200, 2001)), 5)
-    axes = found.plot(Figure().add_subplot())
+    frequencies = kr.frequencies(kr.solve(TOP, np.linspace(0, 200, 2001)), 5)
+    axes = frequencies.plot(Figure().add_subplot())
     assert len(axes.lines[0].get_xdata()) == 5 and "rest" in axes.get_title()
     assert len(axes.texts) < 3
 
 
 @pytest.mark.parametrize("indicate", [kr.lyapunov, kr.megno, kr.oli])
 def test_curves_show_the_data_of_the_indicator(indicate):
-    told = indicate(TOPS, -200.0)
-    axes = told.plot(time_unit="s")
-    drawn = [line for line in axes.lines if len(line.get_xdata()) == 32]
-    assert len(drawn) == 5 and axes.get_xlabel() == "time [s], back from the start"
-    given = {tuple(row[row > 0.1]) for row in told.curve}
-    for line in drawn:
-        assert np.array_equal(line.get_xdata(), -told.t)
+    indicator = indicate(TOPS, -200.0)
+    axes = indicator.plot(time_unit="s")
+    lines = [line for line in axes.lines if len(line.get_xdata()) == 32]
+    assert len(lines) == 5 and axes.get_xlabel() == "time [s], back from the start"
+    curves = {tuple(row[row > 0.1]) for row in indicator.curve}
+    for line in lines:
+        assert np.array_equal(line.get_xdata(), -indicator.t)
         y = line.get_ydata()
-        assert indicate is kr.lyapunov or tuple(y[np.isfinite(y)]) in given
+        assert indicate is kr.lyapunov or tuple(y[np.isfinite(y)]) in curves
     dashed = [line for line in axes.lines if line.get_linestyle() == "--"]
     assert [line.get_ydata()[0] for line in dashed] == [4.0] * (indicate is kr.megno)
     assert axes.get_xscale() == axes.get_yscale() == "log"
@@ -122,23 +122,23 @@ def test_curves_show_the_data_of_the_indicator(indicate):
 
 def test_maps_show_the_value_of_each_top():
     tops = TOP.vary(gravity=np.array([[0.5], [1.0], [1.5]]), spin=[0.0, 1.0])
-    told = kr.lyapunov(tops, 100.0)
-    axes = told.plot(Figure().add_subplot(), time_unit="s")
-    assert np.array_equal(axes.collections[0].get_array().reshape(3, 2), told.value)
+    indicator = kr.lyapunov(tops, 100.0)
+    axes = indicator.plot(Figure().add_subplot(), time_unit="s")
+    assert np.array_equal(axes.collections[0].get_array().reshape(3, 2), indicator.value)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin", "gravity")
     assert axes.figure.axes[1].get_ylabel() == "largest exponent [s⁻¹], t = 100"
     places = {tuple(place) for place in axes.lines[0].get_xydata()}
-    rows, columns = np.nonzero(told.is_doubtful)
+    rows, columns = np.nonzero(indicator.is_doubtful)
     assert places == {(columns[i] * 1.0, 0.5 + 0.5 * rows[i]) for i in range(len(rows))}
-    failed = kr.megno(tops, 1e3, max_steps=5)
-    assert failed.failed.size == 6 and failed.plot().collections
+    short_indicator = kr.megno(tops, 1e3, max_steps=5)
+    assert short_indicator.failed.size == 6 and short_indicator.plot().collections
 
 
 def test_indicators_of_three_dimensions_are_not_drawn():
-    told = kr.oli(kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3))), 1.0)
+    indicator = kr.oli(kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3))), 1.0)
     with pytest.raises(ValueError, match="indicators of 3 dimensions cannot be drawn: select two"):
-        told.plot()
-    assert told._repr_html_() is None and kr.oli(TOPS[:0], 1.0)._repr_html_() is None
+        indicator.plot()
+    assert indicator._repr_html_() is None and kr.oli(TOPS[:0], 1.0)._repr_html_() is None
 
 
 def test_drawings_of_rods_show_the_start_and_a_scale():
@@ -169,8 +169,8 @@ def test_a_rod_back_in_time_is_seen_from_outside():
 
 def test_notebooks_show_paths_as_pictures():
     path = kr.solve(GENERAL, [0.0, 1.0])
-    shown = path._repr_html_()
-    assert PNG in shown and "&lt;kreisel.Path: 2 states" in shown
+    html = path._repr_html_()
+    assert PNG in html and "&lt;kreisel.Path: 2 states" in html
     assert kr.solve(GENERAL, [])._repr_html_() is None
     assert kr.solve(GENERAL, [1.0], want=("energy",))._repr_html_() is None
     enough = kr.solve(GENERAL, [1.0], want=("apex", "nutation", "precession_angle"))
@@ -180,14 +180,14 @@ def test_notebooks_show_paths_as_pictures():
 def test_notebooks_show_fits_as_tables():
     t = np.arange(60) * 0.1
     record = kr.Record(t, {"apex": kr.solve(kr.scenes.cusps, t).apex}, sigma=0.01)
-    found = kr.fit(kr.scenes.cusps, record, ("start", "moments"))
-    shown, text = found._repr_html_(), str(found).splitlines()
-    assert shown.startswith(f"<p>{text[0]}</p>\n<table>")
-    assert shown.count("<tr>") == 1 + len(found.names) + len(found.moment_ratios)
-    for name, error in found.error.items():
-        known = f"+- {error:.2g}" if np.isfinite(error) else "not identified"
-        assert f">{name}<" in shown and f"{known}<" in shown
-    assert shown.count("<p>Not identified: ") == len(found.unidentified) == 2
+    fit = kr.fit(kr.scenes.cusps, record, ("start", "moments"))
+    html, text = fit._repr_html_(), str(fit).splitlines()
+    assert html.startswith(f"<p>{text[0]}</p>\n<table>")
+    assert html.count("<tr>") == 1 + len(fit.names) + len(fit.moment_ratios)
+    for name, error in fit.error.items():
+        error_text = f"+- {error:.2g}" if np.isfinite(error) else "not identified"
+        assert f">{name}<" in html and f"{error_text}<" in html
+    assert html.count("<p>Not identified: ") == len(fit.unidentified) == 2
 
 
 def test_notebooks_show_no_pictures_of_long_paths(monkeypatch):
@@ -214,16 +214,19 @@ def test_without_matplotlib_notebooks_show_text(monkeypatch):
 
 def test_plans_and_tables_are_html_tables():
     plan = kr.plan(GENERAL, 1.0, step=0.1, method="rk4")
-    shown = plan._repr_html_()
-    assert shown.count("<tr>") == len(str(plan).splitlines())
-    assert ">rk4: requested by name</td>" in shown
+    html = plan._repr_html_()
+    assert html.count("<tr>") == len(str(plan).splitlines())
+    assert ">rk4: requested by name</td>" in html
     many = kr.plan(TOPS, 1.0)._repr_html_()
     assert ">tops</td>" in many and ">the first top</td>" in many
     table = kr.compare(GENERAL, 0.5, ["rk4"], [0.1, 0.05], repeats=1)
     rows = table._repr_html_()
     assert rows.count("<tr>") == 3 and rows.count("<th") == 11 and ">rk4</td>" in rows
-    failed = kr.Table((kr.Row("<b>", "rk4", None, None, 1, 1, 1, 1, 1, 1, "a < b & c"),))
-    assert "&lt;b&gt;" in failed._repr_html_() and "a &lt; b &amp; c" in failed._repr_html_()
+    failure_table = kr.Table((kr.Row("<b>", "rk4", None, None, 1, 1, 1, 1, 1, 1, "a < b & c"),))
+    assert (
+        "&lt;b&gt;" in failure_table._repr_html_()
+        and "a &lt; b &amp; c" in failure_table._repr_html_()
+    )
 
 
 TO_CONES = np.array(
@@ -235,8 +238,8 @@ WITHOUT_GREEN = np.array([[1.0, 0.0, 0.0], [0.494207, 0.0, 1.24827], [0.0, 0.0, 
 def simulate_deuteranopia(colour):
     """Return a colour as seen by deuteranopes (Vienot, Brettel and Mollon 1999)."""
     linear = np.array(to_rgb(colour)) ** 2.2
-    seen = np.linalg.solve(TO_CONES, WITHOUT_GREEN @ TO_CONES @ linear)
-    return np.clip(seen, 0.0, 1.0) ** (1 / 2.2)
+    rgb = np.linalg.solve(TO_CONES, WITHOUT_GREEN @ TO_CONES @ linear)
+    return np.clip(rgb, 0.0, 1.0) ** (1 / 2.2)
 
 
 @pytest.mark.parametrize(
@@ -248,7 +251,7 @@ def simulate_deuteranopia(colour):
     ],
 )
 def test_deuteranopes_can_distinguish_the_colours(colours):
-    seen = [simulate_deuteranopia(colour) for colour in colours]
-    for i, one in enumerate(seen):
-        for other in seen[:i]:
+    simulated_colours = [simulate_deuteranopia(colour) for colour in colours]
+    for i, one in enumerate(simulated_colours):
+        for other in simulated_colours[:i]:
             assert np.abs(one - other).max() > 0.3

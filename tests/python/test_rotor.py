@@ -71,29 +71,32 @@ def test_an_axial_rotor_shifts_the_spin(body, axis, t):
     momentum, moment = 0.7, 1.3 if len(set(body.moments)) == 1 else 1.7
     for gravity in (1.3, -1.3, 0.0):
         scene = kr.Scene(body, **{**START, "gravity": gravity})
-        spun = scene.replace(body=replace(body, rotor=[momentum * x for x in axis]))
+        rotor_scene = scene.replace(body=replace(body, rotor=[momentum * x for x in axis]))
         angle = -momentum / moment * t
-        turned = (math.cos(angle / 2), *(math.sin(angle / 2) * x for x in axis))
+        rotation = (math.cos(angle / 2), *(math.sin(angle / 2) * x for x in axis))
         plain = kr.solve(scene, [0.0, t], "taylor", digits=30)
-        for path in (kr.solve(spun, [0.0, t], "exact"), kr.solve(spun, [0.0, t], "taylor")):
-            allowed = 1e-13 if path.method == "exact" else 3e-12
-            q = multiply(tuple(plain.q[-1]), turned)
-            assert kr.attitude_error(path.q[-1], q) < allowed
-            assert np.abs(path.m[-1] - plain.m[-1]).max() < allowed
+        for path in (
+            kr.solve(rotor_scene, [0.0, t], "exact"),
+            kr.solve(rotor_scene, [0.0, t], "taylor"),
+        ):
+            limit = 1e-13 if path.method == "exact" else 3e-12
+            q = multiply(tuple(plain.q[-1]), rotation)
+            assert kr.attitude_error(path.q[-1], q) < limit
+            assert np.abs(path.m[-1] - plain.m[-1]).max() < limit
 
 
 def test_turning_points_equal_those_without_rotor():
     body = kr.Body(1.2, (1.3, 1.3, 0.7), (0, 0, 0.4), unphysical=True)
-    spun = kr.exact(kr.Scene(replace(body, rotor=(0, 0, 0.6)), **START))
+    rotor_top = kr.exact(kr.Scene(replace(body, rotor=(0, 0, 0.6)), **START))
     plain = kr.exact(kr.Scene(body, **START))
-    assert spun.t_least == plain.t_least and spun.motion_type == plain.motion_type
-    assert spun.precession == pytest.approx(plain.precession, rel=1e-14)
-    assert spun.spin == pytest.approx(plain.spin - 0.6 / 0.7, rel=1e-13)
-    assert spun.critical_spin == pytest.approx(plain.critical_spin - 0.6 / 0.7, rel=1e-14)
-    path = kr.solve(spun.scene, np.linspace(0, 5, 51), "taylor")
+    assert rotor_top.t_least == plain.t_least and rotor_top.motion_type == plain.motion_type
+    assert rotor_top.precession == pytest.approx(plain.precession, rel=1e-14)
+    assert rotor_top.spin == pytest.approx(plain.spin - 0.6 / 0.7, rel=1e-13)
+    assert rotor_top.critical_spin == pytest.approx(plain.critical_spin - 0.6 / 0.7, rel=1e-14)
+    path = kr.solve(rotor_top.scene, np.linspace(0, 5, 51), "taylor")
     nodding = np.gradient(path.nutation, path.t, edge_order=2)
     kinetic = path.energy - 0.5 * 1.3 * nodding**2
-    potential = [spun.potential(angle) for angle in path.nutation]
+    potential = [rotor_top.potential(angle) for angle in path.nutation]
     assert np.abs(kinetic - potential)[1:-1].max() < 0.02
 
 
@@ -179,9 +182,9 @@ def test_the_events_of_a_body_with_a_rotor():
         for scene in (HEAVY, HEAVY.replace(damping=1e-300)):
             found = kr.solve(scene, 20.0, events=[kr.events.crossing(name, level)]).events
             assert len(found.t) == np.count_nonzero(np.diff(np.sign(column - level))) > 0
-    for given in (HEAVY, HEAVY.scatter(2, momentum=0.1)):
+    for top in (HEAVY, HEAVY.scatter(2, momentum=0.1)):
         with pytest.raises(ValueError, match="rotor=body"):
-            kr.solve(given, 1.0, events=[kr.events.kinetic(level)])
+            kr.solve(top, 1.0, events=[kr.events.kinetic(level)])
 
 
 @pytest.mark.parametrize("digits", [16, 30])
@@ -197,18 +200,18 @@ def test_tangents_agree_with_differences(digits):
             name, k = change
             ends = []
             for sign in (1.0, -1.0):
-                off = sign * step * np.eye(3)[k]
+                offset = sign * step * np.eye(3)[k]
                 if name == "momentum":
-                    moved = scene.replace(momentum=np.array(scene.momentum) + off)
+                    neighbour = scene.replace(momentum=np.array(scene.momentum) + offset)
                 else:
-                    moved = scene.replace(
-                        body=replace(GENERAL, inertia=np.array((1.3, 2.1, 1.7)) + off)
+                    neighbour = scene.replace(
+                        body=replace(GENERAL, inertia=np.array((1.3, 2.1, 1.7)) + offset)
                     )
-                ends.append(kr.solve(moved, [0.0, 2.0], "taylor"))
+                ends.append(kr.solve(neighbour, [0.0, 2.0], "taylor"))
             q = (ends[0].q[-1] - ends[1].q[-1]) / (2 * step)
             back = tuple(plain.q[-1] * (1, -1, -1, -1))
-            turned = 2 * np.array(multiply(back, tuple(q)))[1:]
-            columns.append([*turned, *((ends[0].m[-1] - ends[1].m[-1]) / (2 * step))])
+            rotation = 2 * np.array(multiply(back, tuple(q)))[1:]
+            columns.append([*rotation, *((ends[0].m[-1] - ends[1].m[-1]) / (2 * step))])
         assert np.abs(path.tangents[-1][:, 3:] - np.array(columns).T).max() < 1e-8
 
 
@@ -219,8 +222,8 @@ def test_tangents_by_the_rotor(digits):
 
         def change(k, scene=scene):
             axis = np.array(turn(scene.body.axes, np.eye(3)[k]))
-            return lambda by: scene.replace(
-                body=replace(scene.body, rotor=np.array(scene.body.rotor) + by * axis)
+            return lambda increment: scene.replace(
+                body=replace(scene.body, rotor=np.array(scene.body.rotor) + increment * axis)
             )
 
         compare_tangents(scene, 2.0, [("rotor", change(k)) for k in range(3)], digits)
@@ -298,14 +301,14 @@ def test_a_fit_finds_the_body_that_carries_a_known_rotor(names):
 
 def test_a_fit_guesses_the_start_of_a_body_with_a_rotor():
     truth = HEAVY.replace(momentum=(1.0, -2.0, 3.0))
-    far = truth.replace(momentum=(0.0, 0.0, 0.1), attitude=(1.0, 0.0, 0.0, 0.0))
+    guess = truth.replace(momentum=(0.0, 0.0, 0.1), attitude=(1.0, 0.0, 0.0, 0.0))
     for name in ("q", "body_velocity"):
-        fit = kr.fit(far, measure(truth, (name,)))
+        fit = kr.fit(guess, measure(truth, (name,)))
         assert fit.chi2 < 1.3 * fit.dof
     axial = kr.Body(1.0, (1.0, 1.0, 0.6), (0, 0, 0.4), unphysical=True, rotor=(0, 0, 5.0))
-    spun = kr.Scene.spinning(axial, spin=12.0, tilt=0.8, precession=1.5, gravity=9.81)
-    still = spun.replace(momentum=(0, 0, 1), attitude=(1.0, 0.0, 0.0, 0.0))
-    fit = kr.fit(still, measure(spun, ("apex",)), ("start",))
+    spinning = kr.Scene.spinning(axial, spin=12.0, tilt=0.8, precession=1.5, gravity=9.81)
+    still = spinning.replace(momentum=(0, 0, 1), attitude=(1.0, 0.0, 0.0, 0.0))
+    fit = kr.fit(still, measure(spinning, ("apex",)), ("start",))
     assert fit.chi2 < 1.3 * fit.dof
     assert kr.solve(fit.scene, [0.0]).spin[0] == pytest.approx(12.0, rel=0.01)
     with pytest.raises(ValueError, match="axes cannot be free"):
@@ -331,8 +334,8 @@ def test_bodies_keep_their_rotors(tmp_path):
         assert kr.load(tmp_path / "path.npz").scene == scene
     text = "momentum = [0, 0, 3]\n[body]\nrotor = [0, 0, 1]\n[body.cone]\nradius = 1\nheight = 2\n"
     cone = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-    read = kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1\n").body
-    assert read == cone.with_rotor(spin=10, inertia=0.1, axis=(0, 0, 5))
+    other_body = kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1\n").body
+    assert other_body == cone.with_rotor(spin=10, inertia=0.1, axis=(0, 0, 5))
     assert (GENERAL + GENERAL).rotor == (0.6, -0.8, 1.6)
     half = (math.sqrt(0.5), math.sqrt(0.5), 0, 0)
     assert GENERAL.turn(half).rotor == pytest.approx((0.3, -0.8, -0.4), abs=1e-15)
@@ -351,7 +354,7 @@ def test_invalid_rotors_are_refused(rotor):
 
 
 @pytest.mark.parametrize(
-    "words, said",
+    "words, message",
     [
         ({"spin": math.nan}, "spin"),
         ({"inertia": -1.0}, "inertia"),
@@ -360,8 +363,8 @@ def test_invalid_rotors_are_refused(rotor):
         ({"spin": 1e200, "inertia": 1e200}, "spin"),
     ],
 )
-def test_invalid_arguments_of_with_rotor(words, said):
-    with pytest.raises(ValueError, match=said):
+def test_invalid_arguments_of_with_rotor(words, message):
+    with pytest.raises(ValueError, match=message):
         GENERAL.with_rotor(**{"spin": 1.0, "inertia": 1.0, "axis": (0, 0, 1), **words})
 
 
@@ -373,7 +376,7 @@ def test_functions_without_rotors_refuse_them():
     with pytest.raises(ValueError, match="rotors along the axis"):
         kr.solve(kr.Scene(BODIES["lagrange"], **START), 1.0, "blanes_moan6", step=0.01)
     path = kr.solve(HEAVY, [0.0, 1.0])
-    for refused in (
+    for call in (
         lambda: kr.exact(HEAVY),
         lambda: kr.solve(HEAVY, 1.0, "exact"),
         lambda: kr.solve(HEAVY.replace(gravity=0), 1.0, "exact"),
@@ -385,7 +388,7 @@ def test_functions_without_rotors_refuse_them():
         lambda: kr.events.separatrix(HEAVY.replace(gravity=0)),
     ):
         with pytest.raises(ValueError, match="rotor"):
-            refused()
+            call()
     kowalewski = kr.Scene(BODIES["kowalewski"], **START)
     assert kowalewski.body.kind == "general" and np.isnan(kr.solve(kowalewski, [0.0]).kowalewski[0])
     assert np.isnan(kr.solve(axial, [0.0]).modified_energy(0.01)[0])

@@ -68,8 +68,8 @@ def test_a_top_depends_on_no_other(method):
     assert not whole.status.any()
     for threads in (1, 3):
         assert same(kr.solve(TOPS, TIMES, method, threads=threads), whole)
-    for some in (slice(4, 5), slice(3, 100, 7), slice(None, None, -1)):
-        assert same(kr.solve(TOPS[some], TIMES, method), whole[some])
+    for selection in (slice(4, 5), slice(3, 100, 7), slice(None, None, -1)):
+        assert same(kr.solve(TOPS[selection], TIMES, method), whole[selection])
     plain = kr.Ensemble.of([top for top in TOPS if not any(top.body.rotor)])
     assert np.array_equal(kr.solve(plain, TIMES, method).states, whole.states[::3])
     pieces = np.concatenate([piece.states for piece in kr.stream(TOPS, TIMES, method, chunk=32)])
@@ -90,8 +90,8 @@ def test_plans_count_rotors_in_lanes():
     plan = kr.plan(TOPS, TIMES, method="taylor")
     assert (plan.closed_form, plan.lanes, plan.alone) == (0, 120, 0)
     assert "in lanes" in plan.first.kernel
-    some = kr.Ensemble.of([GENERAL, GENERAL.replace(damping=0.1), TOPS[1].replace(friction=0.1)])
-    plan = kr.plan(some, TIMES)
+    tops = kr.Ensemble.of([GENERAL, GENERAL.replace(damping=0.1), TOPS[1].replace(friction=0.1)])
+    plan = kr.plan(tops, TIMES)
     assert (plan.closed_form, plan.lanes, plan.alone) == (0, 1, 2)
 
 
@@ -111,25 +111,25 @@ def test_sections_have_every_event_of_each_top(event):
     for i in range(22):
         found = kr.solve(tops[i], 40.0, "taylor", events=[event]).events
         mine = section.states[section.top == i]
-        some = min(len(mine), len(found.t))
-        assert some == 12 or len(mine[mine[:, 0] <= 40.0]) == len(found.t)
-        assert np.abs(mine[:some] - found.states[:some]).max(initial=0.0) < 1e-7
+        count = min(len(mine), len(found.t))
+        assert count == 12 or len(mine[mine[:, 0] <= 40.0]) == len(found.t)
+        assert np.abs(mine[:count] - found.states[:count]).max(initial=0.0) < 1e-7
 
 
 @pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("carried", [-0.9, 0.25, 0.6])
-def test_steady_rotations_are_left_at_the_rate_of_the_formula(axis, carried):
+@pytest.mark.parametrize("rotor", [-0.9, 0.25, 0.6])
+def test_steady_rotations_are_left_at_the_rate_of_the_formula(axis, rotor):
     moments, spin = (1.0, 1.6, 2.1), 1.3
     own, one, other = np.roll(moments, -axis)
-    square = -((own - one) * spin + carried) * ((own - other) * spin + carried) / (one * other)
-    body = kr.Body(1.0, moments, (0, 0, 0), rotor=carried * np.eye(3)[axis])
+    square = -((own - one) * spin + rotor) * ((own - other) * spin + rotor) / (one * other)
+    body = kr.Body(1.0, moments, (0, 0, 0), rotor=rotor * np.eye(3)[axis])
     scene = kr.Scene(body, body_velocity=spin * np.eye(3)[axis], gravity=0.0)
     for sign in (1.0, -1.0):
         turn = 2.0 * np.pi / spin
         t = sign * turn * np.round(np.array([300.0, 600.0]) / turn)
-        found = kr.lyapunov(scene, t)
-        first, last = found.curve * np.abs(t)
-        assert found.certificate < 1e-12
+        indicator = kr.lyapunov(scene, t)
+        first, last = indicator.curve * np.abs(t)
+        assert indicator.certificate < 1e-12
         if square > 0.0:
             assert abs((last - first) / abs(t[1] - t[0]) - np.sqrt(square)) < 1e-9
         else:
@@ -149,17 +149,17 @@ def test_a_sleeping_gyrostat_falls_at_the_rate_of_the_formula():
 
 def test_growths_are_those_of_the_tangents_of_each_path():
     tops, t = random_gyrostats(33, seed=8), [-5.0, -60.0]
-    found = kr.lyapunov(tops, t)
-    assert found.certificate.max() < 1e-12 and set(found.status) == {"OK"}
+    indicator = kr.lyapunov(tops, t)
+    assert indicator.certificate.max() < 1e-12 and set(indicator.status) == {"OK"}
     for i in (1, 2, 4, 13, 20):
         path = kr.solve(tops[i], t, "taylor", tangents="start", digits=20)
         size = np.log(np.abs(path.tangents).max(axis=(1, 2)))
-        assert np.abs(found.curve[i] * np.abs(t) - size).max() < 4.0
+        assert np.abs(indicator.curve[i] * np.abs(t) - size).max() < 4.0
         alone = kr.lyapunov(tops[i], t)
-        assert np.array_equal(alone.curve, found.curve[i])
-        assert alone.certificate == found.certificate[i]
+        assert np.array_equal(alone.curve, indicator.curve[i])
+        assert alone.certificate == indicator.certificate[i]
     plain = kr.lyapunov(tops[::3], t)
-    assert np.array_equal(plain.curve, found.curve[::3])
+    assert np.array_equal(plain.curve, indicator.curve[::3])
 
 
 def test_the_known_solutions_of_a_gyrostat_have_no_growth():
@@ -167,6 +167,6 @@ def test_the_known_solutions_of_a_gyrostat_have_no_growth():
     start = kr.solve(scene, [0.0])
     flow = [*start.body_velocity[0].tolist(), *start.torque[0].tolist()]
     turn = [*start.body_vertical[0].tolist(), *np.cross((0, 0, 1), start.m[0]).tolist()]
-    for known in (flow, turn):
+    for direction in (flow, turn):
         with pytest.raises(ValueError, match="no tangent in the direction"):
-            kr.megno(scene, 5.0, direction=known)
+            kr.megno(scene, 5.0, direction=direction)

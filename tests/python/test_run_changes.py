@@ -61,16 +61,19 @@ def test_opposite_pushes_keep_30_digits(scene):
         run.to(t)
         state = run.to([t])
         run.push(IMPULSE)
-        pushed = run.to([t])
-        assert np.array_equal(state.q_low, pushed.q_low)
+        next_state = run.to([t])
+        assert np.array_equal(state.q_low, next_state.q_low)
         run.push(tuple(-x for x in IMPULSE))
     path = run.to([5.0])
     for word in ("q", "m"):
         high, low = getattr(path, word), getattr(path, word + "_low")
-        off = (high - getattr(whole, word)) + (low - getattr(whole, word + "_low"))
-        assert np.abs(off).max() < 1e-27
-    lost = kr.start(run.scene, digits=30).to([5.0 - run.start_time])
-    assert np.abs(lost.q - path.q).max() + np.abs(lost.q_low - path.q_low).max() > 1e-19
+        difference = (high - getattr(whole, word)) + (low - getattr(whole, word + "_low"))
+        assert np.abs(difference).max() < 1e-27
+    rounded_start = kr.start(run.scene, digits=30).to([5.0 - run.start_time])
+    assert (
+        np.abs(rounded_start.q - path.q).max() + np.abs(rounded_start.q_low - path.q_low).max()
+        > 1e-19
+    )
 
 
 @pytest.mark.parametrize("name", ["exact", "taylor", "strang", "blanes_moan6", "taylor 30"])
@@ -182,8 +185,8 @@ def test_a_change_of_body_preserves_momentum_or_velocity(old, new, digits):
     exact = exact_momentum(old, new, last)
     assert after.m[0].tolist() == [float(x) for x in exact]
     if digits:
-        off = exact_sum(after.m[0], after.m_low[0]) - exact
-        assert max(map(abs, off)) < Fraction(1, 2**104)
+        difference = exact_sum(after.m[0], after.m_low[0]) - exact
+        assert max(map(abs, difference)) < Fraction(1, 2**104)
     assert np.array_equal(after.q_low, last.q_low)
 
 
@@ -272,9 +275,9 @@ def test_events_of_a_saved_path_belong_to_its_scene(tmp_path):
     run.push(IMPULSE)
     path = run.to(15.0)
     path.save(tmp_path / "path")
-    for met in (path.events, kr.load(tmp_path / "path").events):
-        assert len(met) > 1 and met.path.start_time == 2.0 and met.path.scene == run.scene
-        assert np.array_equal(met.path(path.events.t[:2]).t, path.events.t[:2])
+    for found in (path.events, kr.load(tmp_path / "path").events):
+        assert len(found) > 1 and found.path.start_time == 2.0 and found.path.scene == run.scene
+        assert np.array_equal(found.path(path.events.t[:2]).t, path.events.t[:2])
 
 
 # Times, grids, streams, counts
@@ -301,8 +304,8 @@ def test_a_stream_after_a_change_has_the_times_of_the_new_grid(end):
     run.to(0.3 * sign)
     run.push(IMPULSE)
     stream = run.stream(end, every=2, chunk=3)
-    got = [next(stream).t.tolist() for _ in range(2)]
-    assert got == [[0.3 * sign + sign * 0.25 * k for k in ks] for ks in ((0, 1, 2), (3, 4, 5))]
+    times = [next(stream).t.tolist() for _ in range(2)]
+    assert times == [[0.3 * sign + sign * 0.25 * k for k in ks] for ks in ((0, 1, 2), (3, 4, 5))]
     again = next(run.stream(4.0 * sign, every=2)).t.tolist()
     assert again[0] == 0.3 * sign + sign * 1.5 and len(again) == 9
 
@@ -331,9 +334,9 @@ def test_counts_and_limits_restart_after_a_change():
 def test_a_run_can_be_pushed_before_it_moves():
     run = kr.start(TOP, "strang", step=0.125)
     run.push(IMPULSE)
-    pushed = TOP.replace(momentum=np.array(TOP.momentum) + IMPULSE)
-    assert run.scene == pushed and run.start_time == 0.0
-    assert np.array_equal(run.to(3.0).states, kr.solve(pushed, 3.0, "strang", step=0.125).states)
+    scene = TOP.replace(momentum=np.array(TOP.momentum) + IMPULSE)
+    assert run.scene == scene and run.start_time == 0.0
+    assert np.array_equal(run.to(3.0).states, kr.solve(scene, 3.0, "strang", step=0.125).states)
 
 
 # Checkpoints
@@ -343,19 +346,19 @@ def test_a_run_can_be_pushed_before_it_moves():
 @pytest.mark.parametrize("name", NAMES)
 def test_a_changed_run_is_resumed_with_the_same_bits(name, back):
     sign = -1.0 if back else 1.0
-    whole, saved = (start(name, back=back) for _ in range(2))
+    whole, run_copy = (start(name, back=back) for _ in range(2))
     for t in (0.5, 1.25, 3.0):
-        for run in (whole, saved):
+        for run in (whole, run_copy):
             run.to([sign * t])
             run.push(IMPULSE)
-        saved = kr.resume(saved.checkpoint)
-        assert saved.scene == whole.scene and saved.start_time == whole.start_time == sign * t
-        assert np.array_equal(saved.to([sign * t]).states, whole.to([sign * t]).states)
-        one, other = (run.to(sign * (t + 0.125)) for run in (saved, whole))
-        saved = copy.deepcopy(saved)
+        run_copy = kr.resume(run_copy.checkpoint)
+        assert run_copy.scene == whole.scene and run_copy.start_time == whole.start_time == sign * t
+        assert np.array_equal(run_copy.to([sign * t]).states, whole.to([sign * t]).states)
+        one, other = (run.to(sign * (t + 0.125)) for run in (run_copy, whole))
+        run_copy = copy.deepcopy(run_copy)
         assert np.array_equal(one.states, other.states)
         assert np.array_equal(one.q_low, other.q_low) and np.array_equal(one.m_low, other.m_low)
-    one, other = saved.to([sign * 9.0]), whole.to([sign * 9.0])
+    one, other = run_copy.to([sign * 9.0]), whole.to([sign * 9.0])
     assert np.array_equal(one.states, other.states) and one.stats == other.stats
 
 
@@ -376,9 +379,9 @@ def test_a_damaged_start_of_a_checkpoint_is_refused(start):
     from kreisel._solve.run import MAGIC
 
     head, _, memory = kr.start(TOP).checkpoint[len(MAGIC) + 9 :].partition(b"\n")
-    changed = json.dumps(json.loads(head) | {"start": start}).encode() + b"\n" + memory
+    content = json.dumps(json.loads(head) | {"start": start}).encode() + b"\n" + memory
     with pytest.raises(ValueError, match="is not a checkpoint of a run"):
-        kr.resume(MAGIC + b"%08x\n" % zlib.crc32(changed) + changed)
+        kr.resume(MAGIC + b"%08x\n" % zlib.crc32(content) + content)
 
 
 # Events
@@ -419,8 +422,8 @@ def test_events_of_a_changed_body_follow_its_own_apex():
     run = kr.start(TOP, events=[level], digits=20)
     run.to(1.0)
     run.change(body=TURNED)
-    met = run.to(15.0).events
-    assert len(met) > 2 and np.abs(met.path.apex[:, 2]).max() < 1e-14
+    found = run.to(15.0).events
+    assert len(found) > 2 and np.abs(found.path.apex[:, 2]).max() < 1e-14
 
 
 # Refusals leave the run as it was
@@ -499,8 +502,8 @@ def test_a_run_without_heading_refuses_changes_that_need_it():
     ):
         for one in (run, whole):
             change(one)
-        got, wanted = (one.to(one.t + AFTER).energy for one in (run, whole))
-        assert np.abs(got - wanted).max() < 1e-13 * np.abs(wanted).max()
+        energy, expected = (one.to(one.t + AFTER).energy for one in (run, whole))
+        assert np.abs(energy - expected).max() < 1e-13 * np.abs(expected).max()
 
 
 def test_a_run_cannot_be_changed_during_a_call():
@@ -517,11 +520,15 @@ def test_a_run_cannot_be_changed_during_a_call():
 
 
 def test_another_thread_cannot_change_a_run_during_a_call():
-    run, begun, refused = kr.start(TOP, "rk4", step=1e-4), threading.Event(), threading.Event()
+    run, has_begun, is_refused = (
+        kr.start(TOP, "rk4", step=1e-4),
+        threading.Event(),
+        threading.Event(),
+    )
 
     def progress(t):
-        begun.set()
-        if refused.is_set():
+        has_begun.set()
+        if is_refused.is_set():
             raise KeyError(t)
 
     def advance():
@@ -530,11 +537,11 @@ def test_another_thread_cannot_change_a_run_during_a_call():
 
     thread = threading.Thread(target=advance)
     thread.start()
-    begun.wait()
+    has_begun.wait()
     try:
         with pytest.raises(RuntimeError, match="under way"):
             run.change(gravity=2.0)
     finally:
-        refused.set()
+        is_refused.set()
         thread.join()
     assert run.scene == TOP

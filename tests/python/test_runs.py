@@ -39,9 +39,9 @@ def test_stream_on_a_grid_yields_the_path_in_chunks(end):
 
 def test_streams_may_be_infinite():
     grid = kr.stream(TOP, math.inf, "strang", step=0.01, every=10, chunk=100)
-    some = list(itertools.islice(grid, 5))
+    paths = list(itertools.islice(grid, 5))
     whole = kr.solve(TOP, 49.9, "strang", step=0.01, every=10)
-    assert np.array_equal(np.concatenate([path.states for path in some]), whole.states)
+    assert np.array_equal(np.concatenate([path.states for path in paths]), whole.states)
     grid.close()
     back = next(kr.stream(TOP, -math.inf, "strang", step=0.01, every=10, chunk=3))
     assert back.t.tolist() == [0, -0.1, -0.2]
@@ -123,14 +123,14 @@ def test_a_run_without_heading_is_resumed():
 def test_an_interrupted_stream_is_resumed_from_a_file(tmp_path):
     file, words = tmp_path / "run", {"every": 10, "chunk": 100}
     whole = kr.solve(TOP, 100, "strang", step=0.01, every=10)
-    run, got = kr.start(TOP, "strang", step=0.01), []
+    run, states = kr.start(TOP, "strang", step=0.01), []
     for path in itertools.islice(run.stream(100, **words), 4):
-        got.append(path.states)
+        states.append(path.states)
         run.save(file)
     next(run.stream(100, **words))  # the process would be killed here
     for path in kr.resume(file).stream(100, **words):
-        got.append(path.states)
-    assert np.array_equal(np.concatenate(got), whole.states)
+        states.append(path.states)
+    assert np.array_equal(np.concatenate(states), whole.states)
 
 
 def test_a_run_advances_in_one_direction():
@@ -142,12 +142,14 @@ def test_a_run_advances_in_one_direction():
         run.to([1.0])
     with pytest.raises(ValueError, match="goes back"):
         run.to(-3)
-    limited = kr.start(TOP, "strang", step=0.01, max_steps=100)
+    short_run = kr.start(TOP, "strang", step=0.01, max_steps=100)
     with pytest.raises(kr.Error, match="largest number of steps"):
-        limited.to(3)
-    assert limited.t == 1
-    on = kr.resume(limited.checkpoint, max_steps=0)
-    assert np.array_equal(on.to(3).states[-1], kr.solve(TOP, 3, "strang", step=0.01).states[-1])
+        short_run.to(3)
+    assert short_run.t == 1
+    next_run = kr.resume(short_run.checkpoint, max_steps=0)
+    assert np.array_equal(
+        next_run.to(3).states[-1], kr.solve(TOP, 3, "strang", step=0.01).states[-1]
+    )
     with pytest.raises(TypeError, match="back must be True or False"):
         kr.start(TOP, back=1)
     with pytest.raises(ValueError, match=r"only kreisel.solve accepts"):
@@ -213,15 +215,15 @@ def test_resuming_with_another_kernel_warns():
 
 
 @pytest.mark.parametrize(
-    "another", [copy.copy, copy.deepcopy, lambda run: pickle.loads(pickle.dumps(run))]
+    "make_copy", [copy.copy, copy.deepcopy, lambda run: pickle.loads(pickle.dumps(run))]
 )
-def test_a_copy_of_a_run_is_independent(another):
+def test_a_copy_of_a_run_is_independent(make_copy):
     run = kr.start(TOP, "strang", step=0.01)
     run.to(1.0)
-    twin = another(run)
+    twin = make_copy(run)
     assert twin.t == 1.0 and twin.stats == run.stats
-    there = run.to(2.0).states
-    assert twin.t == 1.0 and np.array_equal(twin.to(2.0).states, there)
+    states = run.to(2.0).states
+    assert twin.t == 1.0 and np.array_equal(twin.to(2.0).states, states)
 
 
 def test_a_new_run_has_no_costs():
@@ -233,14 +235,14 @@ def test_a_new_run_has_no_costs():
 def test_assignment_to_results_and_runs_raises(tmp_path):
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
-    swept = kr.sweep(source, 1.0, folder=tmp_path)
+    sweep = kr.sweep(source, 1.0, folder=tmp_path)
     path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
-    for one, said in [
+    for one, message in [
         (kr.start(TOP), r"kreisel\.start\(path\.end\.replace\(momentum=\.\.\.\)\)"),
         (kr.solve(tops, [1.0]), "solve again"),
         (kr.reduce(tops, [1.0], {"nutation": "max"}), "solve again"),
         (kr.section(tops, n=2), "solve again"),
-        (swept, "kreisel.sweep are read-only"),
+        (sweep, "kreisel.sweep are read-only"),
         (source, "construct a new"),
         (kr.exact(kr.scenes.cusps), "momentum"),
         (path, "momentum"),
@@ -248,7 +250,7 @@ def test_assignment_to_results_and_runs_raises(tmp_path):
         for name in ("momentum", "t", "gravty"):
             with pytest.raises(AttributeError, match=r"cannot assign to field|read.only|no setter"):
                 setattr(one, name, 1.0)
-        with pytest.raises(AttributeError, match=said):
+        with pytest.raises(AttributeError, match=message):
             one.momentum = (0, 0, 9)
 
 

@@ -18,10 +18,10 @@ def test_scenes_from_plain_numbers_equal_validated_ones(word, way):
     for _ in range(50):
         row, q = rng.normal(size=3), rng.normal(size=4)
         q /= np.linalg.norm(q)
-        made = kr.Scene(CORNER, **{word: way(row)}, attitude=way(q))
-        looked_at = kr.Scene(CORNER, **{word: list(row)}, attitude_xyzw=[*q[1:], q[0]])
-        assert made == looked_at and made._block == looked_at._block
-        assert all(type(x) is float for x in (*made.momentum, *made.attitude, made.gravity))
+        plain = kr.Scene(CORNER, **{word: way(row)}, attitude=way(q))
+        validated = kr.Scene(CORNER, **{word: list(row)}, attitude_xyzw=[*q[1:], q[0]])
+        assert plain == validated and plain._block == validated._block
+        assert all(type(x) is float for x in (*plain.momentum, *plain.attitude, plain.gravity))
 
 
 def test_numpy_numbers_are_plain_numbers():
@@ -64,11 +64,11 @@ def test_plain_times_equal_validated_ones(method, sign, way):
     plain, other = (kr.solve(scene, t, method, **words) for t in (times, way(times)))
     assert np.array_equal(plain.states, other.states) and plain.step == other.step
     assert plain.stats == other.stats and plain.t.tolist() == list(times)
-    alone, to = (
+    alone, path = (
         kr.solve(scene, times[-1:], method, **words),
         kr.solve(scene, times[-1], method, **words),
     )
-    assert np.array_equal(alone.states[-1], to.states[-1]) and to.t.tolist() == [0.0, times[-1]]
+    assert np.array_equal(alone.states[-1], path.states[-1]) and path.t.tolist() == [0.0, times[-1]]
 
 
 def test_arrays_of_times_are_not_shared():
@@ -103,10 +103,10 @@ def test_the_core_refuses_invalid_scenes():
 def test_body_frame_quantities_are_rotated_space_frame_quantities():
     path = kr.solve(GENERAL, [0.0, 0.7, 1.9])
     for name, in_space in (("velocity", path.velocity), ("momentum", path.m)):
-        seen = [
+        expected = [
             quaternion.turn_back(tuple(q), tuple(v)) for q, v in zip(path.q, in_space, strict=True)
         ]
-        np.testing.assert_allclose(getattr(path, f"body_{name}"), seen, atol=1e-14)
+        np.testing.assert_allclose(getattr(path, f"body_{name}"), expected, atol=1e-14)
     up = [quaternion.turn_back(tuple(q), (0.0, 0.0, 1.0)) for q in path.q]
     np.testing.assert_allclose(path.body_vertical, up, atol=1e-15)
     np.testing.assert_allclose(path.spin, (path.velocity * path.apex).sum(axis=1), atol=1e-14)
@@ -124,7 +124,7 @@ def test_euler_angles_agree_with_the_apex():
 
 def test_every_quantity_has_a_docstring():
     for name, quantity in QUANTITIES.items():
-        told = getattr(kr.Path, name).__doc__
-        assert told and name in dir(kr.Path), name
+        text = getattr(kr.Path, name).__doc__
+        assert text and name in dir(kr.Path), name
         if quantity.dimension:
-            assert told.rstrip(".").endswith(f"[{quantity.dimension}]") or name in ("q", "m")
+            assert text.rstrip(".").endswith(f"[{quantity.dimension}]") or name in ("q", "m")

@@ -63,9 +63,9 @@ def test_a_section_equals_the_events_of_paths():
     section = kr.section(TOPS, n=8)
     paths = kr.solve(TOPS, float(section.t.max()) + 1.0, "taylor", events=[LOW])
     for i in range(3):
-        mine, its = section[i], paths[i].events.path
-        assert isinstance(mine, kr.Path) and len(mine) == 8
-        assert np.abs(mine.states - its.states[:8]).max() < 1e-8
+        own_section, event_path = section[i], paths[i].events.path
+        assert isinstance(own_section, kr.Path) and len(own_section) == 8
+        assert np.abs(own_section.states - event_path.states[:8]).max() < 1e-8
     assert section.top.tolist() == sorted(section.top.tolist()) and section.n == 8
 
 
@@ -134,27 +134,27 @@ def test_every_kind_of_top_has_sections(scene):
 def test_a_single_component_can_be_the_event(name):
     """Check events at extrema of the spin and of single vector components."""
     turning = kr.events.extremum(name)
-    met = kr.solve(TOPS[0], 40, events=[turning]).events
-    assert len(met) > 3 and np.abs(kr.section(TOPS[0], turning, 3).t - met.t[:3]).max() < 1e-9
+    found = kr.solve(TOPS[0], 40, events=[turning]).events
+    assert len(found) > 3 and np.abs(kr.section(TOPS[0], turning, 3).t - found.t[:3]).max() < 1e-9
 
 
 def test_progress_and_interruption():
-    heard = []
-    kr.section(random_ensemble(40), n=5, progress=heard.append)
-    assert heard[-1] == 1.0
+    reports = []
+    kr.section(random_ensemble(40), n=5, progress=reports.append)
+    assert reports[-1] == 1.0
 
     def stop(_):
         raise KeyboardInterrupt
 
-    with pytest.raises(kr.Interrupted) as stopped:
+    with pytest.raises(kr.Interrupted) as interruption:
         kr.section(random_ensemble(4000), n=2000, progress=stop)
-    kept = stopped.value.paths
-    assert isinstance(kept, kr.Section) and (kept.status_names == "ERR_INTERRUPTED").any()
-    assert np.isfinite(kept.states).all() and len(kept.states) == kept.count.sum()
+    section = interruption.value.paths
+    assert isinstance(section, kr.Section) and (section.status_names == "ERR_INTERRUPTED").any()
+    assert np.isfinite(section.states).all() and len(section.states) == section.count.sum()
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         ({"tops": [LAGRANGE]}, "tops must be a kreisel.Ensemble"),
         ({"event": "nutation"}, "events must be a list of events from kreisel.events"),
@@ -173,8 +173,8 @@ def test_progress_and_interruption():
         ({"executor": 3}, "executor must be one of concurrent.futures"),
     ],
 )
-def test_invalid_arguments_are_refused(words, said):
-    with pytest.raises((TypeError, ValueError, MemoryError), match=said):
+def test_invalid_arguments_are_refused(words, message):
+    with pytest.raises((TypeError, ValueError, MemoryError), match=message):
         kr.section(**({"tops": TOPS} | words))
 
 
@@ -186,8 +186,8 @@ def test_max_wait_limits_a_section():
     assert kr.section(TOP, n=1, max_wait=1.001 * first).count.tolist() == [1]
     late = kr.section(TOP, n=1, max_wait=0.999 * first)
     assert late.count.tolist() == [0] and late.failed.tolist() == [0]
-    for wrong, said in ((0.0, "max_wait must not be zero"), ([1.0, 2.0], r"of shape \(1,\)")):
-        with pytest.raises(ValueError, match=said):
+    for wrong, message in ((0.0, "max_wait must not be zero"), ([1.0, 2.0], r"of shape \(1,\)")):
+        with pytest.raises(ValueError, match=message):
             kr.section(TOP, n=1, max_wait=wrong)
     for event in (kr.events.nutation(max_count=2), kr.events.nutation(terminal=True)):
         with pytest.raises(ValueError, match="leave max_count and terminal out"):

@@ -22,9 +22,9 @@ SOME = ("nutation", "frame", "energy")
 
 
 def make_failed_path():
-    with pytest.raises(kr.Error) as raised:
+    with pytest.raises(kr.Error) as error:
         kr.solve(TOP, [0.5, 1.0, 9.0], max_steps=3)
-    return raised.value.path
+    return error.value.path
 
 
 def stream_part(**words):
@@ -107,8 +107,8 @@ def test_a_path_can_be_read_with_numpy(file):
     path.save(file)
     with np.load(file) as arrays:
         states = ["t", "q", "m", "q_low", "m_low"]
-        met = [f"events_{name}" for name in (*states, "which", "direction")]
-        assert arrays.files == ["head", "scene", *states, *met]
+        event_names = [f"events_{name}" for name in (*states, "which", "direction")]
+        assert arrays.files == ["head", "scene", *states, *event_names]
         assert all(np.array_equal(arrays[name], getattr(path, name)) for name in states)
         assert np.array_equal(arrays["events_m_low"], path.events.path.m_low)
         assert np.array_equal(arrays["events_which"], path.events.which)
@@ -129,8 +129,8 @@ def test_load_recognizes_scenes_and_runs(file):
     run = kr.start(TOP, "strang", step=0.01)
     run.to(1.0)
     run.save(file)
-    loaded = kr.load(file)
-    assert isinstance(loaded, kr.Run) and same(loaded.to(2.0).states, run.to(2.0).states)
+    again = kr.load(file)
+    assert isinstance(again, kr.Run) and same(again.to(2.0).states, run.to(2.0).states)
 
 
 @pytest.mark.parametrize(
@@ -211,8 +211,8 @@ def test_invalid_header_entries_are_refused(word, file, parts):
         file, parts | {"head.npy": text(json.dumps({k: head[k] for k in head if k != word}))}
     )
     for value in WRONG:
-        allowed = ALLOWED.get(word, ())
-        if not any(type(value) is type(other) and value == other for other in allowed):
+        values = ALLOWED.get(word, ())
+        if not any(type(value) is type(other) and value == other for other in values):
             check_refusal(file, parts | {"head.npy": text(json.dumps(head | {word: value}))})
 
 
@@ -256,11 +256,11 @@ class Evil:
 
 def test_invalid_arrays_are_refused(file, parts, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    pickled = io.BytesIO()
-    np.save(pickled, np.array([Evil()], dtype=object), allow_pickle=True)
+    buffer = io.BytesIO()
+    np.save(buffer, np.array([Evil()], dtype=object), allow_pickle=True)
     rows = len(np.load(io.BytesIO(parts["t.npy"])))
     bad = [
-        b"", b"x", pickled.getvalue(), parts["q.npy"][:-1], parts["q.npy"] + b"x",
+        b"", b"x", buffer.getvalue(), parts["q.npy"][:-1], parts["q.npy"] + b"x",
         npy("'<f8'", "(1000000000000,)", b""), npy("'<f8'", f"({rows}, 4)", b""),
         npy("'<f8'", "(0, 99999999999999999999999999)", b""), npy("'<f8'", "()", bytes(8)),
         npy("'|O'", "(1,)", pickle.dumps(Evil())), npy("'<U99999999999'", "()", b""),
@@ -272,12 +272,12 @@ def test_invalid_arrays_are_refused(file, parts, tmp_path, monkeypatch):
     ]  # fmt: skip
     for name in parts:
         for data in bad:
-            allowed = name in ("t.npy", "events_t.npy") and data == npy("'<f8'", "()", bytes(8))
-            if not allowed:
+            is_valid = name in ("t.npy", "events_t.npy") and data == npy("'<f8'", "()", bytes(8))
+            if not is_valid:
                 check_refusal(file, parts | {name: data})
-        left = {other: parts[other] for other in parts if other != name}
+        rest = {other: parts[other] for other in parts if other != name}
         if name not in ("q_low.npy", "events_q_low.npy"):
-            check_refusal(file, left, "it has no member ")
+            check_refusal(file, rest, "it has no member ")
     wide = npy("'<f8'", f"({rows}, 5)", bytes(40 * rows))
     check_refusal(file, parts | {"q.npy": wide}, "its q has the wrong size")
     assert not (tmp_path / "harmed").exists()
@@ -334,8 +334,8 @@ def test_members_that_share_their_bytes_are_refused(file, parts):
         for name, data in parts.items():
             archive.writestr(name, data)
         archive.writestr("x.npy", bytes(1 << 16))
-        shared = archive.infolist()[-1]
-        archive.filelist += [shared] * 1000
+        member = archive.infolist()[-1]
+        archive.filelist += [member] * 1000
     with pytest.raises(ValueError, match="larger than the file"):
         kr.load(file)
 

@@ -53,9 +53,9 @@ def test_the_power_balance_with_damping():
     t = np.linspace(0, 5, 4001)
     path = kr.solve(scene, t)
     amplitude, rate, phase = SHAKING
-    lost = -(np.array(scene.damping) * path.body_velocity**2).sum(axis=1)
+    loss = -(np.array(scene.damping) * path.body_velocity**2).sum(axis=1)
     height = path.apex[:, 2] * np.linalg.norm(scene.body.com) * scene.body.mass
-    power = lost + amplitude * rate**3 * np.sin(rate * t + phase) * height
+    power = loss + amplitude * rate**3 * np.sin(rate * t + phase) * height
     assert path.energy[-1] - path.energy[0] == pytest.approx(integral_of(power, t), abs=1e-10)
     assert math.isnan(path.energy_error)
     plain = kr.solve(HEAVY, t)
@@ -66,8 +66,8 @@ def test_the_power_balance_with_damping():
 def test_the_stability_limit_agrees_with_the_averaged_motion(spin):
     """Compare with Kapitza's condition (I3 spin)^2 + 2 (m l A r)^2 = 4 I1 m g l."""
     body, rate = kr.Body(1.0, (1.0, 1.0, 0.3), (0, 0, 0.5), unphysical=True), 400.0
-    needed = 4.0 * 1.0 * 9.81 * 0.5 - (0.3 * spin) ** 2
-    border = math.sqrt(needed / 2.0) / (0.5 * rate)
+    stiffness = 4.0 * 1.0 * 9.81 * 0.5 - (0.3 * spin) ** 2
+    border = math.sqrt(stiffness / 2.0) / (0.5 * rate)
     greatest = []
     for factor in (0.95, 1.05):
         top = kr.Scene.spinning(
@@ -81,15 +81,15 @@ def test_the_stability_limit_agrees_with_the_averaged_motion(spin):
 
 def test_the_end_of_a_path_has_the_phase_at_its_time():
     path = kr.solve(HEAVY, [0.0, 1.0])
-    there = path.end
-    amplitude, rate, phase = there.shaking
+    end = path.end
+    amplitude, rate, phase = end.shaking
     assert (amplitude, rate) == SHAKING[:2]
     assert math.cos(phase) == pytest.approx(math.cos(5.3), abs=1e-15)
     assert path.scene_at(0) == HEAVY
-    on = kr.solve(there, [0.0, 1.5])
+    next_path = kr.solve(end, [0.0, 1.5])
     whole = kr.solve(HEAVY, [0.0, 2.5])
-    assert kr.attitude_error(on.q[-1], whole.q[-1]) < 1e-14
-    assert on.potential[0] == pytest.approx(path.potential[-1], abs=1e-14)
+    assert kr.attitude_error(next_path.q[-1], whole.q[-1]) < 1e-14
+    assert next_path.potential[0] == pytest.approx(path.potential[-1], abs=1e-14)
 
 
 def test_the_phase_continues_after_a_push_and_a_change():
@@ -100,15 +100,15 @@ def test_the_phase_continues_after_a_push_and_a_change():
     again = kr.resume(run.checkpoint)
     after = run.to([1.0, 2.5])
     assert again.to([1.0, 2.5]).states.tobytes() == after.states.tobytes()
-    pushed = kr.solve(HEAVY, [1.0]).end
-    pushed = pushed.replace(momentum=np.add(pushed.momentum, (0.1, 0.2, 0.3)))
-    assert kr.attitude_error(after.q[-1], kr.solve(pushed, [1.5]).q[-1]) < 1e-14
+    scene = kr.solve(HEAVY, [1.0]).end
+    scene = scene.replace(momentum=np.add(scene.momentum, (0.1, 0.2, 0.3)))
+    assert kr.attitude_error(after.q[-1], kr.solve(scene, [1.5]).q[-1]) < 1e-14
     assert kr.attitude_error(after.end.attitude, after.q[-1]) == 0.0
     assert math.cos(after.end.shaking[2]) == pytest.approx(math.cos(5.0 * 2.5 + 0.3), abs=1e-14)
     run.change(shaking=(0.1, 3.0, 0.0))
-    changed = run.to([2.5, 3.0])
+    path = run.to([2.5, 3.0])
     expected = after.end.replace(shaking=(0.1, 3.0, 7.5))
-    assert kr.attitude_error(changed.q[-1], kr.solve(expected, [0.5]).q[-1]) < 1e-14
+    assert kr.attitude_error(path.q[-1], kr.solve(expected, [0.5]).q[-1]) < 1e-14
 
 
 def test_events_use_the_phase_at_their_time():
@@ -137,9 +137,9 @@ def test_members_of_an_ensemble_equal_single_tops():
 def test_a_sweep_names_the_components(tmp_path):
     pytest.importorskip("pyarrow")
     source = kr.Source.grid(HEAVY, shaking=[(0.1, 2.0, 0.0), (0.2, 7.0, 1.0)])
-    swept = kr.sweep(source, [1.0], folder=tmp_path / "swept", want=("nutation",))
-    assert swept["shaking_rate"].tolist() == [2.0, 7.0]
-    assert swept.units["shaking_amplitude"] == "L" and swept.units["shaking_rate"] == "T^-1"
+    sweep = kr.sweep(source, [1.0], folder=tmp_path / "swept", want=("nutation",))
+    assert sweep["shaking_rate"].tolist() == [2.0, 7.0]
+    assert sweep.units["shaking_amplitude"] == "L" and sweep.units["shaking_rate"] == "T^-1"
 
 
 @pytest.mark.parametrize("digits", [16, 30])
@@ -169,7 +169,7 @@ def test_invalid_shaking_is_refused(shaking):
 def test_functions_without_shaken_supports_refuse_them():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
     axial = kr.Body(1, (1, 1, 0.5), (0, 0, 0.3))
-    for refused in (
+    for call in (
         *list_unsupported_calls(HEAVY, path),
         lambda: kr.solve(kr.Scene(axial, **START, shaking=SHAKING), 1.0, "bobenko_suris", step=0.1),
         lambda: kr.view(HEAVY, open=False),
@@ -177,4 +177,4 @@ def test_functions_without_shaken_supports_refuse_them():
         lambda: kr.Scene.spinning(axial, spin=9.0, tilt=0.3, steady=True, shaking=SHAKING),
     ):
         with pytest.raises(ValueError, match="shak"):
-            refused()
+            call()

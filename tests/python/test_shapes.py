@@ -42,9 +42,9 @@ def shell():
     return to_arrays(points, np.repeat(dz, len(PHI)))
 
 
-def stretch_ball(by):
+def stretch_ball(factors):
     points, weights = ball()
-    return points * by, weights * np.prod(by)
+    return points * factors, weights * np.prod(factors)
 
 
 # A constructor and its lengths; quadrature points, weights; the volume, or 0 if thin.
@@ -94,9 +94,9 @@ def make(name, **words):
 
 def integrate_inertia(points, weights, mass, pivot):
     """Return the inertia tensor and the centre of mass relative to `pivot`."""
-    seen, portions = points - pivot, mass * weights / weights.sum()
-    products = np.einsum("n,ni,nj->ij", portions, seen, seen)
-    return np.eye(3) * products.trace() - products, portions @ seen / mass
+    positions, portions = points - pivot, mass * weights / weights.sum()
+    products = np.einsum("n,ni,nj->ij", portions, positions, positions)
+    return np.eye(3) * products.trace() - products, portions @ positions / mass
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -104,8 +104,8 @@ def integrate_inertia(points, weights, mass, pivot):
 def test_a_shape_has_the_inertia_of_the_integral(name, pivot):
     body = make(name, pivot=pivot, mass=2.5)
     inertia, com = integrate_inertia(*SHAPES[name][1], 2.5, pivot)
-    given = np.array(body.inertia)
-    np.testing.assert_allclose(np.diag(given) if given.ndim == 1 else given, inertia, atol=4e-14)
+    tensor = np.array(body.inertia)
+    np.testing.assert_allclose(np.diag(tensor) if tensor.ndim == 1 else tensor, inertia, atol=4e-14)
     np.testing.assert_allclose(body.com, com, atol=2e-15)
     assert body.mass == 2.5 and not body.unphysical
 
@@ -121,7 +121,7 @@ def test_the_mass_is_density_times_volume(name):
 
 
 @pytest.mark.parametrize(
-    "made, of, moments",
+    "maker, sizes, moments",
     [
         ("cylinder", {"radius": 2, "height": 6}, (4, 4, 2)),
         ("tube", {"inner": 2, "outer": 2, "height": 6}, (5, 5, 4)),
@@ -134,26 +134,26 @@ def test_the_mass_is_density_times_volume(name):
         ("ellipsoid", {"half": (1, 2, 3)}, (13 / 5, 2, 1)),
     ],
 )
-def test_moments_agree_with_textbooks(made, of, moments):
-    body = getattr(kr.Body, made)(**of, pivot=(0, 0, 0), mass=1)
+def test_moments_agree_with_textbooks(maker, sizes, moments):
+    body = getattr(kr.Body, maker)(**sizes, pivot=(0, 0, 0), mass=1)
     np.testing.assert_allclose(body.moments, moments, rtol=1e-15)
 
 
 def test_a_cone_on_its_tip_has_the_textbook_moments():
     body = kr.Body.cone(radius=2, height=4, pivot=(0, 0, 0), mass=5)
     assert body.com == (0, 0, 3) and body.kind == "lagrange"
-    across, along = 0.6 * 5 * (2**2 / 4 + 4**2), 0.3 * 5 * 2**2  # Landau and Lifshitz, 32
-    np.testing.assert_allclose(body.moments, (across, across, along), rtol=1e-15)
+    transverse, axial = 0.6 * 5 * (2**2 / 4 + 4**2), 0.3 * 5 * 2**2  # Landau and Lifshitz, 32
+    np.testing.assert_allclose(body.moments, (transverse, transverse, axial), rtol=1e-15)
 
 
 # Sums, shifts, rotations
 
 
 def test_a_disk_and_a_rod_form_a_gyroscope():
-    at = (0, 0, -0.06)
-    top = kr.Body.disk(0.05, at, mass=0.5) + kr.Body.rod(0.12, at, mass=0.02)
-    across = 0.5 * (0.05**2 / 4 + 0.06**2) + 0.02 * 0.12**2 / 3
-    np.testing.assert_allclose(top.moments, (across, across, 0.5 * 0.05**2 / 2), rtol=1e-15)
+    pivot = (0, 0, -0.06)
+    top = kr.Body.disk(0.05, pivot, mass=0.5) + kr.Body.rod(0.12, pivot, mass=0.02)
+    transverse = 0.5 * (0.05**2 / 4 + 0.06**2) + 0.02 * 0.12**2 / 3
+    np.testing.assert_allclose(top.moments, (transverse, transverse, 0.5 * 0.05**2 / 2), rtol=1e-15)
     assert top.mass == 0.52 and top.kind == "lagrange" and not top.unphysical
     np.testing.assert_allclose(top.com, (0, 0, 0.06), rtol=1e-15)
 
@@ -169,21 +169,23 @@ def test_two_halves_add_up_to_the_whole_body():
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_shift_changes_the_pivot(name):
-    by = np.array((-0.4, 0.9, 0.25))
-    shifted = make(name, pivot=PIVOT, mass=2).shift(by)
-    there = make(name, pivot=PIVOT - by, mass=2)
-    np.testing.assert_allclose(shifted.inertia, there.inertia, atol=1e-14)
-    np.testing.assert_allclose(shifted.com, there.com, atol=1e-15)
+    vector = np.array((-0.4, 0.9, 0.25))
+    shifted = make(name, pivot=PIVOT, mass=2).shift(vector)
+    expected = make(name, pivot=PIVOT - vector, mass=2)
+    np.testing.assert_allclose(shifted.inertia, expected.inertia, atol=1e-14)
+    np.testing.assert_allclose(shifted.com, expected.com, atol=1e-15)
 
 
 def test_a_rotation_rotates_inertia_and_centre_of_mass():
     body = kr.Body.cuboid((0.6, 0.8, 1), PIVOT)
     axes = matrix(TILT)
-    turned = body.turn(TILT)
-    np.testing.assert_allclose(turned.inertia, axes @ np.array(body.inertia) @ axes.T, atol=4e-14)
-    np.testing.assert_allclose(turned.com, axes @ body.com, atol=1e-15)
-    np.testing.assert_allclose(sorted(turned.moments), sorted(body.moments), rtol=1e-14)
-    back = turned.turn((TILT[0], *(-x for x in TILT[1:])))
+    other_body = body.turn(TILT)
+    np.testing.assert_allclose(
+        other_body.inertia, axes @ np.array(body.inertia) @ axes.T, atol=4e-14
+    )
+    np.testing.assert_allclose(other_body.com, axes @ body.com, atol=1e-15)
+    np.testing.assert_allclose(sorted(other_body.moments), sorted(body.moments), rtol=1e-14)
+    back = other_body.turn((TILT[0], *(-x for x in TILT[1:])))
     np.testing.assert_allclose(back.inertia, body.inertia, atol=4e-14)
 
 
@@ -236,14 +238,14 @@ def test_a_rod_on_its_own_line_can_be_compared_and_copied():
 
 
 def test_rods_on_their_own_line_are_only_parts_of_bodies():
-    turned, longer = line().turn(TILT), line() + line().shift((0, 0, 0.12))
-    for part in (turned, longer, line().shift((0, 0, 5))):
+    tilted, longer = line().turn(TILT), line() + line().shift((0, 0, 0.12))
+    for part in (tilted, longer, line().shift((0, 0, 5))):
         with pytest.raises(ValueError, match="thin rod"):
             _ = part.moments
     assert longer.mass == 0.04 and longer.com == pytest.approx((0, 0, 0.12), rel=1e-15)
     assert min(line().shift((0.1, 0, 0)).moments) > 1e-5
-    assert min((line() + turned).moments) > 1e-6
-    assert (turned + kr.Body.disk(0.05, (0, 0, 0), mass=0.5)).mass == 0.52
+    assert min((line() + tilted).moments) > 1e-6
+    assert (tilted + kr.Body.disk(0.05, (0, 0, 0), mass=0.5)).mass == 0.52
 
 
 # Refusals

@@ -33,8 +33,16 @@ def collect_attributes(path):
     """Return all attributes of a path in a form that can be compared."""
     names = ("t", "q", "m") if path.want is None else ("t", *path.want)
     arrays = {name: getattr(path, name).tobytes() for name in names}
-    about = path.stats, path.method, path.step, path.tol, path.digits, path.want, path.start_time
-    return arrays, about, repr(path), str(path.plan), path.scene
+    attributes = (
+        path.stats,
+        path.method,
+        path.step,
+        path.tol,
+        path.digits,
+        path.want,
+        path.start_time,
+    )
+    return arrays, attributes, repr(path), str(path.plan), path.scene
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
@@ -45,8 +53,8 @@ def test_plain_times_give_the_path_of_validated_times(method, want, sign):
     words = words_for(method) if method != "auto" else {}
     times = [sign * t for t in TIMES]
     slow = kr.solve(scene, wrap_numbers(times), method, want=want, **words)
-    for given in (times, tuple(times), np.array(times), [int(t) if t == 1 else t for t in times]):
-        path = kr.solve(scene, given, method, want=want, **words)
+    for values in (times, tuple(times), np.array(times), [int(t) if t == 1 else t for t in times]):
+        path = kr.solve(scene, values, method, want=want, **words)
         assert collect_attributes(path) == collect_attributes(slow)
     number = kr.solve(scene, times[-1], method, want=want, **words)
     assert collect_attributes(number) == collect_attributes(
@@ -105,22 +113,22 @@ def test_invalid_arguments_have_specific_messages(words, message):
 
 
 def test_a_failure_keeps_the_states_reached():
-    with pytest.raises(kr.Error) as failed:
+    with pytest.raises(kr.Error) as error:
         kr.solve(TOP, [0.5, 50.0], max_steps=3, want=["energy"])
-    stopped = failed.value.path
-    assert failed.value.status == "ERR_LIMIT" and stopped.want == ("energy",)
-    assert stopped.stats.steps == 3 and stopped.t[0] == 0.5 and len(stopped) == 2
+    path = error.value.path
+    assert error.value.status == "ERR_LIMIT" and path.want == ("energy",)
+    assert path.stats.steps == 3 and path.t[0] == 0.5 and len(path) == 2
     run = kr.start(TOP, max_steps=3)
-    with pytest.raises(kr.Error) as failed:
+    with pytest.raises(kr.Error) as error:
         run.to([0.5, 50.0])
-    assert run.t == failed.value.path.t[-1] > 0.5 and run.stats.steps == 3
+    assert run.t == error.value.path.t[-1] > 0.5 and run.stats.steps == 3
 
 
 def test_progress_is_called_at_the_end():
-    called = []
-    path = kr.solve(TOP, TIMES, progress=called.append)
-    assert called == [2.5] and collect_attributes(path) == collect_attributes(kr.solve(TOP, TIMES))
-    assert len(kr.solve(TOP, [], progress=called.append)) == 0 and called == [2.5]
+    reports = []
+    path = kr.solve(TOP, TIMES, progress=reports.append)
+    assert reports == [2.5] and collect_attributes(path) == collect_attributes(kr.solve(TOP, TIMES))
+    assert len(kr.solve(TOP, [], progress=reports.append)) == 0 and reports == [2.5]
 
 
 @pytest.mark.parametrize("want", [None, WANTED])
@@ -129,10 +137,10 @@ def test_progress_is_called_at_the_end():
 def test_a_run_advances_equally_by_plain_and_validated_times(method, back, want):
     scene, words, sign = scene_for(method), words_for(method), -1.0 if back else 1.0
     fast, slow = (kr.start(scene, method, back=back, want=want, **words) for _ in range(2))
-    for given in (0.5, [0.5, 0.75], np.array([1.0, 1.0]), 2.0, []):
-        times = sign * np.array(given) if np.ndim(given) else sign * given
-        plain = times.tolist() if isinstance(given, list) else times
-        checked = wrap_numbers(times) if np.ndim(given) else NotPlain(times)
+    for values in (0.5, [0.5, 0.75], np.array([1.0, 1.0]), 2.0, []):
+        times = sign * np.array(values) if np.ndim(values) else sign * values
+        plain = times.tolist() if isinstance(values, list) else times
+        checked = wrap_numbers(times) if np.ndim(values) else NotPlain(times)
         assert collect_attributes(fast.to(plain)) == collect_attributes(slow.to(checked))
         assert (fast.t, fast.stats) == (slow.t, slow.stats)
     with pytest.raises(ValueError, match="goes back from"):
@@ -187,17 +195,17 @@ def test_an_ended_run_stays_ended_until_it_is_reset():
 
 def test_threads_share_requests():
     expected = kr.solve(TOP, TIMES).states.tobytes()
-    found = []
+    results = []
 
     def work():
-        found.extend(kr.solve(TOP, TIMES).states.tobytes() for _ in range(200))
+        results.extend(kr.solve(TOP, TIMES).states.tobytes() for _ in range(200))
 
     threads = [threading.Thread(target=work) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(found) == 800 and set(found) == {expected}
+    assert len(results) == 800 and set(results) == {expected}
 
 
 def test_the_core_refuses_invalid_arguments():

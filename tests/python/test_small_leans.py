@@ -52,8 +52,8 @@ def test_upright_bodies_keep_a_small_tilt_along_each_axis(axis, moments):
     ensemble = kr.solve(kr.Ensemble.of([scene]), [31.0], "taylor")
     run = kr.start(scene, "taylor")
     run.to(3.0)
-    resumed = kr.resume(run.checkpoint).to([31.0])
-    for path in (kr.solve(scene, [31.0], "taylor"), ensemble[0], resumed):
+    later_path = kr.resume(run.checkpoint).to([31.0])
+    for path in (kr.solve(scene, [31.0], "taylor"), ensemble[0], later_path):
         assert path.nutation[0] > 0.3
         assert attitude_error(q, path.q[0]) < 1e-11
 
@@ -64,8 +64,8 @@ def test_the_motion_does_not_depend_on_the_order_of_axes(axis, method):
     words = {} if method == "exact" else {"step": 0.0625}
     paths = [kr.solve(permute_axes(i, (1.0, 1.0, 0.7)), [31.0], method, **words) for i in (2, axis)]
     assert paths[0].nutation[0] > 0.1
-    there = multiply(paths[1].q[0], CYCLES[axis])
-    assert kr.attitude_error(paths[0].q[0], there) < 1e-11
+    attitude = multiply(paths[1].q[0], CYCLES[axis])
+    assert kr.attitude_error(paths[0].q[0], attitude) < 1e-11
 
 
 def test_sections_and_tangents_keep_a_small_tilt():

@@ -21,7 +21,7 @@ def names():
     cone = kr.Body.cone(0.3, 1.2, (0, 0, -0.9), mass=0.5)
     thesis = kr.scenes.thesis
     tops = thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
-    kept = ("min", "max", "mean", "variance", "last", "where_min", "where_max")
+    reductions = ("min", "max", "mean", "variance", "last", "where_min", "where_max")
     return {
         "kr": kr,
         "np": np,
@@ -33,7 +33,7 @@ def names():
         "PLATE": kr.Body.cuboid((0.5, 0.8, 0.1), (0.1, 0.2, -0.3), density=2.0),
         "TOPS": tops,
         "NEAR": kr.scenes.asymmetric.scatter(3, seed=1, momentum=0.1),
-        "REDUCED": kr.reduce(tops, np.linspace(0, 2, 9), {"nutation": kept}),
+        "REDUCED": kr.reduce(tops, np.linspace(0, 2, 9), {"nutation": reductions}),
         "LOW": kr.events.nutation(direction=1),
         "SWAY": kr.solve(kr.scenes.cusps, np.linspace(0.0, 20.0, 201)),
     }
@@ -41,8 +41,8 @@ def names():
 
 def value_of(expression):
     """Evaluate an expression, and format its value with six significant digits."""
-    found = eval(expression, names())
-    return found if isinstance(found, str) else f"{float(found):.6g}"
+    value = eval(expression, names())
+    return value if isinstance(value, str) else f"{float(value):.6g}"
 
 
 @pytest.mark.parametrize(("expression", "value"), LINES, ids=[line[0] for line in LINES])

@@ -10,8 +10,8 @@ TOP = kr.scenes.asymmetric
 
 
 def test_a_tolerance_is_below_one():
-    below = math.nextafter(1.0, 0.0)
-    assert solve_options.validate_tol(kr.methods["taylor"], below) == below
+    tol = math.nextafter(1.0, 0.0)
+    assert solve_options.validate_tol(kr.methods["taylor"], tol) == tol
     with pytest.raises(ValueError, match=r"tol must be below 1, .* not 1\.0"):
         solve_options.validate_tol(kr.methods["taylor"], 1.0)
     assert solve_options.validate_tol(kr.methods["exact"], 0.5) is None

@@ -78,11 +78,11 @@ def test_a_free_body_comes_to_rest_and_stays(damping):
     top = kr.Scene(body, velocity=(0, 0, 3), damping=damping)
     times = np.array([1.0, 20.0, 200.0, 1e3, 1e9]) / damping
     path = kr.solve(top, times, max_steps=300)
-    left = np.exp(-damping * times)
-    assert np.abs(path.m[:, 2] - 3 * left).max() < 1e-15
-    assert np.allclose(path.m[:, 2], 3 * left, rtol=1e-8, atol=1e-100)
+    decay = np.exp(-damping * times)
+    assert np.abs(path.m[:, 2] - 3 * decay).max() < 1e-15
+    assert np.allclose(path.m[:, 2], 3 * decay, rtol=1e-8, atol=1e-100)
     assert (
-        np.abs(2 * np.arctan2(path.q[:, 3], path.q[:, 0]) - 3 / damping * (1 - left)).max() < 1e-16
+        np.abs(2 * np.arctan2(path.q[:, 3], path.q[:, 0]) - 3 / damping * (1 - decay)).max() < 1e-16
     )
 
 
@@ -95,8 +95,8 @@ def test_a_symmetric_top_reaches_the_slow_manifold_with_any_spin(damping, veloci
     for settings in ({}, {"tol": 1e-9}, {"digits": 20}):
         path = kr.solve(top, [1.0, 3 * damping], max_steps=800, **settings)
         assert path.nutation[0] == pytest.approx(0.5, abs=20 / damping)
-    moved = 4 * 2.0 / damping  # the rotation by the spin until the spin has decayed
-    assert abs(path.nutation[1] - compute_creep_nutation(3 * damping, damping)) < 2 * moved
+    angle = 4 * 2.0 / damping  # the rotation by the spin until the spin has decayed
+    assert abs(path.nutation[1] - compute_creep_nutation(3 * damping, damping)) < 2 * angle
     q, _ = Series(top).to(20 / damping)
     assert attitude_error(q, kr.solve(top, [20 / damping], max_steps=200).q[0]) < 1e-15
 
@@ -107,8 +107,8 @@ def test_every_function_takes_the_same_steps():
     run = kr.start(top)
     run.to(times[1])
     assert np.array_equal(kr.resume(run.checkpoint).to(times[2:]).states, path.states[2:])
-    streamed = np.concatenate([piece.states for piece in kr.stream(top, times, chunk=1)])
-    assert np.array_equal(streamed, path.states)
+    states = np.concatenate([piece.states for piece in kr.stream(top, times, chunk=1)])
+    assert np.array_equal(states, path.states)
     tops = kr.Ensemble.of([top, kr.scenes.thesis])
     assert np.array_equal(kr.solve(tops, times, max_steps=200)[0].states, path.states)
 
@@ -119,9 +119,9 @@ def test_events_are_found_on_the_slow_manifold():
     top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
     level = kr.events.plane((0, 0, 1), of="apex")
     found = kr.solve(top, 5 * damping, events=[level]).events
-    want = damping * math.log(1 / math.tan(0.25)) + 1 / damping
-    assert len(found) == 1 and abs(found.path.t[0] / want - 1) < 1e-13
-    assert abs(kr.section(top, level, n=1, max_wait=5 * damping).t[0] / want - 1) < 1e-13
+    expected = damping * math.log(1 / math.tan(0.25)) + 1 / damping
+    assert len(found) == 1 and abs(found.path.t[0] / expected - 1) < 1e-13
+    assert abs(kr.section(top, level, n=1, max_wait=5 * damping).t[0] / expected - 1) < 1e-13
 
 
 def test_tangents_of_strongly_damped_tops_agree_with_short_steps():

@@ -87,9 +87,9 @@ def test_a_rotor_along_the_axis_slows_the_fall():
     top = kr.Scene(body, body_velocity=(0, 0, 0), attitude=START["attitude"], damping=damping)
     path = kr.solve(top, [0.0, 1e6], max_steps=100)
     # On the slow manifold D w = h x w + P x c, so that the apex falls as if D were D + h^2 / D.
-    slowed = damping + rotor**2 / damping
-    fallen = 2 * np.arctan(np.tan(path.nutation[0] / 2) * np.exp(1e6 / slowed))
-    assert path.nutation[1] == pytest.approx(fallen, abs=1e-9)
+    effective_damping = damping + rotor**2 / damping
+    nutation = 2 * np.arctan(np.tan(path.nutation[0] / 2) * np.exp(1e6 / effective_damping))
+    assert path.nutation[1] == pytest.approx(nutation, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -138,12 +138,12 @@ def test_a_top_on_a_turning_support_falls_as_at_rest():
     top = kr.Scene(body, body_velocity=(0, 0, 0), attitude=START["attitude"], damping=1e6)
     # About the vertical a support carries the ball along, so that it only turns the ball.
     path = kr.solve(top.replace(turning=(0, 0, 2.0)), [0.0, 1e6], max_steps=100)
-    fallen = 2 * np.arctan(np.tan(path.nutation[0] / 2) * np.exp(1.0))
-    assert path.nutation[1] == pytest.approx(fallen, abs=1e-5)
+    nutation = 2 * np.arctan(np.tan(path.nutation[0] / 2) * np.exp(1.0))
+    assert path.nutation[1] == pytest.approx(nutation, abs=1e-5)
 
 
 def test_permuted_axes_give_the_same_path():
-    times, turned = (
+    times, other_path = (
         np.linspace(0, 3, 7),
         kr.solve(scene((300, 1e4, 2e3), NONE, **BOTH), np.linspace(0, 3, 7)),
     )
@@ -152,8 +152,8 @@ def test_permuted_axes_give_the_same_path():
     attitude = kr.quaternion.multiply(START["attitude"], kr.quaternion.conjugate(cycle))
     top = kr.Scene(body, momentum=START["momentum"], attitude=attitude, damping=(2e3, 300, 1e4))
     path = kr.solve(top.replace(**BOTH), times, max_steps=300)
-    assert np.abs(path.apex - turned.apex).max() < 1e-14
-    assert np.abs(path.m - turned.m).max() < 1e-14
+    assert np.abs(path.apex - other_path.apex).max() < 1e-14
+    assert np.abs(path.m - other_path.m).max() < 1e-14
 
 
 @pytest.mark.parametrize("damping", [1e5, (0, 1e5, 1e5)])
@@ -161,11 +161,11 @@ def test_dense_times_streams_runs_and_resumption_agree(damping):
     top, times = scene(damping, **BOTH), np.linspace(0, 2, 41)
     path, alone = kr.solve(top, times), kr.solve(top, [2.0])
     assert np.array_equal(path.q[-1], alone.q[0])
-    streamed = np.concatenate([part.q for part in kr.stream(top, times)])
-    assert np.array_equal(streamed, path.q)
+    attitudes = np.concatenate([part.q for part in kr.stream(top, times)])
+    assert np.array_equal(attitudes, path.q)
     half = kr.solve(top, [1.0])
-    resumed = kr.solve(half.end, [1.0])
-    assert kr.attitude_error(resumed.q[0], path.q[-1]) < 1e-14
+    later_path = kr.solve(half.end, [1.0])
+    assert kr.attitude_error(later_path.q[0], path.q[-1]) < 1e-14
 
 
 def test_events_on_the_way_are_found():

@@ -50,8 +50,8 @@ def follow_torque(scene, t):
         velocity = (torque + friction * apex) / damping
         return 0.5 * np.array(kr.quaternion.multiply(tuple(q), (0, *velocity)))
 
-    found = solve_ivp(rates, (0, t), scene.attitude, "DOP853", rtol=1e-12, atol=1e-14)
-    return found.y[:, -1] / np.linalg.norm(found.y[:, -1])
+    solution = solve_ivp(rates, (0, t), scene.attitude, "DOP853", rtol=1e-12, atol=1e-14)
+    return solution.y[:, -1] / np.linalg.norm(solution.y[:, -1])
 
 
 @pytest.mark.parametrize(
@@ -87,10 +87,10 @@ def test_short_steps_give_the_same_path(name, damping):
         scene = make_scene(name, damping=damping, friction=friction, **words)
         path = kr.solve(scene, [0.1], "taylor", digits=digits)
         short = kr.solve(scene, [0.1], "taylor", digits=digits, tangents="damping")
-        off = path.q - short.q
+        difference = path.q - short.q
         if digits > 16:
-            off += path.q_low - short.q_low
-        assert np.abs(off).max() < {16: 2e-15, 20: 1e-19, 30: 1e-28}[digits]
+            difference += path.q_low - short.q_low
+        assert np.abs(difference).max() < {16: 2e-15, 20: 1e-19, 30: 1e-28}[digits]
 
 
 def test_a_stop_at_which_the_spin_changes_slowly():
@@ -100,8 +100,8 @@ def test_a_stop_at_which_the_spin_changes_slowly():
     stop = kr.solve(scene, 0.3, events=[kr.events.stopped()]).events.t[-1]
     path = kr.solve(scene, [stop + 0.01], "taylor", digits=30)
     short = kr.solve(scene, [stop + 0.01], "taylor", digits=30, tangents="damping")
-    off = (path.q - short.q) + (path.q_low - short.q_low)
-    assert np.abs(off).max() < 1e-28
+    difference = (path.q - short.q) + (path.q_low - short.q_low)
+    assert np.abs(difference).max() < 1e-28
 
 
 @pytest.mark.parametrize("damping", [1e6, 1e10, (1e6, 1e6, 0.0), (1e4, 1e9, 3e5)])

@@ -25,9 +25,9 @@ def hashes(tmp_path_factory):
     """Return a hash of the results of each sweep, computed by a single thread."""
     place = tmp_path_factory.mktemp("hashes")
     for name, words in WORDS.items():
-        done = run_sweep(place / name, words, threads=1)
-        assert done.missing == [] and len(done.present) == PARTS
-        assert 0 < (done["status"] != 0).sum() < done.size
+        sweep = run_sweep(place / name, words, threads=1)
+        assert sweep.missing == [] and len(sweep.present) == PARTS
+        assert 0 < (sweep["status"] != 0).sum() < sweep.size
     return {name: hash_rows(place / name) for name in WORDS}
 
 
@@ -42,8 +42,8 @@ def cluster():
             processes=True,
             dashboard_address=":0",
             silence_logs=logging.CRITICAL + 1,
-        ) as made,
-        Client(made) as client,
+        ) as local_cluster,
+        Client(local_cluster) as client,
     ):
         yield client
     quiet.level = before
@@ -74,8 +74,8 @@ def test_results_do_not_depend_on_a_cluster(tmp_path, hashes, cluster, name):
 @pytest.mark.parametrize("name", WORDS)
 def test_results_do_not_depend_on_the_order_of_jobs(tmp_path, hashes, name):
     for i in reversed(range(PARTS)):
-        done = run_sweep(tmp_path, WORDS[name], parts=range(i, i + 1))
-        assert done.missing == [*range(i)]
+        sweep = run_sweep(tmp_path, WORDS[name], parts=range(i, i + 1))
+        assert sweep.missing == [*range(i)]
     assert hash_rows(tmp_path) == hashes[name]
 
 
@@ -87,10 +87,10 @@ def test_a_killed_worker_loses_only_its_own_part(tmp_path, hashes, moment):
         pytest.raises(RuntimeError, match=r"failed with [1-5] parts left.*repeating the call"),
     ):
         run_sweep(place, executor=pool)
-    left = kr.read_sweep(place)
-    assert os.path.exists(flag) and 2 in left.missing
+    sweep = kr.read_sweep(place)
+    assert os.path.exists(flag) and 2 in sweep.missing
     assert {file.name for file in place.glob("*.parquet")} == {
-        f"part-{i:06}.parquet" for i in left.present
+        f"part-{i:06}.parquet" for i in sweep.present
     }
     run_sweep(place)
     assert hash_rows(place) == hashes["reduced"]
@@ -134,12 +134,12 @@ def test_a_lost_part_is_tried_twice_and_then_reported(tmp_path, hashes, result):
 
 
 def test_a_failed_part_stops_the_sweep_and_keeps_stored_parts(tmp_path, monkeypatch):
-    put = store.SweepStore.write_part
+    write_part = store.SweepStore.write_part
 
     def fail_to_write(self, i, rows):
         if i == 3:
             raise OSError(28, "No space left on device", str(self.part_file_path(i)))
-        return put(self, i, rows)
+        return write_part(self, i, rows)
 
     monkeypatch.setattr(store.SweepStore, "write_part", fail_to_write)
     for executor in (None, ThreadPoolExecutor(1)):
@@ -160,48 +160,48 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
     pool = executor and executor(1)
     with pytest.raises(
         kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; repeating the call"
-    ) as told:
+    ) as interruption:
         run_sweep(tmp_path, executor=pool, progress=stop)
-    found = told.value.sweep
-    assert f"interrupted: {len(found.missing)} of 5" in str(told.value) and found.present
-    assert pickle.loads(pickle.dumps(told.value)).sweep.present == found.present
-    assert found.missing or pool
+    sweep = interruption.value.sweep
+    assert f"interrupted: {len(sweep.missing)} of 5" in str(interruption.value) and sweep.present
+    assert pickle.loads(pickle.dumps(interruption.value)).sweep.present == sweep.present
+    assert sweep.missing or pool
     run_sweep(tmp_path)
     assert hash_rows(tmp_path) == hashes["reduced"]
 
 
 def test_parts_cancelled_by_ctrl_c_are_not_stored_later(tmp_path, monkeypatch):
-    put, pressed = store.SweepStore.write_part, threading.Event()
+    write_part, interrupt = store.SweepStore.write_part, threading.Event()
 
     def write_late(self, i, rows):
-        assert i == 0 or pressed.wait(60)
-        return put(self, i, rows)
+        assert i == 0 or interrupt.wait(60)
+        return write_part(self, i, rows)
 
     def stop(_):
-        pressed.set()
+        interrupt.set()
         raise KeyboardInterrupt
 
     monkeypatch.setattr(store.SweepStore, "write_part", write_late)
-    with ThreadPoolExecutor(1) as pool, pytest.raises(kr.SweepInterrupted) as told:
+    with ThreadPoolExecutor(1) as pool, pytest.raises(kr.SweepInterrupted) as interruption:
         run_sweep(tmp_path, executor=pool, progress=stop)
-    assert kr.read_sweep(tmp_path).present == told.value.sweep.present
+    assert kr.read_sweep(tmp_path).present == interruption.value.sweep.present
 
 
 def test_progress_rises_to_one_and_counts_the_tops_of_this_call(tmp_path):
-    told = []
+    reports = []
     run_sweep(tmp_path, parts=range(2))
-    run_sweep(tmp_path, progress=told.append)
-    assert told == sorted(told) and told[-1] == 1.0 and told[0] > 0.0
-    told.clear()
-    run_sweep(tmp_path, progress=told.append)  # in this call no part is left to compute
-    assert told == []
+    run_sweep(tmp_path, progress=reports.append)
+    assert reports == sorted(reports) and reports[-1] == 1.0 and reports[0] > 0.0
+    reports.clear()
+    run_sweep(tmp_path, progress=reports.append)  # in this call no part is left to compute
+    assert reports == []
 
 
 def test_progress_of_an_executor_ends_with_one(tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "_PROGRESS_SECONDS", np.inf)
-    told = []
-    run_sweep(tmp_path, executor=LosingExecutor(0, None), progress=told.append)
-    assert told == [1.0]
+    reports = []
+    run_sweep(tmp_path, executor=LosingExecutor(0, None), progress=reports.append)
+    assert reports == [1.0]
 
 
 def test_a_part_depends_only_on_the_plan_and_its_number(tmp_path):

@@ -38,26 +38,32 @@ def runs(tmp_path_factory):
 
 
 def test_duckdb_queries_the_parts(runs):
-    found = kr.read_sweep(runs / "reduced")
-    went = found["status"] == 0
+    sweep = kr.read_sweep(runs / "reduced")
+    is_complete = sweep["status"] == 0
     sql = """
         SELECT spin, max(nutation_max), count(*) FROM '{}/*.parquet'
         WHERE status = 0 GROUP BY spin ORDER BY spin
     """
     rows = duckdb.sql(sql.format(runs / "reduced")).fetchall()
-    for (spin, largest, count), given, falls, well in zip(
-        rows, np.linspace(0, 9, 12), found["nutation_max"], went, strict=True
+    for (spin, largest, count), expected_spin, nutations, is_row_complete in zip(
+        rows, np.linspace(0, 9, 12), sweep["nutation_max"], is_complete, strict=True
     ):
-        assert (spin, largest, count) == (given, falls[well].max(), well.sum())
+        assert (spin, largest, count) == (
+            expected_spin,
+            nutations[is_row_complete].max(),
+            is_row_complete.sum(),
+        )
     sql = """
         SELECT top, event_t[1], len(event_t) = events AND events = len(event_q_w)
         FROM '{}/*.parquet' WHERE events > 0 ORDER BY top
     """
     rows = duckdb.sql(sql.format(runs / "watched")).fetchall()
-    met = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14).events
-    first = np.unique(np.ravel_multi_index(met.top.T, SHAPE), return_index=True)
-    assert [(top, t) for top, t, _ in rows] == list(zip(first[0], met.t[first[1]], strict=True))
-    assert all(alike for *_, alike in rows) and len(rows) > 20
+    found_events = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14).events
+    first = np.unique(np.ravel_multi_index(found_events.top.T, SHAPE), return_index=True)
+    assert [(top, t) for top, t, _ in rows] == list(
+        zip(first[0], found_events.t[first[1]], strict=True)
+    )
+    assert all(is_equal for *_, is_equal in rows) and len(rows) > 20
 
 
 def test_polars_queries_the_parts(runs):
@@ -71,17 +77,17 @@ def test_polars_queries_the_parts(runs):
 
 
 def test_a_part_describes_itself(runs):
-    found = kr.read_sweep(runs / "reduced")
+    sweep = kr.read_sweep(runs / "reduced")
     file = parquet.ParquetFile(runs / "reduced" / "part-000002.parquet")
-    told = file.metadata.metadata[b"kreisel"].decode()
-    assert found.hash in told and '"part": 2' in told and f'"{kr.__version__}"' in told
+    metadata = file.metadata.metadata[b"kreisel"].decode()
+    assert sweep.hash in metadata and '"part": 2' in metadata and f'"{kr.__version__}"' in metadata
     units = {field.name: field.metadata[b"units"].decode() for field in file.schema_arrow}
-    assert units == found.units
+    assert units == sweep.units
     assert units["spin"] == "rad T^-1" and units["reached"] == "T" and units["apex_x_mean"] == ""
 
 
 def test_reductions_equal_those_of_the_ensemble(tmp_path):
-    found = run_sweep(tmp_path)
+    sweep = run_sweep(tmp_path)
     words = {
         name: word for name, word in REDUCED.items() if name not in ("t", "part_size", "reduce")
     }
@@ -92,33 +98,33 @@ def test_reductions_equal_those_of_the_ensemble(tmp_path):
     }
     columns |= {name: getattr(whole, name) for name in ("status", "reached", "steps")}
     for name, values in columns.items():
-        assert np.array_equal(found[name], values, equal_nan=True), name
-    assert np.array_equal(found["top"].ravel(), np.arange(SOURCE.size))
-    for table in (found.to_arrow(), found.to_pandas()):
+        assert np.array_equal(sweep[name], values, equal_nan=True), name
+    assert np.array_equal(sweep["top"].ravel(), np.arange(SOURCE.size))
+    for table in (sweep.to_arrow(), sweep.to_pandas()):
         assert np.array_equal(
             table["nutation_min"], columns["nutation_min"].ravel(), equal_nan=True
         )
-    grid = found.to_xarray()
+    grid = sweep.to_xarray()
     assert grid["nutation_min"].dims == ("spin", "gravity")
     assert np.array_equal(grid["nutation_min"], columns["nutation_min"], equal_nan=True)
     assert grid["gravity"].values.tolist() == np.linspace(-1, 1, 25).tolist()
-    assert grid["gravity"].units == "L T^-2" and grid.plan == found.hash
+    assert grid["gravity"].units == "L T^-2" and grid.plan == sweep.hash
 
 
 def test_states_and_events_equal_those_of_the_ensemble(tmp_path):
-    found = run_sweep(tmp_path, WATCHED)
+    sweep = run_sweep(tmp_path, WATCHED)
     whole = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14)
-    assert found["q_w"].shape == (*SHAPE, 2)
-    assert np.array_equal(found["q_w"], whole.q[..., 0], equal_nan=True)
-    assert np.array_equal(found.to_xarray()["m_z"], whole.m[..., 2], equal_nan=True)
+    assert sweep["q_w"].shape == (*SHAPE, 2)
+    assert np.array_equal(sweep["q_w"], whole.q[..., 0], equal_nan=True)
+    assert np.array_equal(sweep.to_xarray()["m_z"], whole.m[..., 2], equal_nan=True)
     for name in ("top", "states", "which", "direction", "count"):
-        assert np.array_equal(getattr(found.events, name), getattr(whole.events, name)), name
-    assert np.array_equal(found["event_t"], whole.events.t)
-    frame = found.to_pandas()
+        assert np.array_equal(getattr(sweep.events, name), getattr(whole.events, name)), name
+    assert np.array_equal(sweep["event_t"], whole.events.t)
+    frame = sweep.to_pandas()
     assert len(frame) == 2 * SOURCE.size and frame.attrs["units"]["t"] == "T"
     assert np.array_equal(frame["m_x"], whole.m[..., 0].ravel(), equal_nan=True)
-    lists = found.to_arrow()["event_t"].to_pylist()
-    assert [t for met in lists for t in met] == whole.events.t.tolist()
+    lists = sweep.to_arrow()["event_t"].to_pylist()
+    assert [t for times in lists for t in times] == whole.events.t.tolist()
 
 
 @pytest.mark.parametrize(
@@ -133,48 +139,48 @@ def test_states_and_events_equal_those_of_the_ensemble(tmp_path):
     ],
 )
 def test_all_results_of_solve_are_stored(tmp_path, words):
-    found = run_sweep(tmp_path, {**words, "part_size": 5}, kr.Source.of(MIXED[:4]))
+    sweep = run_sweep(tmp_path, {**words, "part_size": 5}, kr.Source.of(MIXED[:4]))
     if "reduce" in words:
         whole = kr.reduce(MIXED[:4], words["t"], words["reduce"])
-        assert np.array_equal(found["m_x_variance"], whole["m_x"]["variance"])
-        assert found.units["spin_where_max"] == "T" and found.units["m_x_variance"].endswith("^2")
+        assert np.array_equal(sweep["m_x_variance"], whole["m_x"]["variance"])
+        assert sweep.units["spin_where_max"] == "T" and sweep.units["m_x_variance"].endswith("^2")
         return
     whole = kr.solve(MIXED[:4], **words)
-    assert np.array_equal(found["t"], np.broadcast_to(whole.t, found["t"].shape))
+    assert np.array_equal(sweep["t"], np.broadcast_to(whole.t, sweep["t"].shape))
     if "want" in words:
-        assert np.array_equal(found["spin"], whole.spin)
-        assert np.array_equal(found["frame_Tz"], whole.frame[..., 2, 2])
+        assert np.array_equal(sweep["spin"], whole.spin)
+        assert np.array_equal(sweep["frame_Tz"], whole.frame[..., 2, 2])
     else:
-        assert np.array_equal(found["q_z"], whole.q[..., 3])
+        assert np.array_equal(sweep["q_z"], whole.q[..., 3])
     if "digits" in words:
-        assert np.array_equal(found["m_low_y"], whole.m_low[..., 1]) and found["m_low_y"].any()
-    assert found.to_xarray()["status"].shape == (4,)
+        assert np.array_equal(sweep["m_low_y"], whole.m_low[..., 1]) and sweep["m_low_y"].any()
+    assert sweep.to_xarray()["status"].shape == (4,)
 
 
 def test_a_start_named_like_a_result_gets_a_suffix(tmp_path):
-    found = run_sweep(
+    sweep = run_sweep(
         tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0])
     )
-    assert found["spin_given"].tolist() == [1, 2] and found["spin"].shape == (2, 1)
+    assert sweep["spin_given"].tolist() == [1, 2] and sweep["spin"].shape == (2, 1)
 
 
 def test_a_partial_sweep_has_the_rows_of_its_parts(tmp_path):
     run_sweep(tmp_path, parts=range(1, 3))
-    found = kr.read_sweep(tmp_path, partial=True)
-    assert found["top"].tolist() == [*range(64, 192)] and found["status"].shape == (128,)
-    assert len(found.to_pandas()) == 128 and found.missing == [0, 3, 4]
-    grid = found.to_xarray()
-    there = np.zeros(SOURCE.size, bool)
-    there[64:192] = True
-    assert np.array_equal(grid["steps"].values.ravel() >= 0, there)
-    assert [len(part["top"]) for part in found] == [64, 64]
-    assert "2 of 5 parts" in repr(found)
+    sweep = kr.read_sweep(tmp_path, partial=True)
+    assert sweep["top"].tolist() == [*range(64, 192)] and sweep["status"].shape == (128,)
+    assert len(sweep.to_pandas()) == 128 and sweep.missing == [0, 3, 4]
+    grid = sweep.to_xarray()
+    is_present = np.zeros(SOURCE.size, bool)
+    is_present[64:192] = True
+    assert np.array_equal(grid["steps"].values.ravel() >= 0, is_present)
+    assert [len(part["top"]) for part in sweep] == [64, 64]
+    assert "2 of 5 parts" in repr(sweep)
 
 
 def test_without_pyarrow_the_error_names_the_extra_and_nothing_is_written(
     tmp_path, runs, monkeypatch
 ):
-    found = kr.read_sweep(runs / "reduced")
+    sweep = kr.read_sweep(runs / "reduced")
     for name in [name for name in sys.modules if name.split(".")[0] == "pyarrow"]:
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.delitem(sys.modules, "kreisel._sweep.parquet")
@@ -183,7 +189,7 @@ def test_without_pyarrow_the_error_names_the_extra_and_nothing_is_written(
         lambda: run_sweep(tmp_path / "runs"),
         lambda: kr.read_sweep(runs / "reduced"),
         lambda: kr.Source.columns(TOP, "tops.parquet"),
-        found.to_arrow,
+        sweep.to_arrow,
     )
     for call in calls:
         with pytest.raises(ModuleNotFoundError, match=r"pyarrow.* pip install 'kreisel\[sweep\]'"):
@@ -196,22 +202,22 @@ def test_an_ensemble_is_a_source(tmp_path, tops):
     source = kr.Source.of(tops)
     assert source[:] == tops.ravel() and len(source) == tops.size
     assert source[tops.size - 1] == tops.ravel()[-1]
-    found = kr.sweep(tops, [0.5, 1.0], folder=tmp_path, part_size=7)
+    sweep = kr.sweep(tops, [0.5, 1.0], folder=tmp_path, part_size=7)
     again = kr.read_sweep(tmp_path)
     assert np.array_equal(again["q_y"], kr.solve(tops, [0.5, 1.0]).q[..., 2])
-    assert again._store.plan.source[:] == tops.ravel() and again.axes == found.axes
+    assert again._store.plan.source[:] == tops.ravel() and again.axes == sweep.axes
 
 
 def test_a_large_ensemble_has_a_file_beside_the_plan(tmp_path):
     tops = kr.Ensemble(TOP.body, momentum=np.random.default_rng(3).normal(size=(25000, 3)))
     words = {"t": [0.1], "reduce": {"energy": "last"}, "method": "strang", "step": 0.1}
-    found = kr.sweep(tops, folder=tmp_path, **words, part_size=10000)
+    sweep = kr.sweep(tops, folder=tmp_path, **words, part_size=10000)
     (file,) = tmp_path.glob("starts-*.npy")
     assert (tmp_path / "plan.json").stat().st_size < 10000
     assert np.array_equal(np.load(file), tops.momentum)
     whole = kr.reduce(tops, [0.1], {"energy": "last"}, "strang", step=0.1)
-    assert np.array_equal(found["energy_last"], whole["energy"]["last"])
-    assert np.array_equal(found["momentum_y"], tops.momentum[:, 1])
+    assert np.array_equal(sweep["energy_last"], whole["energy"]["last"])
+    assert np.array_equal(sweep["momentum_y"], tops.momentum[:, 1])
     with pytest.raises(ValueError, match="is of another plan"):
         kr.sweep(tops[::-1], folder=tmp_path, **words, part_size=10000)
     np.save(file, np.zeros((25000, 3)))
@@ -226,8 +232,8 @@ def test_a_grid_has_the_order_of_its_arguments(tmp_path):
     )
     assert source.shape == (2, 3) and source.axes == ("momentum", "gravity")
     assert source[:] == tops.ravel() and source[4] == tops[1, 1] == source[-2]
-    found = run_sweep(tmp_path, {"t": [1.0], "part_size": 4}, source)
-    assert found["momentum_y"].tolist() == [[0] * 3, [2] * 3]
+    sweep = run_sweep(tmp_path, {"t": [1.0], "part_size": 4}, source)
+    assert sweep["momentum_y"].tolist() == [[0] * 3, [2] * 3]
     steady = kr.Source.grid(kr.scenes.sleeping, spin=[20, 30], tilt=[10, 20], degrees=True)
     assert steady[3] == kr.scenes.sleeping.vary(spin=30, tilt=20, degrees=True)[()]
     inertia = kr.Source.grid(TOP, inertia=[(2, 2, 1), (2, 3, 2)], com=[(0, 0, 1)] * 3)
@@ -256,21 +262,21 @@ def test_scattered_tops_equal_those_of_the_scene(tmp_path):
     words = {"seed": 3, "attitude": 0.01, "momentum": (0.1, 0.2, 0.3), "gravity": 0.1}
     source = kr.Source.scatter(TOP, 500, **words)
     assert source[100:200] == TOP.scatter(500, **words)[100:200]
-    found = run_sweep(tmp_path, {"t": [1.0], "part_size": 99}, source)
-    assert np.array_equal(found["gravity"], TOP.scatter(500, **words).gravity)
-    assert np.array_equal(found["momentum_z"], TOP.scatter(500, **words).momentum[:, 2])
+    sweep = run_sweep(tmp_path, {"t": [1.0], "part_size": 99}, source)
+    assert np.array_equal(sweep["gravity"], TOP.scatter(500, **words).gravity)
+    assert np.array_equal(sweep["momentum_z"], TOP.scatter(500, **words).momentum[:, 2])
 
 
 def test_sources_and_sweeps_can_be_copied_and_have_a_repr(tmp_path):
-    found = run_sweep(tmp_path, parts=range(2))
+    sweep = run_sweep(tmp_path, parts=range(2))
     for source in (SOURCE, kr.Source.random(TOP, 7, spin=(0, 1)), kr.Source.of(MIXED)):
         again = pickle.loads(pickle.dumps(source))
         assert again[2:5] == source[2:5] and copy.copy(source)[1] == source[1]
         with pytest.raises(AttributeError, match=r"construct a new kreisel\.Source"):
             source.scene = TOP
-    assert pickle.loads(pickle.dumps(found)).present == [0, 1]
+    assert pickle.loads(pickle.dumps(sweep)).present == [0, 1]
     assert repr(SOURCE) == "<kreisel.Source of shape (12, 25): spin, gravity>"
-    assert repr(found) == "<kreisel.SweepResult of shape (12, 25): 2 of 5 parts>"
+    assert repr(sweep) == "<kreisel.SweepResult of shape (12, 25): 2 of 5 parts>"
     with pytest.raises(IndexError, match="index 300 is out of range for 300 tops"):
         SOURCE[300]
 
@@ -289,7 +295,7 @@ def test_columns_of_files_are_parameters(tmp_path):
         hashes.add(hash_rows(tmp_path / ending))
     assert len(hashes) == 1
     odd = tmp_path / "odd.parquet"
-    for table, said in {
+    for table, columns in {
         "unknown column 'gravty'; did you mean 'gravity'": {"gravty": down},
         "unknown column 'momentum_x'": {"momentum_x": down, "gravity": down},
         "'gravity' has missing values": {"gravity": [1.0, None]},
@@ -297,7 +303,7 @@ def test_columns_of_files_are_parameters(tmp_path):
         "gravity must be finite": {"gravity": [1.0, np.nan]},
         "must be rows of one length": {"gravity": down[:0]},
     }.items():
-        parquet.write_table(pa.table(said), odd)
+        parquet.write_table(pa.table(columns), odd)
         with pytest.raises((ValueError, TypeError), match=table):
             kr.Source.columns(TOP, odd)
     (tmp_path / "twice.csv").write_text("gravity,spin,gravity\n1,2,3\n")
@@ -322,19 +328,19 @@ def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path):
     }
     for name, table in tables.items():
         (tmp_path / "plan.toml").write_text(f"{head}'{name}'\n{table}\n")
-        done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / name.replace(".", "_"))
-        alike = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part_size=4, folder=done.folder)
-        assert alike.hash == done.hash
+        sweep = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / name.replace(".", "_"))
+        again = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part_size=4, folder=sweep.folder)
+        assert again.hash == sweep.hash
     plan = (
         "t = [1.0]\nmethod = 'taylor'\n[[events]]\nevent = 'crossing'\nfunction = { m_x = 2 }\n"
         "value = 0.1\n[scatter]\nn = 5\nseed = 2\ngravity = 0.1\n[scene]\n" + TOP.to_toml()
     )
     (tmp_path / "plan.toml").write_text(plan.replace("[body]", "[scene.body]"))
-    done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "events")
+    sweep = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "events")
     crossing = kr.events.crossing({"m_x": 2}, 0.1)
     source = kr.Source.scatter(TOP, 5, seed=2, gravity=0.1)
-    alike = kr.sweep(source, [1.0], "taylor", events=crossing, folder=done.folder)
-    assert alike.hash == done.hash and done.events is not None and done.parts < PARTS
+    again = kr.sweep(source, [1.0], "taylor", events=crossing, folder=sweep.folder)
+    assert again.hash == sweep.hash and sweep.events is not None and sweep.parts < PARTS
 
 
 def test_a_damping_of_one_number_applies_to_all_axes():
@@ -353,17 +359,17 @@ def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, 
     words = {"folder": tmp_path, "part_size": part, "reduce": {"nutation": "max"}}
     if part is None:
         words["parts"] = range(0)
-        found = kr.sweep(source, 1.0, **words)
-        assert found.present == []
+        sweep = kr.sweep(source, 1.0, **words)
+        assert sweep.present == []
     else:
-        found = kr.sweep(source, 1.0, **words, parts=range(parts - 2, parts))
-        assert found.present == [parts - 2, parts - 1]
-        assert kr.read_sweep(tmp_path, partial=True)["top"].tolist() == found.present
+        sweep = kr.sweep(source, 1.0, **words, parts=range(parts - 2, parts))
+        assert sweep.present == [parts - 2, parts - 1]
+        assert kr.read_sweep(tmp_path, partial=True)["top"].tolist() == sweep.present
         with pytest.raises(ValueError, match=r"999999998 of 1000000000 parts are missing: 0, 1, 2"):
-            found["top"]
+            sweep["top"]
     (tmp_path / "part-0000001.parquet").write_bytes(b"of no part")
     (tmp_path / f"part-{parts}.parquet").write_bytes(b"of no part")
-    assert found.parts == parts and kr.read_sweep(tmp_path).present == found.present
+    assert sweep.parts == parts and kr.read_sweep(tmp_path).present == sweep.present
 
 
 # Boundary values
@@ -380,14 +386,14 @@ def test_a_file_may_contain_only_its_checksum():
 
 def test_long_parameters_have_a_file_beside_the_plan():
     most = sweep_plan._MAX_INLINE
-    ((name, shape, inside),) = sweep_plan._list_parameters_as_json(
+    ((name, shape, values),) = sweep_plan._list_parameters_as_json(
         [BatchParameter("spin", np.arange(float(most)), ())]
     )
-    assert (name, shape, len(inside)) == ("spin", [], most)
-    ((*_, beside),) = sweep_plan._list_parameters_as_json(
+    assert (name, shape, len(values)) == ("spin", [], most)
+    ((*_, file_name),) = sweep_plan._list_parameters_as_json(
         [BatchParameter("spin", np.arange(float(most + 1)), (3,))]
     )
-    assert isinstance(beside, str)
+    assert isinstance(file_name, str)
 
 
 def test_a_plan_contains_only_numbers_that_json_allows():

@@ -50,20 +50,20 @@ def test_a_changed_plan_is_refused(tmp_path):
 def test_a_plan_of_another_version_is_refused(tmp_path):
     run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
-    told = json.loads(file.read_text())
-    told["plan"]["more"] = 1
-    file.write_text(json.dumps(told | {"hash": sweep_plan.hash_plan(told["plan"])}))
+    data = json.loads(file.read_text())
+    data["plan"]["more"] = 1
+    file.write_text(json.dumps(data | {"hash": sweep_plan.hash_plan(data["plan"])}))
     with pytest.raises(ValueError, match="in a format of another version"):
         kr.read_sweep(tmp_path)
 
 
 def test_another_plan_is_refused_with_the_differences(tmp_path):
-    here = run_sweep(tmp_path, parts=range(1))
+    sweep = run_sweep(tmp_path, parts=range(1))
     before = {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
-    with pytest.raises(ValueError) as told:
+    with pytest.raises(ValueError) as error:
         run_sweep(tmp_path, REDUCED | {"tol": 1e-9, "part_size": 32})
-    lines = str(told.value).splitlines()
-    assert here.hash[:16] in lines[0] and lines[0].count(" there") == 1
+    lines = str(error.value).splitlines()
+    assert sweep.hash[:16] in lines[0] and lines[0].count(" there") == 1
     assert lines[1:3] == [
         "  part_size: 64 there, 32 here",
         '  solve: {"max_steps": 14, "reduce": [["nutation", ["min", "max"]], ["apex", ["mean"]]]} '
@@ -81,12 +81,12 @@ def test_a_folder_in_place_of_a_part_stays_untouched(tmp_path):
     with pytest.raises(FileExistsError, match=r"part-000003\.parquet is a folder, in the place of"):
         run_sweep(tmp_path)
     assert list_files(tmp_path) == ["part-000003.parquet", "plan.json"]
-    found = kr.read_sweep(tmp_path)
-    assert found.verify() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
+    sweep = kr.read_sweep(tmp_path)
+    assert sweep.verify() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
     with pytest.raises(FileExistsError, match=r"is a folder"):
-        found.check()
+        sweep.check()
     with pytest.raises(ValueError, match=r"part-000003\.parquet is damaged, or not a part"):
-        found.part(3)
+        sweep.part(3)
 
 
 def test_a_part_of_another_plan_stays_untouched(tmp_path):
@@ -98,14 +98,14 @@ def test_a_part_of_another_plan_stays_untouched(tmp_path):
     with pytest.raises(FileExistsError, match=r"part 0 of the plan .* place of part 0 of the plan"):
         run_sweep(other, REDUCED | {"tol": 1e-9})
     assert (other / "part-000000.parquet").read_bytes() == data
-    found = kr.read_sweep(other)
-    assert found.verify() == {"done": [], "foreign": [0], "missing": [1, 2, 3, 4]}
+    sweep = kr.read_sweep(other)
+    assert sweep.verify() == {"done": [], "foreign": [0], "missing": [1, 2, 3, 4]}
     with pytest.raises(FileExistsError, match="move or delete it"):
-        found.check()
+        sweep.check()
     with pytest.raises(
         ValueError, match="is not part 0 of this plan; repeating the call of kreisel"
     ):
-        found.part(0)
+        sweep.part(0)
     assert kr.read_sweep(other, partial=True).present == []
 
 
@@ -131,9 +131,9 @@ def test_a_read_only_folder_raises_permission_error(tmp_path):
     for folder in (tmp_path, *tmp_path.parents[:2]):
         os.chmod(folder, os.stat(folder).st_mode | 0o055)
     with start_python(READ_ONLY, place) as run:
-        said, wrong = run.communicate()
+        output, errors = run.communicate()
     os.chmod(place, 0o755)
-    assert said.count("PermissionError") == 2, said + wrong
+    assert output.count("PermissionError") == 2, output + errors
     assert list_files(place) == ["part-000000.parquet", "plan.json"]
 
 
@@ -156,7 +156,7 @@ def test_the_parent_of_the_folder_must_exist(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("error", "said", "words"),
+    ("error", "message", "words"),
     [
         (TypeError, "tops must be a kreisel.Source", {"tops": TOP}),
         (TypeError, "t is missing", {"t": None}),
@@ -182,19 +182,19 @@ def test_the_parent_of_the_folder_must_exist(tmp_path):
         (MemoryError, "smaller parts", {"t": np.arange(10**6), "reduce": None, "part_size": 10**9}),
     ],
 )
-def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, said, words):
+def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, message, words):
     source = kr.Source.grid(TOP, spin=np.linspace(0, 9, 10**5), gravity=np.linspace(-1, 1, 10**4))
-    given = {
+    arguments = {
         "tops": source if "part_size" in words and words["part_size"] == 10**9 else SOURCE,
         **REDUCED,
     }
-    with pytest.raises(error, match=said):
-        kr.sweep(**given | words, folder=tmp_path / "runs")
+    with pytest.raises(error, match=message):
+        kr.sweep(**arguments | words, folder=tmp_path / "runs")
     assert list_files(tmp_path) == []
 
 
 @pytest.mark.parametrize(
-    ("said", "make"),
+    ("message", "make"),
     [
         ("unknown parameter 'spinn'", lambda: kr.Source.grid(TOP, spinn=[1, 2])),
         ("unknown parameter 'body'", lambda: kr.Source.grid(TOP, body=TOP.body)),
@@ -223,8 +223,8 @@ def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, said, wor
         ("ends in .parquet or .csv", lambda: kr.Source.columns(TOP, "tops.xlsx")),
     ],
 )
-def test_invalid_sources_raise(said, make):
-    with pytest.raises(ValueError, match=said):
+def test_invalid_sources_raise(message, make):
+    with pytest.raises(ValueError, match=message):
         make()
 
 
@@ -263,9 +263,9 @@ def test_starts_beside_a_plan_must_be_finite(tmp_path):
     kr.sweep(kr.Source.grid(TOP, gravity=values), 1, folder=tmp_path, parts=range(0))
     (file,) = tmp_path.glob("starts-*.npy")
     values[7] = np.nan
-    changed = tmp_path / sweep_plan.make_file_name_from_array_hash(values)
-    np.save(changed, values)
-    plan = json.loads((tmp_path / "plan.json").read_text().replace(file.name, changed.name))
+    other_file = tmp_path / sweep_plan.make_file_name_from_array_hash(values)
+    np.save(other_file, values)
+    plan = json.loads((tmp_path / "plan.json").read_text().replace(file.name, other_file.name))
     plan["hash"] = sweep_plan.hash_plan(plan["plan"])
     (tmp_path / "plan.json").write_text(json.dumps(plan))
     with pytest.raises(ValueError, match=r"plan\.json: gravity must be finite"):
@@ -273,7 +273,7 @@ def test_starts_beside_a_plan_must_be_finite(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("said", "text"),
+    ("message", "text"),
     [
         ("unknown key in a plan: 'tt'", "tt = 1\n" + GRID),
         ("unknown key in a plan: 'threads'", "threads = 1\n" + GRID),
@@ -307,12 +307,12 @@ def test_starts_beside_a_plan_must_be_finite(tmp_path):
         ("Invalid initial character", GRID + "["),
     ],
 )
-def test_an_invalid_plan_is_named_with_its_file(tmp_path, said, text):
+def test_an_invalid_plan_is_named_with_its_file(tmp_path, message, text):
     file = tmp_path / "plan.toml"
     file.write_text(text)
-    with pytest.raises((ValueError, TypeError, FileNotFoundError), match=said) as told:
+    with pytest.raises((ValueError, TypeError, FileNotFoundError), match=message) as error:
         kr.sweep(file, folder=tmp_path / "runs")
-    assert "plan.toml" in str(told.value) or "these" in str(told.value)
+    assert "plan.toml" in str(error.value) or "these" in str(error.value)
     assert list_files(tmp_path) == ["plan.toml"]
 
 
@@ -331,18 +331,18 @@ def test_a_plan_in_a_file_excludes_other_arguments(tmp_path):
 
 
 def test_missing_parts_raise(tmp_path):
-    found = run_sweep(tmp_path, parts=range(3))
-    for call in (lambda: found["status"], found.to_pandas, found.to_arrow, found.to_xarray):
+    sweep = run_sweep(tmp_path, parts=range(3))
+    for call in (lambda: sweep["status"], sweep.to_pandas, sweep.to_arrow, sweep.to_xarray):
         with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; repeating the call"):
             call()
     with pytest.raises(KeyError, match="did you mean 'nutation_max'"):
-        found["nutation_maxx"]
+        sweep["nutation_maxx"]
     with pytest.raises(IndexError, match="there is no part 3"):
-        found.part(3)
-    none = run_sweep(tmp_path / "none", parts=range(0))
+        sweep.part(3)
+    empty = run_sweep(tmp_path / "none", parts=range(0))
     with pytest.raises(ValueError, match="has no parts yet"):
-        none.units  # noqa: B018  reading the attribute raises
-    assert none.missing == [*range(PARTS)]
+        empty.units  # noqa: B018  reading the attribute raises
+    assert empty.missing == [*range(PARTS)]
 
 
 def test_a_source_of_tops_needs_an_ensemble():

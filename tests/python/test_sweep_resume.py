@@ -90,9 +90,9 @@ def test_a_client_killed_during_writing_leaves_no_partial_file(tmp_path, complet
     with start_python(KILLED, tmp_path, moment) as run:
         assert run.wait() == -signal.SIGKILL
     assert parts(tmp_path) == ["part-000000.parquet", "part-000001.parquet"]
-    (left,) = tmp_path.glob(".*.new")
+    (partial_file,) = tmp_path.glob(".*.new")
     run_sweep(tmp_path)
-    assert hash_rows(tmp_path) == complete_hash and left.exists()
+    assert hash_rows(tmp_path) == complete_hash and partial_file.exists()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT])
@@ -100,10 +100,10 @@ def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, complete_hash,
     with start_python(SWEEP, tmp_path, "go on") as run:
         assert run.stdout.readline() == "there\n"
         run.send_signal(number)
-        _, said = run.communicate()
+        _, errors = run.communicate()
     assert run.returncode != 0
-    left = re.search(r"SweepInterrupted: interrupted: (\d) of 5 parts are left", said)
-    assert left and len(parts(tmp_path)) == PARTS - int(left[1]), said
+    match = re.search(r"SweepInterrupted: interrupted: (\d) of 5 parts are left", errors)
+    assert match and len(parts(tmp_path)) == PARTS - int(match[1]), errors
     run_sweep(tmp_path)
     assert hash_rows(tmp_path) == complete_hash
 
@@ -111,29 +111,33 @@ def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, complete_hash,
 def test_a_full_disk_raises_and_leaves_no_partial_file(tmp_path, complete_hash):
     run_sweep(tmp_path, parts=range(0))
     with start_python(FULL, tmp_path, 5000) as run:
-        said, wrong = run.communicate()
-    assert "File too large" in said and "part-000000.parquet" in said, wrong
+        output, errors = run.communicate()
+    assert "File too large" in output and "part-000000.parquet" in output, errors
     assert sorted(file.name for file in tmp_path.iterdir()) == ["plan.json"]
     run_sweep(tmp_path)
     assert hash_rows(tmp_path) == complete_hash
 
 
-def flip_bit(data, at):
+def flip_bit(data, position):
     """Return `data` with one bit flipped."""
-    return data[: at // 8] + bytes([data[at // 8] ^ 1 << at % 8]) + data[at // 8 + 1 :]
+    return (
+        data[: position // 8]
+        + bytes([data[position // 8] ^ 1 << position % 8])
+        + data[position // 8 + 1 :]
+    )
 
 
 def test_every_changed_bit_is_detected(tmp_path):
-    found = run_sweep(tmp_path, WATCHED)
+    sweep = run_sweep(tmp_path, WATCHED)
     file = tmp_path / "part-000001.parquet"
-    data, folder = file.read_bytes(), found._store
+    data, folder = file.read_bytes(), sweep._store
     assert folder.determine_part_status(1) == "done"
     rng = random.Random(1)
     edges = [*range(32), *range(8 * len(data) - 32, 8 * len(data))]
     seal = range(8 * data.rindex(b"kreisel-sha256:"), 8 * data.rindex(b"kreisel-sha256:") + 8 * 79)
-    for at in [*edges, *rng.sample(seal, 64), *rng.sample(range(8 * len(data)), 200)]:
-        file.write_bytes(flip_bit(data, at))
-        assert folder.determine_part_status(1) == "damaged", at
+    for position in [*edges, *rng.sample(seal, 64), *rng.sample(range(8 * len(data)), 200)]:
+        file.write_bytes(flip_bit(data, position))
+        assert folder.determine_part_status(1) == "damaged", position
     for size in [0, 1, 3, 4, 5, len(data) - 1, *rng.sample(range(len(data)), 100)]:
         file.write_bytes(data[:size])
         assert folder.determine_part_status(1) == "damaged", size
@@ -142,16 +146,16 @@ def test_every_changed_bit_is_detected(tmp_path):
 
 
 def test_a_part_without_its_checksum_is_damaged_not_foreign(tmp_path):
-    found = run_sweep(tmp_path, parts=range(1))
+    sweep = run_sweep(tmp_path, parts=range(1))
     file = tmp_path / "part-000000.parquet"
     data = file.read_bytes()
-    for lost in (b"kreisel-sha256:", b"kreisel-", b"sha256:"):
-        file.write_bytes(data.replace(lost, b"?" * len(lost)))
-        assert found._store.determine_part_status(0) == "damaged"
+    for mark in (b"kreisel-sha256:", b"kreisel-", b"sha256:"):
+        file.write_bytes(data.replace(mark, b"?" * len(mark)))
+        assert sweep._store.determine_part_status(0) == "damaged"
 
 
 def test_damaged_parts_are_recomputed_with_a_warning(tmp_path):
-    made = run_sweep(tmp_path, WATCHED)
+    sweep = run_sweep(tmp_path, WATCHED)
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     before = [file.read_bytes() for file in files]
     files[0].write_bytes(before[0][:1000])
@@ -159,12 +163,12 @@ def test_damaged_parts_are_recomputed_with_a_warning(tmp_path):
     files[2].write_bytes(b"")
     files[3].unlink()
     with pytest.raises(ValueError, match=r"part-000000.* is damaged"):
-        made.check()
-    assert made.verify() == {"done": [4], "damaged": [0, 1, 2], "missing": [3]}
+        sweep.check()
+    assert sweep.verify() == {"done": [4], "damaged": [0, 1, 2], "missing": [3]}
     with pytest.warns(UserWarning, match="part 0 and 2 more computed again, damaged"):
         run_sweep(tmp_path, WATCHED)
     assert [file.read_bytes() for file in files] == before
-    assert made.check() is made
+    assert sweep.check() is sweep
 
 
 FOREIGN_BYTES = [bytes(4336), b"12345", b"PAX", b"precious", b"PAR1 of another PAR1", b"PAR1PAR1"]
@@ -178,29 +182,29 @@ def test_arbitrary_bytes_in_place_of_a_part_are_replaced(tmp_path, content):
     file = tmp_path / "part-000002.parquet"
     before = file.read_bytes()
     file.write_bytes(content)
-    found = kr.read_sweep(tmp_path)
-    assert found.verify() == {"done": [0, 1, 3, 4], "damaged": [2]}
-    for read in (found.check, lambda: found["status"], lambda: found.part(2)):
+    sweep = kr.read_sweep(tmp_path)
+    assert sweep.verify() == {"done": [0, 1, 3, 4], "damaged": [2]}
+    for load in (sweep.check, lambda: sweep["status"], lambda: sweep.part(2)):
         with pytest.raises(ValueError, match=r"part-000002.* repeating the call of kreisel\.sweep"):
-            read()
+            load()
     with pytest.warns(UserWarning, match=r": part 2 computed again, damaged$"):
         run_sweep(tmp_path)
     assert file.read_bytes() == before
 
 
 def test_swapped_parts_are_not_read(tmp_path):
-    made = run_sweep(tmp_path)
-    right = made["nutation_max"]
+    sweep = run_sweep(tmp_path)
+    right = sweep["nutation_max"]
     one, two = (tmp_path / f"part-00000{i}.parquet" for i in (1, 2))
     first, second = one.read_bytes(), two.read_bytes()
     for contents, wrong in (((second, first), [1, 2]), ((first, first), [2])):
         one.write_bytes(contents[0])
         two.write_bytes(contents[1])
-        found = kr.read_sweep(tmp_path)
-        assert found.verify() == {"done": sorted({*range(PARTS)} - {*wrong}), "damaged": wrong}
-        for read in (lambda found=found: found["nutation_max"], found.check, found.to_xarray):
+        other = kr.read_sweep(tmp_path)
+        assert other.verify() == {"done": sorted({*range(PARTS)} - {*wrong}), "damaged": wrong}
+        for load in (lambda other=other: other["nutation_max"], other.check, other.to_xarray):
             with pytest.raises(ValueError, match=rf"part-00000{wrong[0]}"):
-                read()
+                load()
         with pytest.warns(UserWarning, match=rf"part {wrong[0]} .*computed again, damaged"):
             run_sweep(tmp_path)
         assert np.array_equal(kr.read_sweep(tmp_path)["nutation_max"], right, equal_nan=True)
@@ -208,58 +212,58 @@ def test_swapped_parts_are_not_read(tmp_path):
 
 
 def test_a_partial_sweep_omits_damaged_parts(tmp_path):
-    made = run_sweep(tmp_path)
-    whole = {name: made[name].reshape(-1) for name in ("top", "status", "nutation_max")}
+    sweep = run_sweep(tmp_path)
+    whole = {name: sweep[name].reshape(-1) for name in ("top", "status", "nutation_max")}
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     files[0].write_bytes(flip_bit(files[0].read_bytes(), 8000))
     with pytest.raises(ValueError, match=r"(?s)part-000000.* is damaged.*; repeating the call"):
         kr.read_sweep(tmp_path).to_pandas()
     files[1].write_bytes(bytes(100))
     files[3].unlink()
-    found = kr.read_sweep(tmp_path, partial=True)
-    assert found.present == [2, 4] and found.missing == [0, 1, 3]
-    top = found["top"]
+    partial_sweep = kr.read_sweep(tmp_path, partial=True)
+    assert partial_sweep.present == [2, 4] and partial_sweep.missing == [0, 1, 3]
+    top = partial_sweep["top"]
     assert top.tolist() == [*range(128, 192), *range(256, 300)]
     for name, values in whole.items():
-        assert np.array_equal(found[name], values[top], equal_nan=True)
-    assert len(list(found)) == 2 and len(found.to_pandas()) == len(top)
+        assert np.array_equal(partial_sweep[name], values[top], equal_nan=True)
+    assert len(list(partial_sweep)) == 2 and len(partial_sweep.to_pandas()) == len(top)
 
 
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
     """Check that damage to the schema of a Parquet file is detected without a checksum."""
     words = {"t": [1.0, 2.0], "method": "taylor", "part_size": 300}
-    made = run_sweep(tmp_path, words)
+    sweep = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
-    data, whole, refused = file.read_bytes(), made.part(0), 0
+    data, whole, count = file.read_bytes(), sweep.part(0), 0
     begin = data.index(b"ARROW:schema")
-    for at in range(8 * begin, 8 * len(data) - 8, 101):
-        file.write_bytes(flip_bit(data, at))
+    for position in range(8 * begin, 8 * len(data) - 8, 101):
+        file.write_bytes(flip_bit(data, position))
         try:
-            found = made.part(0)
+            part = sweep.part(0)
         except ValueError as error:
-            assert "damaged" in str(error) or "is not part 0" in str(error), at
-            refused += 1
+            assert "damaged" in str(error) or "is not part 0" in str(error), position
+            count += 1
         else:
             assert all(
-                np.array_equal(found[n], whole[n], equal_nan=True) for n in whole if n in found
+                np.array_equal(part[n], whole[n], equal_nan=True) for n in whole if n in part
             )
-    assert refused > 100
+    assert count > 100
 
 
 def test_damaged_numbers_are_not_read(tmp_path):
     words = {"t": [1.0], "method": "taylor", "part_size": 300}
-    made = run_sweep(tmp_path, words)
+    sweep = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
     data = file.read_bytes()
-    right, refused = made["q_w"], 0
-    for at in [*random.Random(2).sample(range(8 * len(data)), 300), 8 * len(data) - 900]:
-        file.write_bytes(flip_bit(data, at))
+    right, count = sweep["q_w"], 0
+    for position in [*random.Random(2).sample(range(8 * len(data)), 300), 8 * len(data) - 900]:
+        file.write_bytes(flip_bit(data, position))
         try:
-            assert np.array_equal(made["q_w"], right, equal_nan=True), at
+            assert np.array_equal(sweep["q_w"], right, equal_nan=True), position
         except ValueError as error:
             assert "damaged" in str(error) or "no part" in str(error)
-            refused += 1
-    assert 30 < refused < 301  # damage to a column that is not read is not noticed here
+            count += 1
+    assert 30 < count < 301  # damage to a column that is not read is not noticed here
 
 
 def test_a_part_of_another_version_is_recomputed_with_a_warning(tmp_path, monkeypatch):
@@ -290,8 +294,8 @@ def test_two_sweeps_in_one_folder_do_not_interfere(tmp_path, complete_hash):
 
 def test_two_threads_may_start_one_sweep(tmp_path, complete_hash):
     with ThreadPoolExecutor(4) as pool:
-        for done in pool.map(lambda _: run_sweep(tmp_path, threads=1), range(4)):
-            assert done.missing == []
+        for sweep in pool.map(lambda _: run_sweep(tmp_path, threads=1), range(4)):
+            assert sweep.missing == []
     assert hash_rows(tmp_path) == complete_hash and not list(tmp_path.glob(".*"))
 
 

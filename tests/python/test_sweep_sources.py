@@ -7,7 +7,7 @@ from sweeps import TOP
 
 
 @pytest.mark.parametrize(
-    ("said", "words"),
+    ("message", "words"),
     [
         ("t must be a number or a list of times", {"t": [[1.0, 2.0]]}),
         (
@@ -17,9 +17,9 @@ from sweeps import TOP
         ("solve has no argument 'max_wait': it has t, method, step, ", {"t": 1, "max_wait": 3.0}),
     ],
 )
-def test_arguments_apply_to_all_tops(tmp_path, said, words):
+def test_arguments_apply_to_all_tops(tmp_path, message, words):
     source = kr.Source.grid(TOP, gravity=[0.5])
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         kr.sweep(source, folder=tmp_path, **words)
 
 
@@ -31,8 +31,8 @@ def test_default_arguments_give_the_same_plan_as_none(tmp_path):
     assert one.hash == again.hash and one.plan["flags"] == {}
     kr.sweep(plain, 1, "auto", folder=tmp_path / "oli", task="oli", max_steps=0, parts=range(0))
     words = {"want": iter(["energy", "apex"]), "parts": range(1)}
-    wanted = kr.sweep(plain, 1, folder=tmp_path / "want", **words)
-    assert wanted["energy"].shape == (2, 2) and wanted.plan["solve"]["want"] == ["energy", "apex"]
+    sweep = kr.sweep(plain, 1, folder=tmp_path / "want", **words)
+    assert sweep["energy"].shape == (2, 2) and sweep.plan["solve"]["want"] == ["energy", "apex"]
 
 
 def test_the_length_of_a_source_is_its_number_of_tops():
@@ -63,10 +63,10 @@ def test_columns_may_contain_flags(tmp_path):
     for words in ({}, {"degrees": True}, {"steady": True}, {"steady": True, "fast": True}):
         source = kr.Source.columns(scene, tmp_path / "TOPS.CSV", **words)
         assert source[:] == scene.vary(spin=spin, tilt=tilt, **words)
-    found = kr.sweep(
+    sweep = kr.sweep(
         kr.Source.columns(scene, tmp_path / "TOPS.CSV", degrees=True), 1, folder=tmp_path / "runs"
     )
-    assert [found.units[name] for name in ("spin", "tilt")] == ["deg T^-1", "deg"]
+    assert [sweep.units[name] for name in ("spin", "tilt")] == ["deg T^-1", "deg"]
 
 
 def test_columns_of_components_are_joined(tmp_path):
@@ -83,7 +83,7 @@ def test_columns_of_components_are_joined(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("said", "table"),
+    ("message", "table"),
     [
         ("exactly one of the tables grid, random, scatter, columns, and there is none", ""),
         ("columns, not grid and random", "[grid]\nspin = [1]\n[random]\nn = 4\n"),
@@ -94,9 +94,9 @@ def test_columns_of_components_are_joined(tmp_path):
         ("events must be tables ", "[grid]\nspin = [1]\n[events]\nevent = 'loop'\n"),
     ],
 )
-def test_a_plan_has_one_table_of_tops(tmp_path, said, table):
+def test_a_plan_has_one_table_of_tops(tmp_path, message, table):
     (tmp_path / "plan.toml").write_text("t = 1\nscene = 'thesis'\n" + table)
-    with pytest.raises((ValueError, TypeError), match=said):
+    with pytest.raises((ValueError, TypeError), match=message):
         kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
 
 
@@ -105,8 +105,8 @@ def test_values_of_a_plan_may_be_spaced_between_vectors(tmp_path):
         "t = 1\nscene = 'thesis'\n[grid]\ngravity = { from = 0.5, to = 2, n = 1 }\n"
         "momentum = { from = [0, 0, 1], to = [1, 2, 3], n = 3 }\n"
     )
-    found = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
-    assert found["momentum_y"].tolist() == [[0, 1, 2]] and found["gravity"].tolist() == [[0.5] * 3]
+    sweep = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
+    assert sweep["momentum_y"].tolist() == [[0, 1, 2]] and sweep["gravity"].tolist() == [[0.5] * 3]
     for words in ({"task": "oli"}, {"part_size": 3}, {"t": 1}):
         with pytest.raises(ValueError, match=r"plan\.toml is a whole plan"):
             kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs", **words)

@@ -32,52 +32,52 @@ def ensemble():
 
 @pytest.fixture(scope="module")
 def pool():
-    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as made:
-        yield made
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+        yield executor
 
 
 @pytest.mark.parametrize("task", GROWN)
 def test_indicators_equal_those_of_the_ensemble(tmp_path, task):
-    found = kr.sweep(SOURCE, folder=tmp_path, task=task, part_size=7, **GROWN[task])
+    sweep = kr.sweep(SOURCE, folder=tmp_path, task=task, part_size=7, **GROWN[task])
     whole = getattr(kr, task)(ensemble(), **GROWN[task])
     columns = {task: whole.value, "certificate": whole.certificate, f"{task}_curve": whole.curve}
     columns |= {"is_chaotic": whole.is_chaotic, "is_doubtful": whole.is_doubtful}
     columns["t"] = np.broadcast_to(whole.t, whole.curve.shape)
     for name, values in columns.items():
-        assert np.array_equal(found[name], values, equal_nan=values.dtype.kind == "f"), name
-    assert np.array_equal(found["status"] != 0, whole.status != "OK")
-    assert np.isfinite(found[task]).any()
-    assert (found["status"] != 0).any() == (task == "oli")
-    assert found.units[f"{task}_curve"] == found.units[task] == ("T^-1" * (task == "lyapunov"))
-    assert found.events is None and found.plan[task]["t"] == GROWN[task]["t"]
-    grid = found.to_xarray()
+        assert np.array_equal(sweep[name], values, equal_nan=values.dtype.kind == "f"), name
+    assert np.array_equal(sweep["status"] != 0, whole.status != "OK")
+    assert np.isfinite(sweep[task]).any()
+    assert (sweep["status"] != 0).any() == (task == "oli")
+    assert sweep.units[f"{task}_curve"] == sweep.units[task] == ("T^-1" * (task == "lyapunov"))
+    assert sweep.events is None and sweep.plan[task]["t"] == GROWN[task]["t"]
+    grid = sweep.to_xarray()
     assert grid[f"{task}_curve"].dims == ("spin", "gravity", "time")
     assert np.array_equal(grid["time"], whole.t) and grid[task].shape == SOURCE.shape
-    frame = found.to_pandas()
+    frame = sweep.to_pandas()
     assert np.array_equal(frame[f"{task}_curve"], whole.curve.ravel(), equal_nan=True)
 
 
 def test_a_single_top_has_a_section_too(tmp_path):
     alone, words = kr.scenes.asymmetric.vary(spin=[1.0]), {"n": 3, "max_wait": 20.0}
-    found = kr.sweep(alone, folder=tmp_path, task="section", **words)
-    assert found["event_t"].size == 3
-    assert np.array_equal(found["event_t"], kr.section(alone, **words).states[:, 0])
+    sweep = kr.sweep(alone, folder=tmp_path, task="section", **words)
+    assert sweep["event_t"].size == 3
+    assert np.array_equal(sweep["event_t"], kr.section(alone, **words).states[:, 0])
 
 
 @pytest.mark.parametrize("words", MET)
 def test_sections_equal_those_of_the_ensemble(tmp_path, words):
-    found = kr.sweep(SOURCE, folder=tmp_path, task="section", part_size=7, **words)
+    sweep = kr.sweep(SOURCE, folder=tmp_path, task="section", part_size=7, **words)
     whole = kr.section(ensemble(), **words)
     for name in ("status", "reached", "steps"):
-        assert np.array_equal(found[name], getattr(whole, name)), name
-    assert np.array_equal(found["events"], whole.count)
+        assert np.array_equal(sweep[name], getattr(whole, name)), name
+    assert np.array_equal(sweep["events"], whole.count)
     assert 0 < whole.count.sum() < SOURCE.size * words["n"]
-    flat = np.column_stack([found[f"event_{name}"] for name in ("t", "q_w", "q_z", "m_x", "m_z")])
+    flat = np.column_stack([sweep[f"event_{name}"] for name in ("t", "q_w", "q_z", "m_x", "m_z")])
     assert np.array_equal(flat, whole.states[:, [0, 1, 4, 5, 7]])
-    lists = found.to_arrow()["event_t"].to_pylist()
+    lists = sweep.to_arrow()["event_t"].to_pylist()
     assert [len(times) for times in lists] == whole.count.ravel().tolist()
-    assert found.units["event_t"] == "T" and found.units["event_m_x"] == "M L^2 T^-1"
-    assert found.events is None and "event_t" not in found.to_xarray()
+    assert sweep.units["event_t"] == "T" and sweep.units["event_m_x"] == "M L^2 T^-1"
+    assert sweep.events is None and "event_t" not in sweep.to_xarray()
 
 
 @pytest.mark.parametrize("words", WORDS)
@@ -88,18 +88,18 @@ def test_results_do_not_depend_on_the_workers(tmp_path, pool, words):
     kr.sweep(SOURCE, folder=tmp_path / "two", part_size=7, threads=2, **words)
     assert len({hash_rows(tmp_path / each) for each in ("processes", "one", "two")}) == 1
     again = kr.read_sweep(tmp_path / "one")
-    told = json.loads((tmp_path / "one" / "plan.json").read_text())["plan"]
-    assert told == json.loads(json.dumps(again.plan))
+    plan = json.loads((tmp_path / "one" / "plan.json").read_text())["plan"]
+    assert plan == json.loads(json.dumps(again.plan))
     with pytest.raises(ValueError, match="is of another plan"):
         kr.sweep(SOURCE, folder=tmp_path / "one", part_size=7, **words | {"tol": 1e-7})
 
 
 def test_equivalent_arguments_give_one_plan(tmp_path):
-    alike = [
+    pairs = [
         ({"task": "megno", "t": 1, "direction": np.array(DIRECTION)}, {"direction": DIRECTION}),
         ({"task": "section", "n": 500, "event": LOW}, {"n": None, "event": None}),
     ]
-    for words, other in alike:
+    for words, other in pairs:
         folder = tmp_path / words["task"]
         one = kr.sweep(SOURCE, folder=folder, parts=range(0), **words)
         assert kr.sweep(SOURCE, folder=folder, parts=range(0), **words | other).hash == one.hash
@@ -112,9 +112,9 @@ def test_equivalent_arguments_give_one_plan(tmp_path):
 
 def test_a_scattered_top_has_its_start_in_columns(tmp_path):
     source = kr.Source.scatter(TOP, 6, seed=2, gravity=0.1)
-    found = kr.sweep(source, 5, folder=tmp_path, task="oli", part_size=4)
-    assert np.array_equal(found["gravity"], source[:].gravity)
-    assert np.array_equal(found["oli"], kr.oli(source[:], 5).value)
+    sweep = kr.sweep(source, 5, folder=tmp_path, task="oli", part_size=4)
+    assert np.array_equal(sweep["gravity"], source[:].gravity)
+    assert np.array_equal(sweep["oli"], kr.oli(source[:], 5).value)
 
 
 @pytest.mark.parametrize(
@@ -135,16 +135,16 @@ def test_a_scattered_top_has_its_start_in_columns(tmp_path):
 def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path, text, words):
     table = "\npart_size = 4\nscene = 'asymmetric'\n[grid]\nspin = [1, 2]\n"
     (tmp_path / "plan.toml").write_text(text + table)
-    done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
+    sweep = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
     source = kr.Source.grid(TOP, spin=[1, 2])
-    assert kr.sweep(source, folder=done.folder, part_size=4, **words).hash == done.hash
-    assert not done.missing
+    assert kr.sweep(source, folder=sweep.folder, part_size=4, **words).hash == sweep.hash
+    assert not sweep.missing
     with pytest.raises(ValueError, match="is a whole plan"):
         kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs", task="oli")
 
 
 @pytest.mark.parametrize(
-    ("error", "said", "words"),
+    ("error", "message", "words"),
     [
         (ValueError, "unknown task 'lyapunow'; did you mean 'lyapunov'", {"task": "lyapunow"}),
         (ValueError, "unknown task", {"task": 3}),
@@ -172,8 +172,8 @@ def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path, text, 
         (MemoryError, "smaller parts", {"task": "section", "n": 10**12}),
     ],
 )
-def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, said, words):
-    with pytest.raises(error, match=said):
+def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, message, words):
+    with pytest.raises(error, match=message):
         kr.sweep(SOURCE, folder=tmp_path / "runs", **words)
     assert not (tmp_path / "runs").exists()
 
@@ -192,9 +192,9 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(tmp_path, monkeypat
             raise KeyboardInterrupt
 
     monkeypatch.setattr(runner, "_PROGRESS_SECONDS", 0.0)
-    with pytest.raises(kr.SweepInterrupted, match="repeating the call") as told:
+    with pytest.raises(kr.SweepInterrupted, match="repeating the call") as interruption:
         kr.sweep(SOURCE, folder=tmp_path / "stopped", part_size=4, progress=stop, **words)
-    assert told.value.sweep.present and told.value.sweep.missing
+    assert interruption.value.sweep.present and interruption.value.sweep.missing
     for name in ("stopped", "whole"):
         kr.sweep(SOURCE, folder=tmp_path / name, part_size=4, **words)
     assert hash_rows(tmp_path / "stopped") == hash_rows(tmp_path / "whole")

@@ -22,12 +22,12 @@ CASES = [
 ]
 
 
-def step_from(scene, name, step, turned, pushed):
+def step_from(scene, name, step, rotation, impulse):
     """Return the state after one step from a perturbed attitude and momentum."""
-    angle = np.linalg.norm(turned)
-    small = np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) * turned / 2)
+    angle = np.linalg.norm(rotation)
+    small = np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) * rotation / 2)
     attitude = quaternion.multiply(small, scene.attitude)
-    start = scene.replace(attitude=attitude, momentum=np.array(scene.momentum) + pushed)
+    start = scene.replace(attitude=attitude, momentum=np.array(scene.momentum) + impulse)
     path = kr.solve(start, step, name, step=step)
     return path.q[-1], path.m[-1]
 

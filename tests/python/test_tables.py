@@ -82,8 +82,8 @@ def test_a_table_contains_the_recorded_quantities(words, names, times, tmp_path)
         None,
     ]
     path.to_csv(tmp_path / "table.csv")
-    read = pd.read_csv(tmp_path / "table.csv", index_col="t")
-    assert list(read) == components and np.array_equal(read.to_numpy(), table.to_numpy())
+    again = pd.read_csv(tmp_path / "table.csv", index_col="t")
+    assert list(again) == components and np.array_equal(again.to_numpy(), table.to_numpy())
 
 
 def test_events_in_a_table():
@@ -95,11 +95,11 @@ def test_events_in_a_table():
 
 def test_csv_is_read_back_bit_for_bit(path, tmp_path):
     path.to_csv(str(tmp_path / "table.csv"), "nutation", "frame", "kowalewski", degrees=True)
-    read = pd.read_csv(tmp_path / "table.csv", index_col="t")
+    again = pd.read_csv(tmp_path / "table.csv", index_col="t")
     table = path.to_pandas("nutation", "frame", "kowalewski", degrees=True)
-    assert list(read) == list(table) and np.array_equal(read.index, table.index)
-    assert np.array_equal(read.to_numpy(), table.to_numpy(), equal_nan=True)
-    assert read["kowalewski"].isna().all()
+    assert list(again) == list(table) and np.array_equal(again.index, table.index)
+    assert np.array_equal(again.to_numpy(), table.to_numpy(), equal_nan=True)
+    assert again["kowalewski"].isna().all()
 
 
 def test_csv_has_units_where_asked(path, tmp_path):
@@ -143,8 +143,8 @@ def test_tables_refuse_quantities_that_were_not_wanted():
 def test_euler_angles_reproduce_the_attitude():
     body = kr.Body(1.0, (2.0, 3.0, 4.0), (0.0, 0.0, 0.5))  # a body whose apex is its third axis
     path = kr.solve(kr.Scene(body, momentum=(1.0, -2.0, 3.0), attitude=GENERAL.attitude), TIMES)
-    turned = Rotation.from_euler("ZXZ", path.euler()).as_matrix()
-    np.testing.assert_allclose(turned, Rotation.from_quat(path.q_xyzw).as_matrix(), atol=1e-13)
+    matrices = Rotation.from_euler("ZXZ", path.euler()).as_matrix()
+    np.testing.assert_allclose(matrices, Rotation.from_quat(path.q_xyzw).as_matrix(), atol=1e-13)
     assert np.array_equal(path.euler()[:, 1], path.nutation)
     assert np.array_equal(path.euler(degrees=True), np.degrees(path.euler()))
 
@@ -181,8 +181,8 @@ def test_rotations_share_the_arrays_of_the_path(path):
     turns, plain = path.rotation, Rotation.from_quat(path.q_xyzw)
     assert isinstance(turns, Rotation)
     for vectors in (path.apex, path.velocity, path.m, path.frame[:, 0], [[1, 0, 0]] * len(path)):
-        wanted = plain.apply(np.array(vectors, float))
-        assert np.array_equal(turns.apply(vectors), wanted)
+        expected = plain.apply(np.array(vectors, float))
+        assert np.array_equal(turns.apply(vectors), expected)
         assert np.array_equal(turns.inv().apply(vectors), plain.inv().apply(np.array(vectors)))
         back = plain.apply(np.array(vectors), inverse=True)
         assert np.array_equal(turns.apply(vectors, inverse=True), back)
@@ -200,12 +200,12 @@ def pickle_copy(path):
     return pickle.loads(pickle.dumps(path))
 
 
-@pytest.mark.parametrize("through", [copy.copy, copy.deepcopy, pickle_copy])
+@pytest.mark.parametrize("copy_path", [copy.copy, copy.deepcopy, pickle_copy])
 @pytest.mark.parametrize("words", [{}, {"want": ("q", "apex")}, {"digits": 20}])
-def test_arrays_stay_read_only(through, words):
+def test_arrays_stay_read_only(copy_path, words):
     path = kr.solve(TOP, TIMES, **words, events=[kr.events.nutation()])
     assert path.apex.shape == (len(path), 3)
-    again = through(path)
+    again = copy_path(path)
     arrays = [again.t, again.q, again.apex, again.events.which, again.events.direction]
     arrays += [again.events.path.states, again[3:].q, again(1.0).q, again.events.t]
     if not path.want:
@@ -240,10 +240,10 @@ def test_missing_libraries_raise_with_an_installation_hint(library, path, monkey
 
 def test_reduced_vectors_name_their_components():
     pytest.importorskip("xarray")
-    kept = kr.reduce(MANY, 1.0, {"apex": "mean", "energy": "max"}).to_xarray()
-    (name,) = (name for name in kept.data_vars if kept[name].ndim == 3)
-    inner = kept[name].dims[-1]
-    assert kept[inner].values.tolist() == ["x", "y", "z"]
+    reductions = kr.reduce(MANY, 1.0, {"apex": "mean", "energy": "max"}).to_xarray()
+    (name,) = (name for name in reductions.data_vars if reductions[name].ndim == 3)
+    inner = reductions[name].dims[-1]
+    assert reductions[inner].values.tolist() == ["x", "y", "z"]
 
 
 def test_tables_of_ensembles_have_the_times_of_each_top():

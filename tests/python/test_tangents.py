@@ -42,16 +42,16 @@ def test_tangents_agree_with_differences_of_runs_with_30_digits(name):
     fine = kr.solve(scene, [0.0, T], digits=30, tangents=ALL).tangents[1]
     columns = [(3 + i, "momentum", m, i) for i, m in enumerate(scene.momentum)]
     for column, word, value, axis in [*columns, (12, "gravity", scene.gravity, None)]:
-        told = neighbours(scene, word, value, axis)
-        assert np.abs(told - fine[:, column]).max() <= 1e-14 * max(
+        expected = neighbours(scene, word, value, axis)
+        assert np.abs(expected - fine[:, column]).max() <= 1e-14 * max(
             1.0, np.abs(fine[:, column]).max()
         )
     # The path in doubles is itself inexact. If its error grows fast, the tangents have a
     # relative error of the same size.
     plain = kr.solve(scene, [0.0, T], digits=16, tangents=ALL)
     size = np.abs(fine).max()
-    within = 1e-12 if name != "dzhanibekov" else 3.0 * plain.error * size
-    assert np.abs(plain.tangents[1] - fine).max() <= within * size
+    tolerance = 1e-12 if name != "dzhanibekov" else 3.0 * plain.error * size
+    assert np.abs(plain.tangents[1] - fine).max() <= tolerance * size
     assert plain.tangents_rest < 1e-12
 
 
@@ -99,12 +99,12 @@ def test_conditioning_is_the_effect_of_rounding_errors_on_the_attitude():
     scene, t = kr.scenes.asymmetric, [10.0, 40.0]
     path = kr.solve(scene, t, tangents=ALL)
     up = np.nextafter(scene.momentum, np.inf).tolist()
-    moved = kr.solve(scene.replace(momentum=up), t, digits=20)
+    neighbour = kr.solve(scene.replace(momentum=up), t, digits=20)
     still = kr.solve(scene, t, digits=20)
-    away = kr.attitude_error(moved.q, still.q)
-    assert np.all(away <= 2.0 * path.conditioning) and np.all(away >= 0.005 * path.conditioning)
-    needed = kr.solve(scene, t, tangents=ALL[:-1])  # a damping of zero is not rounded
-    assert needed.conditioning == pytest.approx(path.conditioning, rel=1e-14)
+    error = kr.attitude_error(neighbour.q, still.q)
+    assert np.all(error <= 2.0 * path.conditioning) and np.all(error >= 0.005 * path.conditioning)
+    undamped = kr.solve(scene, t, tangents=ALL[:-1])  # a damping of zero is not rounded
+    assert undamped.conditioning == pytest.approx(path.conditioning, rel=1e-14)
     damped = kr.solve(scene.replace(damping=0.1), t, tangents=ALL[:-1])
     with pytest.raises(AttributeError, match="damping"):
         _ = damped.conditioning
@@ -166,11 +166,11 @@ PAIRS = {
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_tangents_accept_or_refuse_every_other_argument(pair):
-    call, comes = PAIRS[pair]
-    if isinstance(comes, tuple):
-        assert call().tangents.shape == comes
+    call, outcome = PAIRS[pair]
+    if isinstance(outcome, tuple):
+        assert call().tangents.shape == outcome
         return
-    with pytest.raises((TypeError, ValueError), match=comes):
+    with pytest.raises((TypeError, ValueError), match=outcome):
         call()
 
 
@@ -189,8 +189,8 @@ def test_a_saved_path_keeps_its_tangents(tmp_path):
 
 def test_an_overflowing_tangent_ends_the_run_with_its_path():
     top = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0))
-    with pytest.raises(kr.Error, match="a tangent exceeded") as caught:
+    with pytest.raises(kr.Error, match="a tangent exceeded") as error:
         kr.solve(top, np.arange(0.0, 4000.0, 10.0), tangents="start")
-    assert caught.value.status == "ERR_TANGENT"
-    path = caught.value.path
+    assert error.value.status == "ERR_TANGENT"
+    path = error.value.path
     assert len(path) > 10 and np.isfinite(path.tangents).all() and len(path.tangents) == len(path)

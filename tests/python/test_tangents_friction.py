@@ -35,8 +35,8 @@ def changes_of(scene):
 
     def by_vector(name, i):
         def change(e):
-            moved = {name: np.array(getattr(scene, name)) + e * np.eye(3)[i]}
-            return scene.replace(**{"momentum": scene.momentum, **moved})
+            changes = {name: np.array(getattr(scene, name)) + e * np.eye(3)[i]}
+            return scene.replace(**{"momentum": scene.momentum, **changes})
 
         return change
 

@@ -41,10 +41,12 @@ def test_runs_are_accurate_to_the_requested_digits():
         thirty.q_low[0, 0] = 1
 
 
-@pytest.mark.parametrize("asked, used", [(1, 16), (16, 16), (17, 20), (20, 20), (21, 30), (30, 30)])
-def test_digits_are_rounded_up(asked, used):
-    path, same = kr.solve(GENERAL, 2, digits=asked), kr.solve(GENERAL, 2, digits=used)
-    assert path.digits == used
+@pytest.mark.parametrize(
+    "digits, expected", [(1, 16), (16, 16), (17, 20), (20, 20), (21, 30), (30, 30)]
+)
+def test_digits_are_rounded_up(digits, expected):
+    path, same = kr.solve(GENERAL, 2, digits=digits), kr.solve(GENERAL, 2, digits=expected)
+    assert path.digits == expected
     assert np.array_equal(path.states, same.states) and np.array_equal(path.q_low, same.q_low)
 
 
@@ -53,7 +55,7 @@ def test_sixteen_digits_are_the_default():
 
 
 @pytest.mark.parametrize(
-    "how, error, message",
+    "options, error, message",
     [
         ({"digits": 31}, ValueError, "digits must be at most 30, not 31"),
         ({"digits": 0}, ValueError, "digits must be at least 1"),
@@ -66,13 +68,13 @@ def test_sixteen_digits_are_the_default():
         ),
     ],
 )
-def test_invalid_digits_are_refused(how, error, message):
+def test_invalid_digits_are_refused(options, error, message):
     with pytest.raises(error, match=message):
-        kr.solve(GENERAL, 1, **how)
+        kr.solve(GENERAL, 1, **options)
 
 
 @pytest.mark.parametrize(
-    "how, low, high",
+    "options, low, high",
     [
         ({}, 1e-16, 1e-13),
         ({"tol": 1e-6}, 1e-8, 1e-4),
@@ -81,8 +83,8 @@ def test_invalid_digits_are_refused(how, error, message):
         ({"method": "strang", "step": 0.01}, 1e-7, 1e-2),
     ],
 )
-def test_a_path_estimates_its_error(how, low, high):
-    path = kr.solve(GENERAL, [1, 5, 10], **how)
+def test_a_path_estimates_its_error(options, low, high):
+    path = kr.solve(GENERAL, [1, 5, 10], **options)
     assert low < path.error < high
     if path.digits != 30:
         truth = kr.solve(GENERAL, [1, 5, 10], digits=30)
@@ -103,8 +105,8 @@ def test_dense_output_needs_no_extra_steps():
 
 def test_integration_backward_returns_to_the_start():
     for digits, bound in ((16, 1e-12), (20, 1e-12)):
-        there = kr.solve(GENERAL, 8, digits=digits)
-        back = kr.solve(there.end, -8, digits=digits)
+        path = kr.solve(GENERAL, 8, digits=digits)
+        back = kr.solve(path.end, -8, digits=digits)
         assert kr.attitude_error(back.q[-1], GENERAL.attitude) < bound
 
 
@@ -129,7 +131,7 @@ def test_auto_with_digits_chooses_a_method_that_supports_them():
 
 
 def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
-    random, seen = np.random.default_rng(5), []
+    random, errors = np.random.default_rng(5), []
     for i in range(50):
         half, pivot, attitude = (
             random.uniform(0.5, 1.5, 3),
@@ -152,5 +154,5 @@ def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
         )
         true = angle(path, kr.solve(scene, 5, method="taylor", digits=30))
         assert 1e-17 < true < 1e-2 and true / 3 < path.error < true * 3, (i, true, path.error)
-        seen.append(true)
-    assert min(seen) < 1e-13 and max(seen) > 1e-6
+        errors.append(true)
+    assert min(errors) < 1e-13 and max(errors) > 1e-6

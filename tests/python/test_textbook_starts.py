@@ -51,10 +51,10 @@ def test_paths_start_with_the_given_rates(body):
 
 
 def test_degrees_is_a_keyword_argument():
-    there = kr.Scene.from_euler(CONE, np.degrees(ANGLES), np.degrees(RATES), degrees=True)
-    here = kr.Scene.from_euler(CONE, ANGLES, RATES)
-    np.testing.assert_allclose(there.attitude, here.attitude, atol=1e-15)
-    np.testing.assert_allclose(there.momentum, here.momentum, rtol=1e-14)
+    other = kr.Scene.from_euler(CONE, np.degrees(ANGLES), np.degrees(RATES), degrees=True)
+    scene = kr.Scene.from_euler(CONE, ANGLES, RATES)
+    np.testing.assert_allclose(other.attitude, scene.attitude, atol=1e-15)
+    np.testing.assert_allclose(other.momentum, scene.momentum, rtol=1e-14)
     with pytest.raises(TypeError, match="positional"):
         kr.Scene.from_euler(CONE, ANGLES, RATES, True)
 
@@ -123,8 +123,8 @@ def rate_of(scene):
     """Return the initial precession rate."""
     path = kr.solve(scene, [0.0])
     velocity, apex = path.velocity[0], path.apex[0]
-    across = velocity - (velocity @ apex) * apex
-    return float(np.cross(apex, [0, 0, 1]) @ np.cross(apex, across)) / (1 - apex[2] ** 2)
+    transverse = velocity - (velocity @ apex) * apex
+    return float(np.cross(apex, [0, 0, 1]) @ np.cross(apex, transverse)) / (1 - apex[2] ** 2)
 
 
 @pytest.mark.parametrize("spin", [60.0, 1e3, -1e4])
@@ -162,9 +162,9 @@ def test_without_spin_steady_precession_is_the_conical_pendulum():
 def test_the_reported_least_spin_allows_steady_precession(gravity, tilt, degrees):
     words = {"tilt": np.degrees(tilt) if degrees else tilt, "gravity": gravity}
     words |= {"degrees": degrees, "steady": True}
-    with pytest.raises(ValueError, match="no steady precession at this tilt") as caught:
+    with pytest.raises(ValueError, match="no steady precession at this tilt") as error:
         kr.Scene.spinning(CONE, 0.01, **words)
-    least = float(re.search(r"one is ([-+.\de]+)$", str(caught.value))[1])
+    least = float(re.search(r"one is ([-+.\de]+)$", str(error.value))[1])
     expected = 2 * math.sqrt(I1 * abs(math.cos(tilt)) * TORQUE) / I3
     assert (math.radians(least) if degrees else least) == pytest.approx(expected, rel=1e-14)
     path = kr.solve(kr.Scene.spinning(CONE, -least, **words), 1)
@@ -193,13 +193,13 @@ def test_spinning_starts_with_or_without_precession():
     path = kr.solve(free, 1)
     np.testing.assert_allclose(path.velocity[0], 30.0 * path.apex[0], atol=1e-13)
     assert path.nutation[0] == path.nutation.min() == pytest.approx(1.0, abs=1e-15)
-    pushed = kr.Scene.spinning(CONE, 30.0, 1.0, precession=2.0, gravity=9.81)
-    assert rate_of(pushed) == pytest.approx(2.0, rel=1e-13)
-    assert kr.solve(pushed, [0.0]).spin[0] == pytest.approx(30.0, rel=1e-15)
-    turned = kr.Scene.spinning(
+    precessing = kr.Scene.spinning(CONE, 30.0, 1.0, precession=2.0, gravity=9.81)
+    assert rate_of(precessing) == pytest.approx(2.0, rel=1e-13)
+    assert kr.solve(precessing, [0.0]).spin[0] == pytest.approx(30.0, rel=1e-15)
+    other = kr.Scene.spinning(
         CONE, np.degrees(30.0), np.degrees(1.0), np.degrees(2.0), degrees=True, gravity=9.81
     )
-    np.testing.assert_allclose(turned.momentum, pushed.momentum, rtol=1e-14)
+    np.testing.assert_allclose(other.momentum, precessing.momentum, rtol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -262,9 +262,9 @@ def test_textbook_starts_may_be_damped():
 
 def test_the_tilt_is_at_most_half_a_turn():
     body = THESIS.body
-    told = kr.Scene.spinning(body, tilt=math.pi, spin=10.0, steady=True)
+    scene = kr.Scene.spinning(body, tilt=math.pi, spin=10.0, steady=True)
     many = kr.Ensemble.spinning(body, tilt=[0.5, math.pi], spin=10.0, steady=True)
-    assert told.attitude[0] == pytest.approx(0.0, abs=1e-15) and len(many) == 2
+    assert scene.attitude[0] == pytest.approx(0.0, abs=1e-15) and len(many) == 2
     for wrong in (math.nextafter(math.pi, 4.0), -5e-324):
         with pytest.raises(ValueError, match=r"tilt"):
             kr.Ensemble.spinning(body, tilt=[0.5, wrong], spin=10.0, steady=True)
@@ -273,15 +273,15 @@ def test_the_tilt_is_at_most_half_a_turn():
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
 def test_symmetry_does_not_depend_on_the_units(scale):
     moments = np.array([1.0, 1.0 + 1e-11, 0.5]) * scale
-    far = 0.5 * scale**0.5
-    unlike = kr.Body(1.0, tuple(moments), (0, 0, far))
+    lever = 0.5 * scale**0.5
+    unlike = kr.Body(1.0, tuple(moments), (0, 0, lever))
     with pytest.raises(ValueError, match="symmetric"):
         kr.Scene.spinning(unlike, tilt=0.5, spin=10.0, steady=True)
-    alike = kr.Body(1.0, (scale, scale, 0.5 * scale), (0, 0, far))
-    both = kr.Ensemble.of([THESIS.replace(body=unlike), THESIS.replace(body=alike)]).body
+    symmetric = kr.Body(1.0, (scale, scale, 0.5 * scale), (0, 0, lever))
+    both = kr.Ensemble.of([THESIS.replace(body=unlike), THESIS.replace(body=symmetric)]).body
     with pytest.raises(ValueError, match=r"^body\[0\]: "):
         kr.Ensemble.spinning(both, tilt=0.5, spin=10.0, steady=True)
-    leans = kr.Body(1.0, tuple(moments), (1e-3 * far, 0, far))
+    leans = kr.Body(1.0, tuple(moments), (1e-3 * lever, 0, lever))
     path = kr.solve(TOP.replace(body=leans), [0.0])
     with pytest.raises(ValueError, match="no rod for this top"):
         kr.rod(path)
@@ -290,7 +290,7 @@ def test_symmetry_does_not_depend_on_the_units(scale):
 def test_steady_precessions_of_symmetric_ensembles_equal_single_ones():
     bodies = [kr.Body(1.0, (4.0, 4.0, c), (0, 0, z)) for c, z in ((3.0, 1.0), (2.0, -0.5))]
     many = kr.Ensemble.of([THESIS.replace(body=body) for body in bodies]).body
-    made = kr.Ensemble.spinning(many, tilt=0.5, spin=10.0, steady=True)
+    tops = kr.Ensemble.spinning(many, tilt=0.5, spin=10.0, steady=True)
     for i, body in enumerate(bodies):
         one = kr.Scene.spinning(body, tilt=0.5, spin=10.0, steady=True)
-        np.testing.assert_allclose(made[i].momentum, one.momentum, rtol=1e-14, atol=1e-14)
+        np.testing.assert_allclose(tops[i].momentum, one.momentum, rtol=1e-14, atol=1e-14)

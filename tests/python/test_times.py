@@ -19,10 +19,10 @@ def test_the_number_of_steps_is_limited():
             times._count_whole_steps(end, 1.0)
         with pytest.raises(ValueError, match="takes more steps"):
             times.check_resolvable_horizon(TOP, end, 1.0)
-    far = np.full((2, 3, 1), 0.01 * edge)
+    times_array = np.full((2, 3, 1), 0.01 * edge)
     with pytest.raises(ValueError, match=r"takes more steps of 0\.01"):
         ensemble_options.validate_ensemble_times(
-            MANY, far, ensemble_options.validate_ensemble_options(MANY, "strang", 0.01)
+            MANY, times_array, ensemble_options.validate_ensemble_options(MANY, "strang", 0.01)
         )
     assert times._count_whole_steps(0.0, 0.1) == 0
     assert [times._count_whole_steps(end, 0.1) for end in (0.3, -0.3, 0.35, 0.34, 0.2999)] == [
@@ -37,9 +37,9 @@ def test_the_number_of_steps_is_limited():
 def test_the_rotation_of_a_top_is_limited():
     end = 2.0**53 / TOP._rotation_rate
     times.check_resolvable_horizon(TOP, 0.999999 * end, None)
-    for far in (1.000001 * end, -1.000001 * end):
+    for t in (1.000001 * end, -1.000001 * end):
         with pytest.raises(ValueError, match=r"this top turns by 9e\+15 rad"):
-            times.check_resolvable_horizon(TOP, far, None)
+            times.check_resolvable_horizon(TOP, t, None)
 
 
 def test_a_time_grid_contains_the_steps_up_to_its_end():
@@ -76,16 +76,16 @@ def test_memory_is_checked_to_the_byte(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "given, said",
+    "values, message",
     [
         ([-1.0, 2.0], r"t\[1\] = 2\.0 goes back from t\[0\] = -1\.0|t\[0\] = -1\.0 goes back"),
         ([1.0, 2.0, 1.5], r"t\[2\] = 1\.5 goes back from t\[1\] = 2\.0"),
         ([-1.0, -2.0, -1.5], r"t\[2\] = -1\.5 goes back from t\[1\] = -2\.0"),
     ],
 )
-def test_decreasing_times_are_named(given, said):
-    with pytest.raises(ValueError, match=said):
-        times.time_array(given, None, None)
+def test_decreasing_times_are_named(values, message):
+    with pytest.raises(ValueError, match=message):
+        times.time_array(values, None, None)
 
 
 def test_times_before_the_time_of_a_run_are_named():
@@ -146,14 +146,14 @@ def test_the_first_nonzero_time_determines_the_direction():
         (-math.inf, True),
     ):
         assert times.find_time_direction(t)[0] is back
-    for given, back in (([0.0, -1.0, -2.0], True), ([0.0, 0.0], False), ([0.0, 2.0, 3.0], False)):
-        told, t = times.find_time_direction(iter(given))
-        assert told is back and list(t) == given
+    for values, back in (([0.0, -1.0, -2.0], True), ([0.0, 0.0], False), ([0.0, 2.0, 3.0], False)):
+        is_back, t = times.find_time_direction(iter(values))
+        assert is_back is back and list(t) == values
 
 
 def test_iterated_rows_of_times_may_begin_with_the_start():
-    told, _ = times.find_time_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
-    assert told is False
+    is_back, _ = times.find_time_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
+    assert is_back is False
     assert times.find_time_direction(iter([np.array([0.0, -1.0])]))[0] is True
 
 

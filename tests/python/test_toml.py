@@ -241,13 +241,13 @@ def test_a_single_line_is_a_file_name():
 
 def test_the_length_of_a_scene_is_limited(tmp_path):
     text = THESIS.to_toml()
-    for over in (0, 1):
+    for excess in (0, 1):
         file = tmp_path / "scene.toml"
-        file.write_text(text + "#" + " " * ((1 << 20) - len(text) - 2 + over) + "\n")
-        assert file.stat().st_size == (1 << 20) + over
-        for read in (kr.Scene.from_toml, kr.load):
-            if over:
+        file.write_text(text + "#" + " " * ((1 << 20) - len(text) - 2 + excess) + "\n")
+        assert file.stat().st_size == (1 << 20) + excess
+        for load in (kr.Scene.from_toml, kr.load):
+            if excess:
                 with pytest.raises(ValueError, match=r"at most 1048576 bytes|would be smaller"):
-                    read(file)
+                    load(file)
             else:
-                assert read(file) == THESIS
+                assert load(file) == THESIS

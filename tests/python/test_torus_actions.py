@@ -65,15 +65,15 @@ def test_mean_twice_the_kinetic_energy_is_the_sum_of_frequencies_times_actions(s
 def test_actions_do_not_depend_on_the_state_or_the_order_of_axes(scene):
     top = kr.exact(scene)
     later = top(1234.5)
-    moved = scene.replace(momentum=later.m[0], attitude=later.q[0])
-    assert np.abs(np.subtract(kr.exact(moved).actions, top.actions)).max() < 1e-12
+    later_scene = scene.replace(momentum=later.m[0], attitude=later.q[0])
+    assert np.abs(np.subtract(kr.exact(later_scene).actions, top.actions)).max() < 1e-12
     attitude = scene.attitude
     for k in (1, 2):  # axis 1 becomes axis 2, axis 2 becomes axis 3
         attitude = quaternion.multiply(attitude, (0.5, -0.5, -0.5, -0.5))
         moments, com = np.roll(scene.body.moments, k), np.roll(scene.body.com, k)
         body = kr.Body(1.0, tuple(moments), tuple(com), unphysical=True)
-        named = kr.exact(scene.replace(body=body, attitude=attitude))
-        assert np.abs(np.subtract(named.actions, top.actions)).max() < 1e-12
+        permuted_top = kr.exact(scene.replace(body=body, attitude=attitude))
+        assert np.abs(np.subtract(permuted_top.actions, top.actions)).max() < 1e-12
 
 
 @pytest.mark.parametrize("scene", SCENES)

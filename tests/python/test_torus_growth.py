@@ -59,9 +59,9 @@ def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
 
     t = np.linspace(3000.0, 4000.0, 4001)
     path, rotation, momentum = tangent(scene, t)
-    changed = np.array(kr.quaternion.turn_back(tuple(path.q.T), tuple(momentum.T))).T
-    changed -= np.cross(rotation, path.body_momentum)
-    square = (changed**2).sum(axis=1) / t**2
+    changes = np.array(kr.quaternion.turn_back(tuple(path.q.T), tuple(momentum.T))).T
+    changes -= np.cross(rotation, path.body_momentum)
+    square = (changes**2).sum(axis=1) / t**2
     window = np.kaiser(len(t), 4.0 * math.pi)
     assert float(window @ square / window.sum()) == pytest.approx(expected, rel=1e-2)
 

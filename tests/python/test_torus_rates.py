@@ -46,10 +46,10 @@ def count_turns(t, signal):
 @pytest.mark.parametrize("scene", FAR_FROM_THE_POLE)
 def test_rates_agree_with_the_frequency_analysis(scene):
     path = kr.solve(scene, np.linspace(0.0, 600.0, 6001), method="taylor")
-    found, seen = kr.frequencies(exact_path(scene, path.t)), kr.frequencies(path)
-    assert found.exact and not seen.exact
+    rates, analysis = kr.frequencies(exact_path(scene, path.t)), kr.frequencies(path)
+    assert rates.exact and not analysis.exact
     for rate in ("precession", "nutation", "spin"):
-        assert abs(getattr(found, rate) - getattr(seen, rate)) < 1e-9
+        assert abs(getattr(rates, rate) - getattr(analysis, rate)) < 1e-9
 
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
@@ -60,34 +60,34 @@ def test_mean_precession_agrees_with_counted_turns(scene):
     """
     t = np.linspace(0.0, 20000.0, 800001)
     path = kr.exact(scene)(t)
-    found = kr.frequencies(exact_path(scene, t[:101]))
-    assert found.exact
+    frequencies = kr.frequencies(exact_path(scene, t[:101]))
+    assert frequencies.exact
     axis = np.array(scene.body.com)
     first = np.roll(axis, 1)
     apex, one, two = (turn_rows(path.q, v) for v in (axis, first, np.cross(axis, first)))
     precession, spin = apex[0] + 1j * apex[1], two[2] + 1j * one[2]
-    assert abs(found.precession - count_turns(t, precession)) < 2e-3
-    assert abs(found.spin - count_turns(t, spin)) < 2e-3
+    assert abs(frequencies.precession - count_turns(t, precession)) < 2e-3
+    assert abs(frequencies.spin - count_turns(t, spin)) < 2e-3
     first, second, heading = kr.exact(scene).frequencies
     if scene.body.kind == "goryachev_chaplygin":
-        assert abs(found.precession) < 1e-9
+        assert abs(frequencies.precession) < 1e-9
     else:  # no small integers give the mean rate
         n = np.arange(-6, 7)
         sums = heading + n[:, None] * first + n * second
-        assert np.abs(sums - found.precession).min() > 2e-2 * first
+        assert np.abs(sums - frequencies.precession).min() > 2e-2 * first
 
 
 @pytest.mark.parametrize("scene", FAR_FROM_THE_POLE + OVER_THE_POLE)
 def test_rates_do_not_depend_on_the_start_or_the_direction_of_time(scene):
     t = np.linspace(0.0, 20.0, 101)
-    found = kr.frequencies(exact_path(scene, t))
+    frequencies = kr.frequencies(exact_path(scene, t))
     later = kr.exact(scene)(777.7)
-    moved = scene.replace(momentum=later.m[0], attitude=later.q[0])
-    for other in (exact_path(scene, -t), exact_path(moved, t)):
+    later_scene = scene.replace(momentum=later.m[0], attitude=later.q[0])
+    for other in (exact_path(scene, -t), exact_path(later_scene, t)):
         again = kr.frequencies(other)
-        assert again.exact and again.nutation == pytest.approx(found.nutation, rel=1e-12)
-        assert abs(again.precession - found.precession) < 1e-11
-        assert abs(again.spin - found.spin) < 1e-11
+        assert again.exact and again.nutation == pytest.approx(frequencies.nutation, rel=1e-12)
+        assert abs(again.precession - frequencies.precession) < 1e-11
+        assert abs(again.spin - frequencies.spin) < 1e-11
 
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
@@ -100,8 +100,8 @@ def test_successive_quasi_periods_return_closer_to_the_start(scene):
     assert (np.diff(miss) < 0.0).all()
     assert np.abs(miss - np.abs(rows[:, 2] * second - math.tau * rows[:, 1])).max() < 1e-9
     path = top([0.0, *rows[:, 2]])
-    apart = np.linalg.norm(path.body_momentum[1:] - path.body_momentum[0], axis=1)
-    assert apart[-1] < 1e-2 * apart[0] and (apart < 30.0 * miss).all()
+    distances = np.linalg.norm(path.body_momentum[1:] - path.body_momentum[0], axis=1)
+    assert distances[-1] < 1e-2 * distances[0] and (distances < 30.0 * miss).all()
 
 
 def test_quasi_periods_end_where_rounding_errors_begin():

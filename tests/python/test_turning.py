@@ -57,9 +57,9 @@ def test_a_turning_support_equals_a_rotated_support_at_rest(name, t):
     """
     for turning, gravity in ((ABOUT_E3, 1.3), (TURNING, 0.0)):
         still = kr.Scene(BODIES[name], **{**START, "gravity": gravity})
-        moved = still.replace(turning=turning)
+        turning_scene = still.replace(turning=turning)
         rest = kr.solve(still, [0.0, t], "taylor", digits=20)
-        path = kr.solve(moved, [0.0, t])
+        path = kr.solve(turning_scene, [0.0, t])
         back = rotation(turning, -t)
         growth = 1e-13 + 1e-16 * np.exp(0.5 * abs(t))  # some of these tops are chaotic
         assert kr.attitude_error(path.q[-1], multiply(back, tuple(rest.q[-1]))) < growth
@@ -75,8 +75,8 @@ def test_quantities_without_the_heading():
         tops = scene.vary(turning=[turning, (0, 0, 0)])
         many = kr.solve(tops, t, want=("nutation",))
         assert np.abs(many.nutation[0] - whole.nutation).max() < 1e-14
-        reduced = kr.reduce(tops, t, {"nutation": "max"})
-        assert reduced["nutation"]["max"][0] == pytest.approx(whole.nutation.max(), abs=1e-14)
+        reductions = kr.reduce(tops, t, {"nutation": "max"})
+        assert reductions["nutation"]["max"][0] == pytest.approx(whole.nutation.max(), abs=1e-14)
 
 
 def test_jacobis_integral_is_conserved():
@@ -85,12 +85,12 @@ def test_jacobis_integral_is_conserved():
         scene, body = path.scene, path.scene.body
         tensor = np.array(body.inertia)
         tensor = np.diag(tensor) if tensor.ndim == 1 else tensor
-        seen = np.array([turn_back(tuple(q), TURNING) for q in path.q])
+        body_turning = np.array([turn_back(tuple(q), TURNING) for q in path.q])
         velocity = np.array(path.body_velocity)
         kinetic = 0.5 * np.einsum("ni,ij,nj->n", velocity, tensor, velocity)
         height = np.array([turn(tuple(q), body.com)[2] for q in path.q])
-        potential = body.mass * scene.gravity * height - seen @ body.rotor
-        potential -= 0.5 * np.einsum("ni,ij,nj->n", seen, tensor, seen)
+        potential = body.mass * scene.gravity * height - body_turning @ body.rotor
+        potential -= 0.5 * np.einsum("ni,ij,nj->n", body_turning, tensor, body_turning)
         assert np.abs(path.kinetic - kinetic).max() < 1e-13
         assert np.abs(path.potential - potential).max() < 1e-13
         assert np.ptp(path.energy) < 1e-13 and np.ptp(path.kinetic) > 1e-3
@@ -114,21 +114,22 @@ def test_velocities_are_relative_to_the_support():
         inertia = np.array(body.inertia)
         inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
         q = START["attitude"]
-        for word, given in (("velocity", (1, 2, 3)), ("body_velocity", (3, -1, 2))):
-            scene = kr.Scene(body, **{word: given}, attitude=q, turning=TURNING)
+        for word, velocity in (("velocity", (1, 2, 3)), ("body_velocity", (3, -1, 2))):
+            scene = kr.Scene(body, **{word: velocity}, attitude=q, turning=TURNING)
             path = kr.solve(scene, [0.0])
-            assert np.abs(getattr(path, word) - given).max() < 1e-14
-            own = turn_back(q, given) if word == "velocity" else given
+            assert np.abs(getattr(path, word) - velocity).max() < 1e-14
+            own = turn_back(q, velocity) if word == "velocity" else velocity
             own = inertia @ (np.array(own) + turn_back(q, TURNING)) + body.rotor
             assert np.abs(path.m[0] - turn(q, tuple(own))).max() < 1e-14
-            tops = kr.Ensemble(body, **{word: [given]}, attitude=q, turning=[TURNING, (0, 0, 1)])
+            tops = kr.Ensemble(body, **{word: [velocity]}, attitude=q, turning=[TURNING, (0, 0, 1)])
             assert tops[0] == scene
-    spun = kr.Scene.from_euler(body, (0.3, 1.0, 0.2), (1.0, 0.5, 3.0), turning=TURNING)
+    euler_scene = kr.Scene.from_euler(body, (0.3, 1.0, 0.2), (1.0, 0.5, 3.0), turning=TURNING)
     assert (
-        spun == kr.Ensemble.from_euler(body, [(0.3, 1.0, 0.2)], (1.0, 0.5, 3.0), turning=TURNING)[0]
+        euler_scene
+        == kr.Ensemble.from_euler(body, [(0.3, 1.0, 0.2)], (1.0, 0.5, 3.0), turning=TURNING)[0]
     )
     t = np.linspace(0, 1e-3, 5)
-    angles = kr.solve(spun, t, digits=20).nutation
+    angles = kr.solve(euler_scene, t, digits=20).nutation
     assert (angles[1] - angles[0]) / t[1] == pytest.approx(0.5, abs=1e-2)
 
 
@@ -168,8 +169,8 @@ def test_runs_are_resumed_and_changed():
     run.change(turning=(0, 0, 2.0))
     after = run.to([1.0, 1.5])
     assert np.abs(after.m[0] - before.m[0]).max() == 0.0
-    lost = np.array(TURNING) - (0, 0, 2.0)
-    assert np.abs(after.velocity[0] - before.velocity[0] - lost).max() < 1e-14
+    change = np.array(TURNING) - (0, 0, 2.0)
+    assert np.abs(after.velocity[0] - before.velocity[0] - change).max() < 1e-14
     expected = kr.solve(before.end.replace(turning=(0, 0, 2.0)), [0.5])
     assert np.abs(after.q[-1] - expected.q[-1]).max() < 1e-14
 
@@ -183,8 +184,8 @@ def test_toml_and_archives_contain_the_turning(tmp_path):
     kr.solve(HEAVY, [0.0, 1.0]).save(tmp_path / "path.npz")
     assert kr.load(tmp_path / "path.npz").scene == HEAVY
     text = "[spinning]\nspin = 9\nturning = [0, 0, 1]\n[body.cone]\nradius = 1\nheight = 2\n"
-    read = kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1\n")
-    assert read.turning == (0, 0, 1) and kr.solve(read, [0.0]).spin[0] == pytest.approx(9.0)
+    scene = kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1\n")
+    assert scene.turning == (0, 0, 1) and kr.solve(scene, [0.0]).spin[0] == pytest.approx(9.0)
 
 
 @pytest.mark.parametrize("digits", [16, 30])
@@ -233,7 +234,7 @@ def test_an_ensemble_chooses_the_method_of_a_single_top(name, times):
 def test_functions_without_turning_supports_refuse_them():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
     axial = kr.Body(1, (1, 1, 0.5), (0, 0, 0.3))
-    for refused in (
+    for call in (
         *list_unsupported_calls(HEAVY, path),
         lambda: kr.solve(kr.Scene(axial, **START, turning=TURNING), 1.0, "bobenko_suris", step=0.1),
         lambda: kr.events.separatrix(HEAVY),
@@ -245,13 +246,13 @@ def test_functions_without_turning_supports_refuse_them():
         lambda: kr.apex(kr.solve(make_scene("lagrange", turning=TURNING), path.t)).nutation(),
     ):
         with pytest.raises(ValueError, match="turn"):
-            refused()
+            call()
 
 
 def test_error_messages_name_an_alternative():
     upright = make_scene("lagrange", turning=ABOUT_E3)
     path = kr.solve(upright, np.linspace(0, 10, 101))
-    for refused in (
+    for call in (
         lambda: kr.exact(upright),
         lambda: kr.lyapunov(upright, 10.0),
         lambda: kr.megno(upright.vary(mass=[1.0, 2.0]), 10.0),
@@ -261,14 +262,14 @@ def test_error_messages_name_an_alternative():
         lambda: kr.solve(upright, 1.0, "geometric", error=1e-3),
     ):
         with pytest.raises(ValueError, match=r"replace\(turning=None\) gives the same motion"):
-            refused()
-    for refused, instead in (
+            call()
+    for call, instead in (
         (lambda: kr.lyapunov(HEAVY, 10.0), "tangents='start'"),
         (lambda: kr.solve(HEAVY, 1.0, "geometric", error=1e-3), "method='taylor'"),
         (lambda: kr.events.separatrix(HEAVY), r"kr.events.nutation\(\)"),
     ):
         with pytest.raises(ValueError, match=instead):
-            refused()
+            call()
 
 
 def test_accelerations_are_derivatives_of_velocities():
@@ -285,8 +286,10 @@ def test_accelerations_are_derivatives_of_velocities():
     for quantity in ("nutation", "energy", "potential", "body_velocity", "body_acceleration"):
         for k in (0, 2):
             one, other = (
-                kr.solve(scene.replace(turning=np.array(TURNING) + by * np.eye(3)[k]), t, digits=20)
-                for by in (step, -step)
+                kr.solve(
+                    scene.replace(turning=np.array(TURNING) + change * np.eye(3)[k]), t, digits=20
+                )
+                for change in (step, -step)
             )
             slope = (getattr(one, quantity) - getattr(other, quantity)) / (2 * step)
             assert np.abs(slope - path.derivative(quantity)[..., k]).max() < 1e-7, quantity

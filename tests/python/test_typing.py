@@ -20,29 +20,29 @@ TOOLS = Path(sys.executable).parent
 def by_mypy(_):
     """Return the places with errors in the package and in both scripts."""
     words = ["--strict", "--hide-error-context", "python/kreisel", *FILES]
-    done = subprocess.run([TOOLS / "mypy", *words], cwd=ROOT, capture_output=True, text=True)
-    print(done.stdout)
-    assert done.returncode in (0, 1), done.stderr
-    found = re.findall(r"^([^:]+):(\d+): error", done.stdout, re.M)
-    return {(Path(file).name, int(line)) for file, line in found}
+    result = subprocess.run([TOOLS / "mypy", *words], cwd=ROOT, capture_output=True, text=True)
+    print(result.stdout)
+    assert result.returncode in (0, 1), result.stderr
+    errors = re.findall(r"^([^:]+):(\d+): error", result.stdout, re.M)
+    return {(Path(file).name, int(line)) for file, line in errors}
 
 
 def by_pyright(folder):
     """Return the name and line number of each place where pyright reports an error."""
-    how = {
+    settings = {
         "typeCheckingMode": "strict",
         "extraPaths": [str(ROOT / "python")],
         "include": [str(file) for file in FILES],
     }
-    (folder / "pyrightconfig.json").write_text(json.dumps(how))
+    (folder / "pyrightconfig.json").write_text(json.dumps(settings))
     words = ["--project", folder, "--pythonpath", sys.executable, "--outputjson"]
-    done = subprocess.run([TOOLS / "basedpyright", *words], capture_output=True, text=True)
-    assert done.returncode in (0, 1), done.stdout + done.stderr
-    told = json.loads(done.stdout)["generalDiagnostics"]
+    result = subprocess.run([TOOLS / "basedpyright", *words], capture_output=True, text=True)
+    assert result.returncode in (0, 1), result.stdout + result.stderr
+    messages = json.loads(result.stdout)["generalDiagnostics"]
     return {
-        (Path(said["file"]).name, said["range"]["start"]["line"] + 1)
-        for said in told
-        if said["severity"] == "error"
+        (Path(message["file"]).name, message["range"]["start"]["line"] + 1)
+        for message in messages
+        if message["severity"] == "error"
     }
 
 
@@ -59,13 +59,13 @@ def test_a_right_script_runs():
 
 
 def test_type_checkers_know_the_names_of_the_core():
-    known = set(get_args(kr.MethodName))
-    assert known - {"gsl_rk8pd", "gsl_bsimp"} <= {"auto", *kr.methods} <= known
+    names = set(get_args(kr.MethodName))
+    assert names - {"gsl_rk8pd", "gsl_bsimp"} <= {"auto", *kr.methods} <= names
     assert list(get_args(kr.QuantityName)) == ["t", *RECORDABLE]
 
 
 def test_literal_types_agree_with_the_tables():
-    written = (ROOT / "python/kreisel/_utils/quantity_attributes.py").read_text()
-    assert run(ROOT / ".ci/names") == written, (
+    text = (ROOT / "python/kreisel/_utils/quantity_attributes.py").read_text()
+    assert run(ROOT / ".ci/names") == text, (
         "write it: .ci/names >python/kreisel/_utils/quantity_attributes.py"
     )

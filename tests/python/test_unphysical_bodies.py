@@ -23,10 +23,10 @@ TOLD = "no body has this inertia about the fixed point"
 
 def call_and_warning(make):
     """Call `make`, and return its result and its only warning."""
-    with pytest.warns(UserWarning, match=TOLD) as caught:
-        made = make()
-    assert len(caught) == 1
-    return made, caught[0]
+    with pytest.warns(UserWarning, match=TOLD) as caught_warnings:
+        result = make()
+    assert len(caught_warnings) == 1
+    return result, caught_warnings[0]
 
 
 # The inertia about the centre of mass
@@ -103,9 +103,9 @@ def test_unphysical_bodies_warn_at_the_calling_line(make):
 
 def test_the_warning_shows_the_remaining_moments_and_a_remedy():
     _, warning = call_and_warning(lambda: kr.Body(**MISTAKE))
-    said = str(warning.message)
-    assert "-0.0048, -0.0048, 0.0001" in said
-    assert "inertia_about_com" in said and "unphysical=True" in said
+    text = str(warning.message)
+    assert "-0.0048, -0.0048, 0.0001" in text
+    assert "inertia_about_com" in text and "unphysical=True" in text
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1, 1e30])
@@ -163,8 +163,8 @@ def test_physical_bodies_keep_the_flag():
 
 
 def test_named_scenes_are_flagged_as_unphysical():
-    ran = python("import warnings; warnings.simplefilter('error'); import kreisel")
-    assert ran.returncode == 0, ran.stderr
+    result = python("import warnings; warnings.simplefilter('error'); import kreisel")
+    assert result.returncode == 0, result.stderr
     unphysical = [name for name in kr.scenes.about if kr.scenes.get_scene(name).body.unphysical]
     assert len(unphysical) == 10 and "dzhanibekov" not in unphysical
 
@@ -174,9 +174,9 @@ def test_the_command_line_warns_in_one_line(tmp_path):
     file.write_text(
         "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
     )
-    ran = python("from kreisel._cli import main; main()", "solve", str(file), "--t", "1")
-    lines = [line for line in ran.stderr.splitlines() if line]
-    assert ran.returncode == 0 and len(lines) == 1 and lines[0].startswith(f"Warning: {TOLD}")
+    result = python("from kreisel._cli import main; main()", "solve", str(file), "--t", "1")
+    lines = [line for line in result.stderr.splitlines() if line]
+    assert result.returncode == 0 and len(lines) == 1 and lines[0].startswith(f"Warning: {TOLD}")
 
 
 # Rounded moments
@@ -194,24 +194,24 @@ def test_published_moments_are_not_changed():
     run = kr.start(scene, "rk4", step=0.01)
     run.to(0.5)
     assert kr.resume(run.checkpoint).scene == scene
-    turned = kr.Body(
+    rotated_body = kr.Body(
         1, matrix(TILT) @ np.diag(WATER) @ matrix(TILT).T, (0, 0, 0), inertia_rtol=0.0021
     )
-    np.testing.assert_allclose(sorted(turned.moments), WATER, rtol=1e-15)
+    np.testing.assert_allclose(sorted(rotated_body.moments), WATER, rtol=1e-15)
 
 
 @pytest.mark.parametrize("inertia_rtol", [0, 0.002])
 def test_moments_beyond_the_tolerance_are_refused_with_a_hint(inertia_rtol):
-    with pytest.raises(ValueError, match=re.escape("1.0 > 0.345 + 0.653")) as caught:
+    with pytest.raises(ValueError, match=re.escape("1.0 > 0.345 + 0.653")) as error:
         kr.Body(1, WATER, (0, 0, 0), inertia_rtol=inertia_rtol)
-    hint = float(re.search(r"inertia_rtol=([\d.]+) would accept it", str(caught.value))[1])
+    hint = float(re.search(r"inertia_rtol=([\d.]+) would accept it", str(error.value))[1])
     assert kr.Body(1, WATER, (0, 0, 0), inertia_rtol=hint).moments == WATER
 
 
 def test_moments_far_off_get_no_hint():
-    with pytest.raises(ValueError, match=r"4\.0 > 1\.0 \+ 2\.0") as caught:
+    with pytest.raises(ValueError, match=r"4\.0 > 1\.0 \+ 2\.0") as error:
         kr.Body(1, (1, 2, 4), (0, 0, 0))
-    assert "would accept it" not in str(caught.value)
+    assert "would accept it" not in str(error.value)
 
 
 HEAVY = kr.Body(1, (0.345, 0.653, 1.0), (0.1, 0.2, 0.3), inertia_rtol=0.0021, unphysical=True)
@@ -254,8 +254,8 @@ def test_a_rounded_body_follows_eulers_equations():
     scene = kr.Scene(ROUNDED[0], (0.1, 0.2, 1.0))
     true = solve_ivp(euler, (0, 20), scene.momentum, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     for method in ("exact", "taylor"):
-        found = kr.solve(scene, [20.0], method).body_momentum[0]
-        np.testing.assert_allclose(found, true, atol=1e-9)
+        momentum = kr.solve(scene, [20.0], method).body_momentum[0]
+        np.testing.assert_allclose(momentum, true, atol=1e-9)
 
 
 def test_the_viewer_refuses_rounded_bodies():

@@ -22,8 +22,8 @@ TOP = kr.scenes.thesis
 def test_the_viewer_may_run_only_its_own_script():
     """Check that the viewer's security policy forbids external scripts and network requests."""
     page = kr.view(TOP, open=False).html
-    (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
-    policy = dict(part.split(" ", 1) for part in told.split("; "))
+    (content,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
+    policy = dict(part.split(" ", 1) for part in content.split("; "))
     assert policy["default-src"] == policy["form-action"] == policy["base-uri"] == "'none'"
     assert not {"connect-src", "frame-src", "object-src"} & set(policy)
     (script,) = re.findall(r'<script type="module">(.*?)</script>', page, re.DOTALL)
@@ -78,9 +78,9 @@ def test_defaults_depend_on_the_scene():
     ],
 )
 def test_the_step_of_a_path_is_used(path, step):
-    shown = kr.view(path, open=False).scene
-    assert shown["step"] == [step]
-    assert shown["tracks"][0]["step"] == pytest.approx(float(path.t[1]), rel=1e-12)
+    scene = kr.view(path, open=False).scene
+    assert scene["step"] == [step]
+    assert scene["tracks"][0]["step"] == pytest.approx(float(path.t[1]), rel=1e-12)
 
 
 @pytest.mark.parametrize("times", [[0.0], [0.0, 0.1, 0.3], [0.1, 0.2], [0.0, 0.1, 0.2 + 2e-7]])
@@ -92,9 +92,9 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 @pytest.fixture
 def browser_addresses(monkeypatch):
     """Replace the browser by a stub, and return the list of addresses that it opens."""
-    found = []
-    monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
-    return found
+    addresses = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or True)
+    return addresses
 
 
 def test_a_page_opens_in_a_browser(browser_addresses):
@@ -118,8 +118,8 @@ class TerminalInteractiveShell:
     ("shell", "pages"), [(ZMQInteractiveShell(), 0), (TerminalInteractiveShell(), 1), (None, 1)]
 )
 def test_a_notebook_embeds_the_viewer(browser_addresses, monkeypatch, shell, pages):
-    told = types.SimpleNamespace(get_ipython=lambda: shell)
-    monkeypatch.setitem(sys.modules, "IPython", told)
+    module = types.SimpleNamespace(get_ipython=lambda: shell)
+    monkeypatch.setitem(sys.modules, "IPython", module)
     kr.view(TOP)
     assert len(browser_addresses) == pages
 
@@ -172,9 +172,12 @@ def test_a_page_shows_up_to_three_methods(n):
 
 def test_without_a_browser_the_warning_names_the_calling_line(empty_home):
     page = view.view(TOP, open=False)
-    with pytest.warns(UserWarning, match="no browser was found") as told:
+    with pytest.warns(UserWarning, match="no browser was found") as caught_warnings:
         file = page.open()
-    assert file == empty_home / ".cache/kreisel/thesis.html" and told[0].filename == __file__
+    assert (
+        file == empty_home / ".cache/kreisel/thesis.html"
+        and caught_warnings[0].filename == __file__
+    )
     text = file.read_text()
     assert text.count("null</script>") == 1 and text.endswith("null</script>")
     assert page._repr_html_().startswith('<iframe srcdoc="&lt;script')
@@ -209,17 +212,17 @@ def test_viewers_are_saved_in_the_cache_folder_of_the_system(
     for name, value in words.items():
         monkeypatch.setenv(name, value.format(empty_home))
     monkeypatch.setattr(sys, "platform", system)
-    found = view._create_viewer_folder()
+    folder = view._create_viewer_folder()
     monkeypatch.setattr(sys, "platform", "linux")
-    assert found == empty_home / place and found.is_dir()
+    assert folder == empty_home / place and folder.is_dir()
 
 
 def test_viewers_are_saved_in_a_temporary_folder_without_a_cache_folder(empty_home, monkeypatch):
     (empty_home / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(empty_home / "file"))
     monkeypatch.setattr(tempfile, "tempdir", str(empty_home))
-    found = view._create_viewer_folder()
-    assert found.parent == empty_home and found.name.startswith("kreisel-") and found.is_dir()
+    folder = view._create_viewer_folder()
+    assert folder.parent == empty_home and folder.name.startswith("kreisel-") and folder.is_dir()
 
 
 def test_an_installation_without_viewer_raises_an_error(empty_home):

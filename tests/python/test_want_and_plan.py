@@ -116,12 +116,12 @@ def test_nutation_is_accurate_at_the_poles():
 
 
 def test_failures_keep_wanted_quantities():
-    failed = []
+    paths = []
     for words in ({}, {"want": ("energy",)}):
         with pytest.raises(kr.Error) as failure:
             kr.solve(WILD, [0.5, 50.0], "rk4", step=0.5, **words)
-        failed.append(failure.value.path)
-    whole, part = failed
+        paths.append(failure.value.path)
+    whole, part = paths
     assert np.array_equal(part.energy, whole.energy)
     assert part.t.tolist() == whole.t.tolist() == [0.5]
 
@@ -151,16 +151,16 @@ def test_plan_describes_method_form_and_memory():
     assert all(len(line) < 200 for line in str(plan).splitlines())
     assert "left out" in str(plan) and "24 bytes a state" in str(plan)
     assert kr.plan(TOP, 100).bytes == 64
-    some = TOP.vary(spin=[1.0, 2.0])
-    assert "16 bytes a state" in str(kr.plan(some, want=("nutation", "energy"), method="taylor"))
+    tops = TOP.vary(spin=[1.0, 2.0])
+    assert "16 bytes a state" in str(kr.plan(tops, want=("nutation", "energy"), method="taylor"))
     assert kr.plan(TOP, digits=30).columns[-1] == "m_low"
     closed = kr.plan(kr.scenes.thesis)
     assert closed.method == "exact" and "closed form" in closed.why
 
 
 def test_plan_lists_omitted_computations():
-    out = plan_omissions(TOP, want=("nutation", "energy"))
-    assert "rotated about the vertical" in out["attitude"]
+    omissions = plan_omissions(TOP, want=("nutation", "energy"))
+    assert "rotated about the vertical" in omissions["attitude"]
     assert "attitude" not in plan_omissions(TOP, 100) and "states in between" in plan_omissions(
         TOP, 100
     )
@@ -206,11 +206,11 @@ def test_the_plan_equals_that_of_the_path():
 
 @pytest.mark.parametrize("name", [name for name, method in kr.methods.items() if method.splitting])
 def test_plan_lists_omitted_rotations_of_a_drift(name):
-    asymmetric, what = kr.scenes.asymmetric, "two of a drift's four turns"
+    asymmetric, text = kr.scenes.asymmetric, "two of a drift's four turns"
     assert kr.scenes.thesis.body.is_symmetric and not asymmetric.body.is_symmetric
-    assert what in plan_omissions(kr.scenes.thesis, method=name, step=0.1)
+    assert text in plan_omissions(kr.scenes.thesis, method=name, step=0.1)
     if kr.methods[name].suits(asymmetric):
-        assert what not in plan_omissions(asymmetric, method=name, step=0.1)
+        assert text not in plan_omissions(asymmetric, method=name, step=0.1)
 
 
 # Boundary values
@@ -223,18 +223,18 @@ def test_a_plan_shows_its_total_size():
 
 
 def test_a_plan_measures_tops_at_individual_times(monkeypatch):
-    seen = []
+    calls = []
     lanes = ensemble_plan.LANES
 
     def run_and_note(rows, few, some, begin, end, times, work):
-        seen.append(np.array(times))
+        calls.append(np.array(times))
         return lanes.run(rows, few, some, begin, end, times, work)
 
     monkeypatch.setattr(ensemble_plan, "LANES", lanes._replace(run=run_and_note))
     own = np.arange(1.0, 101.0)[:, None] * np.array([0.001, 0.002])
     kr.plan(THESIS.vary(spin=np.linspace(1.0, 2.0, 100)), own)
-    at = np.linspace(0, 99, 16).astype(int)
-    np.testing.assert_array_equal(seen[0], own[at])
+    indices = np.linspace(0, 99, 16).astype(int)
+    np.testing.assert_array_equal(calls[0], own[indices])
 
 
 def test_low_words_are_recorded_only_for_wanted_quantities():

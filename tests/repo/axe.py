@@ -21,7 +21,7 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
 
     If `open_folds` is true, all folded sections are opened first.
     """
-    found = []
+    violations = []
     viewports = [{"width": width, "height": height} for width, height in sizes]
     page = browser.new_page(viewport=viewports[0])
     page.goto(address)
@@ -29,9 +29,9 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
         page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
     for viewport in viewports:
         page.set_viewport_size(viewport)
-        found += check_page(page, viewport["width"])
+        violations += check_page(page, viewport["width"])
     page.close()
-    return found
+    return violations
 
 
 def check_page(page, case):
@@ -40,4 +40,4 @@ def check_page(page, case):
         page.evaluate(Axe().axe_script)
     violations = page.evaluate("axe.run({resultTypes: ['violations']})")["violations"]
     places = [[node["html"][:120] for node in each["nodes"][:3]] for each in violations]
-    return [(case, each["id"], where) for each, where in zip(violations, places, strict=True)]
+    return [(case, each["id"], place) for each, place in zip(violations, places, strict=True)]

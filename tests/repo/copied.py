@@ -35,8 +35,8 @@ class House:
     def insert(self, recipe, name, before, text):
         """Insert `text` into a file, before the first line that begins with `before`."""
         old = (self.folder / name).read_text()
-        at = old.index("\n" + before) + 1
-        self.write(recipe, name, old[:at] + text + old[at:])
+        position = old.index("\n" + before) + 1
+        self.write(recipe, name, old[:position] + text + old[position:])
 
     def build(self):
         """Build the C library and the Python extension quickly, without optimization or inlining.
@@ -70,10 +70,10 @@ class House:
         with (self.folder / "CMakeLists.txt").open("a") as file:
             file.write("set_property(TARGET _core PROPERTY SOURCES python/whole.cpp)\n")
 
-    def compile(self, program, to):
+    def compile(self, program, file):
         """Compile a C program and link it with the C library."""
         library = self.folder / "build/libkreisel.a"
-        run("gcc", "-std=c99", f"-I{self.folder / 'csrc'}", program, library, "-lm", "-o", to)
+        run("gcc", "-std=c99", f"-I{self.folder / 'csrc'}", program, library, "-lm", "-o", file)
 
     def python(self, *lines):
         """Run a Python program with the copied package, and return its output."""

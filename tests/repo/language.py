@@ -32,9 +32,9 @@ VERBS = {"feed", "need", "seed", "speed", "embed", "exceed", "proceed"}
 
 def python_files(*trees):
     """Return the Python files below `trees` that belong to the project."""
-    generated = {"__pycache__", "gallery", "node_modules"}
+    generated_folders = {"__pycache__", "gallery", "node_modules"}
     files = (file for tree in trees for file in (ROOT / tree).rglob("*.py"))
-    return sorted(file for file in files if not generated & set(file.parts))
+    return sorted(file for file in files if not generated_folders & set(file.parts))
 
 
 def definitions(file):

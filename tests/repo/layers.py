@@ -17,17 +17,17 @@ C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
 @cache
 def layers():
     """Return the layers of each source tree, beginning with the lowest."""
-    found = {}
+    layer_of_name = {}
     for tree, text in re.findall(r"^```layers (\S+)\n(.*?)^```", PLAN.read_text(), re.M | re.S):
         rows = [re.split(r"\s{2,}", line.strip())[0].split() for line in text.splitlines()]
-        found[tree] = rows[::-1]
-    return found
+        layer_of_name[tree] = rows[::-1]
+    return layer_of_name
 
 
 def files(tree):
     folder = ROOT / tree
-    known = C | PYTHON | SCRIPTS
-    return sorted(file for file in folder.rglob("*") if file.suffix in known and is_ours(file))
+    endings = C | PYTHON | SCRIPTS
+    return sorted(file for file in folder.rglob("*") if file.suffix in endings and is_ours(file))
 
 
 def is_ours(file):
@@ -37,14 +37,14 @@ def is_ours(file):
 
 def layer(file, tree):
     """Return the index of the layer that contains a file, or None if there is no unique layer."""
-    inside = file.relative_to(ROOT / tree).as_posix()
-    here = [
+    relative_name = file.relative_to(ROOT / tree).as_posix()
+    levels = [
         number
         for number, names in enumerate(layers()[tree])
         for name in names
-        if inside == name or (name.endswith("/") and inside.startswith(name))
+        if relative_name == name or (name.endswith("/") and relative_name.startswith(name))
     ]
-    return here[0] if len(here) == 1 else None
+    return levels[0] if len(levels) == 1 else None
 
 
 def targets(file, tree):
@@ -62,8 +62,8 @@ def targets(file, tree):
 
 def c_includes(file):
     for name in re.findall(r'^\s*#\s*include\s+"(.+)"', file.read_text(), re.M):
-        beside = (file.parent / name).resolve()
-        yield beside if beside.exists() else ROOT / "csrc" / name
+        neighbour = (file.parent / name).resolve()
+        yield neighbour if neighbour.exists() else ROOT / "csrc" / name
 
 
 def script_imports(file):
@@ -88,8 +88,8 @@ def package(file, node):
     if not node.level:
         return words
     beginning = next(top for top in TOPS if file.is_relative_to(top))
-    here = file.relative_to(beginning).parts[: -node.level]
-    return [*here, *words]
+    folders = file.relative_to(beginning).parts[: -node.level]
+    return [*folders, *words]
 
 
 TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT / "python", ROOT)
@@ -114,13 +114,13 @@ def circle(arrows):
         for other in sorted(arrows.get(file, ())):
             if state.get(other) == "open":
                 return way[way.index(other) :]
-            found = [] if other in state else visit(other)
-            if found:
-                return found
+            cycle = [] if other in state else visit(other)
+            if cycle:
+                return cycle
         way.pop()
         state[file] = "done"
         return []
 
     return next(
-        (found for file in sorted(arrows) if file not in state if (found := visit(file))), []
+        (cycle for file in sorted(arrows) if file not in state if (cycle := visit(file))), []
     )

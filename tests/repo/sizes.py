@@ -45,11 +45,11 @@ int main(void)
 EMPTY = "int main(void) { return 0; }\n"
 
 
-def name_functions(omitted=None):
-    """Return the names of all public functions, except those that match `omitted`."""
+def name_functions(pattern=None):
+    """Return the names of all public functions, except those that match `pattern`."""
     header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
     names = sorted(set(re.findall(r"\b(kr_\w+)\(", header)))
-    return [name for name in names if not (omitted and re.search(omitted, name))]
+    return [name for name in names if not (pattern and re.search(pattern, name))]
 
 
 def write_table(names):
@@ -68,9 +68,9 @@ def write_table(names):
     )
 
 
-def write_everything(omitted=None):
+def write_everything(pattern=None):
     """Return a program that uses all public functions, and a similar program that uses none."""
-    names = name_functions(omitted)
+    names = name_functions(pattern)
     return write_table(names), write_table(["main"] * len(names))
 
 
@@ -125,14 +125,23 @@ def find_compiler(processor):
 
 def compile_library(folder, compiler, level, options):
     """Compile kreisel.c for one instruction set, and return the object file."""
-    to = Path(folder) / f"kreisel{''.join(options)}.o"
-    if not to.exists():
+    object_file = Path(folder) / f"kreisel{''.join(options)}.o"
+    if not object_file.exists():
         run(sys.executable, ROOT / "cmake/amalgamate.py", folder)
         flags = ["-std=c99", *LEVELS[level], "-ffunction-sections", "-fdata-sections"]
         # ccache finds the object file of an earlier run only by a relative path.
-        command = (*compiler, *flags, "-DKR_ONE_ISA", *options, "-c", "kreisel.c", "-o", to)
+        command = (
+            *compiler,
+            *flags,
+            "-DKR_ONE_ISA",
+            *options,
+            "-c",
+            "kreisel.c",
+            "-o",
+            object_file,
+        )
         run(*command, cwd=folder)
-    return to
+    return object_file
 
 
 def link_program(folder, compiler, level, text, library):
@@ -158,11 +167,11 @@ def measure_column(folder, processor, level, rows=ROWS):
     sizes = []
     for _, programs, options, _ in rows:
         library = compile_library(folder, compiler, level, options)
-        used, empty = (
+        full, empty = (
             sum_sections(link_program(folder, compiler, level, program, library))
             for program in programs
         )
-        sizes.append(round((used - empty) / 1000, 1))
+        sizes.append(round((full - empty) / 1000, 1))
     return sizes
 
 

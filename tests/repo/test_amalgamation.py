@@ -27,9 +27,9 @@ def script():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    to = tmp_path_factory.mktemp("amalgamation")
-    run(sys.executable, ROOT / "cmake/amalgamate.py", to)
-    return to
+    directory = tmp_path_factory.mktemp("amalgamation")
+    run(sys.executable, ROOT / "cmake/amalgamate.py", directory)
+    return directory
 
 
 def output(program, library, folder):
@@ -41,15 +41,15 @@ def output(program, library, folder):
 
 def kernels_of(text):
     """Return the lines of `text`, grouped by instruction set."""
-    found = defaultdict(list)
+    kernels = defaultdict(list)
     for line in text.splitlines():
         isa, bits = line.split(maxsplit=1)
-        found[isa].append(bits)
-    return found
+        kernels[isa].append(bits)
+    return kernels
 
 
 # All compilers run in the folder of kreisel.c, so that ccache finds earlier object files.
-def compile_by_gcc(folder, to):
+def compile_by_gcc(folder, file):
     """Compile kreisel.c by the command in docs/embedding.md.
 
     The option KREISEL_AMALGAMATED uses the same command, so that ccache compiles the file once.
@@ -58,21 +58,21 @@ def compile_by_gcc(folder, to):
     return folder / "kreisel.o"
 
 
-def compile_by_clang(folder, to):
-    run("clang", "-O2", "-std=gnu17", *WARNINGS, "-c", "kreisel.c", "-o", to, cwd=folder)
-    return to
+def compile_by_clang(folder, file):
+    run("clang", "-O2", "-std=gnu17", *WARNINGS, "-c", "kreisel.c", "-o", file, cwd=folder)
+    return file
 
 
-def compile_one_isa(folder, to):
+def compile_one_isa(folder, file):
     options = ["-std=c99", "-O0", "-DKR_ONE_ISA"]
-    run("gcc", *options, "-c", "kreisel.c", "-o", to, cwd=folder)
-    return to
+    run("gcc", *options, "-c", "kreisel.c", "-o", file, cwd=folder)
+    return file
 
 
-def compile_plain(folder, to):
+def compile_plain(folder, file):
     options = ["-std=c99", "-O1", "-DKR_PLAIN", "-DKR_SMALL", *WARNINGS]
-    run("gcc", *options, "-c", "kreisel.c", "-o", to, cwd=folder)
-    return to
+    run("gcc", *options, "-c", "kreisel.c", "-o", file, cwd=folder)
+    return file
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_no_two_files_define_the_same_name(script):
                 for name in script.names_of(item) - {"NAME"}:  # a macro that forms names
                     owners[name].add(file.relative_to(CSRC).as_posix())
     assert {"time_since_start", "dd", "KR_TAYLOR_MAX"} <= owners.keys()
-    assert {name: found for name, found in owners.items() if len(found) > 1} == {}
+    assert {name: paths for name, paths in owners.items() if len(paths) > 1} == {}
 
 
 def test_every_section_enables_the_features_of_its_instruction_set(script, folder):

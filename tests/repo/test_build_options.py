@@ -46,12 +46,12 @@ def symbols(program):
 def test_a_build_with_one_method_reports_omitted_methods():
     library = build_library("strang", KREISEL_METHODS="strang")
     statuses, table = query_methods(library, "strang", "taylor", "exact", "none")
-    left_out = (STATUS["ERR_NOT_BUILT"],) * 7
+    expected = (STATUS["ERR_NOT_BUILT"],) * 7
     option = STATUS["ERR_OPTION"]
     assert statuses["strang"][:3] == (0, option, option)
     refusals = [STATUS[f"ERR_{name}"] for name in ("FRICTION", "TURNING", "SHAKING", "OPTION")]
     assert list(statuses["strang"][3:]) == refusals
-    assert statuses["taylor"] == statuses["exact"] == left_out
+    assert statuses["taylor"] == statuses["exact"] == expected
     assert statuses["none"] == (STATUS["ERR_NO_METHOD"],) * 7
     assert table == ["strang"]
 

@@ -26,8 +26,8 @@ TEXTS = sorted(
 
 def test_every_public_name_is_documented():
     text = "".join(file.read_text() for file in (DOCS / "api").glob("*.rst"))
-    shown = re.findall(r"^\.\. auto(?:module:: kreisel\.|\w+:: )(\w+)$", text, re.MULTILINE)
-    assert sorted(shown) == sorted(set(kr.__all__) - {"__version__"})
+    names = re.findall(r"^\.\. auto(?:module:: kreisel\.|\w+:: )(\w+)$", text, re.MULTILINE)
+    assert sorted(names) == sorted(set(kr.__all__) - {"__version__"})
 
 
 def test_there_are_at_least_twenty_examples():
@@ -62,19 +62,19 @@ def test_the_site_names_no_corners_of_a_round_top(file):
 
 
 def test_links_to_examples_are_valid():
-    named = {f"{file.parent.name}/{file.stem}" for file in EXAMPLES}
+    names = {f"{file.parent.name}/{file.stem}" for file in EXAMPLES}
     for file in TEXTS:
         for name in re.findall(r"gallery/(\w+/\w+)[`>]", file.read_text()):
-            assert name in named, (file, name)
+            assert name in names, (file, name)
 
 
 def test_the_index_of_the_header_has_every_function():
     header = (CSRC / "kreisel.h").read_text()
     public = set(re.findall(r"\b(kr_\w+)\(", re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)))
-    found = list(functions(header))
-    assert {name for _, name, _ in found} == public
+    names = list(functions(header))
+    assert {name for _, name, _ in names} == public
     lines = header.splitlines()
-    assert all(f"{name}(" in lines[number - 1] for _, name, number in found)
+    assert all(f"{name}(" in lines[number - 1] for _, name, number in names)
 
 
 def test_plain_docstrings_become_lists_code_and_links():
@@ -174,9 +174,9 @@ def test_signatures_and_anchors_are_simplified():
 
 def test_sidebars_have_accessible_names():
     bars = [f'<aside class="{kind}">' for kind in landmarks.NAMES]
-    named = landmarks.add_names("".join(bars))
-    assert all(f'aria-label="{name}"' in named for name in landmarks.NAMES.values())
-    assert landmarks.add_names(named) == named and landmarks in PARTS
+    html = landmarks.add_names("".join(bars))
+    assert all(f'aria-label="{name}"' in html for name in landmarks.NAMES.values())
+    assert landmarks.add_names(html) == html and landmarks in PARTS
 
 
 def test_signatures_have_the_types_of_the_sources():

@@ -34,9 +34,9 @@ LAST_LINES = {
 def write_files(folder):
     """Copy the source files shown in docs/embedding.md to `folder`."""
     for source, name in INCLUDED.findall(PAGE):
-        to = folder / name
-        to.parent.mkdir(parents=True, exist_ok=True)
-        to.write_text((ROOT / source).read_text())
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text((ROOT / source).read_text())
 
 
 @pytest.fixture(scope="module")
@@ -81,14 +81,14 @@ def test_every_section_with_commands_is_tested():
 
 
 def test_the_page_shows_every_example():
-    shown = {source for source, _ in INCLUDED.findall(PAGE)}
+    sources = {source for source, _ in INCLUDED.findall(PAGE)}
     examples = ROOT / "examples"
     files = {
         f"examples/{file.relative_to(examples)}"
         for file in examples.rglob("*")
         if file.is_file() and "include" not in file.parts and "target" not in file.parts
     }
-    assert files - {"examples/rust/Cargo.lock"} == shown
+    assert files - {"examples/rust/Cargo.lock"} == sources
     assert PAGE.count("{literalinclude}") == len(INCLUDED.findall(PAGE))
 
 
@@ -98,12 +98,12 @@ def test_the_table_names_the_options_of_cmake():
         (ROOT / "CMakeLists.txt").read_text(),
         re.M,
     )
-    named = re.findall(r"^\| `(KREISEL_\w+)`", SECTIONS["Build options"], re.M)
-    assert named == options and len(options) == 5
+    names = re.findall(r"^\| `(KREISEL_\w+)`", SECTIONS["Build options"], re.M)
+    assert names == options and len(options) == 5
 
 
 def test_the_example_requests_this_version():
-    asked = re.search(
+    match = re.search(
         r"find_package\(kreisel (\S+) ", (ROOT / "examples/find_package/CMakeLists.txt").read_text()
     )
-    assert asked[1] == VERSION.rpartition(".")[0]
+    assert match[1] == VERSION.rpartition(".")[0]

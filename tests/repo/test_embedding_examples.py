@@ -48,7 +48,7 @@ def largest_tilt(tilt, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY * LEVER):
     return np.arccos(ratio - np.sqrt(ratio * ratio - 2 * ratio * np.cos(tilt) + 1))
 
 
-def nutation_integral(of=lambda c: 1.0):
+def nutation_integral(function=lambda c: 1.0):
     """Integrate a function of the cosine of the tilt over one nutation period.
 
     The substitution c = middle + half cos(x) removes the singularities at the turning points.
@@ -62,7 +62,7 @@ def nutation_integral(of=lambda c: 1.0):
 
     def integrand(x):
         c = middle + half * np.cos(x)
-        return of(c) / np.sqrt(2 * pull / I1 * (third - c))
+        return function(c) / np.sqrt(2 * pull / I1 * (third - c))
 
     return 2 * quad(integrand, 0, np.pi, epsabs=0, epsrel=1e-12)[0]
 
@@ -90,9 +90,9 @@ def build_and_run(name, prefix, tmp_path, *words, linking=("-Wl,--gc-sections",)
 
 def numbers(pattern, text):
     """Return the numbers in `text` that the groups of `pattern` match."""
-    found = re.findall(pattern.replace("#", r"([-+.\de]+)"), text, re.M)
-    assert found, text
-    return np.array(found, dtype=float).reshape(len(found), -1)
+    rows = re.findall(pattern.replace("#", r"([-+.\de]+)"), text, re.M)
+    assert rows, text
+    return np.array(rows, dtype=float).reshape(len(rows), -1)
 
 
 def check_hello(output):
@@ -123,8 +123,10 @@ def check_push(output):
     c, s = np.cos(tilt), np.sin(tilt)
     turning = momentum * (0.5 - c) / (0.01 * s * s)
     apex = np.array([s * np.sin(angle), -s * np.cos(angle), c])
-    across = np.array([np.cos(angle), np.sin(angle), 0.0])
-    velocity = rate * np.array([c * np.sin(angle), -c * np.cos(angle), -s]) + turning * s * across
+    transverse = np.array([np.cos(angle), np.sin(angle), 0.0])
+    velocity = (
+        rate * np.array([c * np.sin(angle), -c * np.cos(angle), -s]) + turning * s * transverse
+    )
     energy = momentum**2 / 0.004 + 0.981 / 2
     work = lever * velocity @ impulse
     work += lever**2 * (impulse @ impulse - (apex @ impulse) ** 2) / (2 * 0.01)
@@ -142,18 +144,18 @@ def check_heavier(output):
     """Check that replacing the body preserves the attitude and momentum."""
     momentum = 101 * 0.002
     tilt, rate, _ = solve_lagrange(1.0, momentum=momentum, **GAME)
-    across = (momentum * (0.5 - np.cos(tilt)) / np.sin(tilt)) ** 2 + (0.01 * rate) ** 2
-    energy = momentum**2 / (2 * 0.004) + across / (2 * 0.02) + 2 * 0.981 * np.cos(tilt)
+    transverse_square = (momentum * (0.5 - np.cos(tilt)) / np.sin(tilt)) ** 2 + (0.01 * rate) ** 2
+    energy = momentum**2 / (2 * 0.004) + transverse_square / (2 * 0.02) + 2 * 0.981 * np.cos(tilt)
     row = [1.0, tilt, energy, momentum / 2]
     np.testing.assert_allclose(read_game("heavier", output), [row], rtol=0, atol=1e-4)
     return row[2:]
 
 
 def check_game(output):
-    pushed, heavier = check_push(output), check_heavier(output)
+    push_end, heavier_end = check_push(output), check_heavier(output)
     assert "\nrefused: the method does not apply to this body\n" in output
     end = read_game("end", output)
-    np.testing.assert_allclose(end[:2, 2:], [pushed, heavier], rtol=0, atol=1e-4)
+    np.testing.assert_allclose(end[:2, 2:], [push_end, heavier_end], rtol=0, atol=1e-4)
     assert abs(end[2, 1] - solve_lagrange(3.0, momentum=102 * 0.002, **GAME)[0]) < 1e-4
 
 
@@ -248,11 +250,11 @@ def test_the_closed_form_has_the_period_and_precession_of_the_integrals(prefix, 
 
 def test_cpp_frees_by_a_destructor_and_throws(prefix, tmp_path):
     output = compile_and_run(
-        EXAMPLES / "raii.cpp", prefix, "-std=c++17", compiler="g++", to=tmp_path / "raii"
+        EXAMPLES / "raii.cpp", prefix, "-std=c++17", compiler="g++", file=tmp_path / "raii"
     )
     assert re.search(f"^caught: {REFUSAL}$", output, re.M)
-    ((t, lost),) = numbers("^t = #: .+, lost energy #", output)
-    assert t == 1.0 and abs(lost) < 1e-14
+    ((t, loss),) = numbers("^t = #: .+, lost energy #", output)
+    assert t == 1.0 and abs(loss) < 1e-14
 
 
 def test_ctypes_calls_the_shared_library(prefix):
@@ -287,10 +289,10 @@ def test_the_rust_crate_is_built_offline(source, prefix, request, tmp_path):
 def test_a_cmake_project_builds_the_library_with_one_method(example, tmp_path):
     need("cmake", "gcc")
     build = tmp_path / "build"
-    where = f"-DKREISEL={ROOT}"
+    option = f"-DKREISEL={ROOT}"
     if example == "fetch_content":
-        where = f"-DFETCHCONTENT_SOURCE_DIR_KREISEL={ROOT}"
-    run("cmake", "-S", EXAMPLES / example, "-B", build, where)
+        option = f"-DFETCHCONTENT_SOURCE_DIR_KREISEL={ROOT}"
+    run("cmake", "-S", EXAMPLES / example, "-B", build, option)
     run("cmake", "--build", build, "--parallel", os.cpu_count())
     check_game(run(build / "game_loop"))
 
@@ -332,9 +334,9 @@ def test_a_microcontroller_needs_the_functions_on_the_page(one_file, tmp_path):
     zig = use_zig()
     need("make", "nm")
     folder = shutil.copytree(EXAMPLES / "bare", tmp_path / "bare")
-    make = ["make", "-s", f"KREISEL={one_file}", "needs", f"LD={zig} ld.lld"]
+    command = ["make", "-s", f"KREISEL={one_file}", "needs", f"LD={zig} ld.lld"]
     output = run(
-        *make,
+        *command,
         f"CC={zig} cc -target thumb-freestanding-eabihf",
         "TARGET=-mcpu=cortex_m4",
         cwd=folder,

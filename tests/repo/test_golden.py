@@ -31,11 +31,11 @@ def test_every_compiler_gives_the_golden_bits(golden, compiler, options, tmp_pat
     assert run(tmp_path / "golden") == golden
 
 
-def run_with_library(program, to):
+def run_with_library(program, file):
     """Link a program with the installed library, run it, and return its output."""
     need("cmake", "gcc")
-    run("gcc", *FLAGS, program, install_library() / "lib/libkreisel.a", "-lm", "-o", to)
-    return run(to)
+    run("gcc", *FLAGS, program, install_library() / "lib/libkreisel.a", "-lm", "-o", file)
+    return run(file)
 
 
 def test_the_installed_library_gives_the_golden_bits(golden, tmp_path):
@@ -43,8 +43,8 @@ def test_the_installed_library_gives_the_golden_bits(golden, tmp_path):
 
 
 def test_the_library_agrees_with_the_snapshot(tmp_path):
-    found = run_with_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
-    assert found.splitlines() == (ROOT / "tests/c/snapshot.txt").read_text().splitlines()
+    output = run_with_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
+    assert output.splitlines() == (ROOT / "tests/c/snapshot.txt").read_text().splitlines()
 
 
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
@@ -54,8 +54,8 @@ def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
     are tested by .ci/processors.
     """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
-    told = run_with_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")
-    lines = [line.split(maxsplit=1) for line in told.splitlines()]
+    output = run_with_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")
+    lines = [line.split(maxsplit=1) for line in output.splitlines()]
     for name in {isa for isa, _ in lines}:
         own = [line for isa, line in lines if isa == name]
         assert own == [line for line in golden if line.split()[0] == own[0].split()[0]], name

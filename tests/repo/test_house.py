@@ -41,7 +41,7 @@ def name(file):
 
 def test_no_c_file_is_included():
     assert [
-        name(file) for file in SOURCES if any(of.suffix == ".c" for of in c_includes(file))
+        name(file) for file in SOURCES if any(header.suffix == ".c" for header in c_includes(file))
     ] == []
 
 
@@ -70,13 +70,13 @@ def test_shared_library_exports_the_public_header(static_library):
     header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
     methods = re.search(r"extern KR_API const kr_method ([^;]*);", header)[1]
     public = {*re.findall(r"\b(kr_\w+)\(", header), *re.findall(r"\w+", methods)}
-    exported = {
+    names = {
         symbol
         for symbol, _, _ in symbols(
             static_library.with_name("libkreisel.so"), "-D", "--defined-only"
         )
     }
-    assert exported == public and len(public) > 20
+    assert names == public and len(public) > 20
 
 
 def test_exported_symbols_have_the_prefix(static_library):
@@ -93,7 +93,7 @@ def test_no_global_state(static_library):
 
 
 def test_the_library_neither_prints_nor_aborts_and_rarely_allocates(static_library):
-    used = {symbol for symbol, _, _ in symbols(static_library, "-u")}
+    names = {symbol for symbol, _, _ in symbols(static_library, "-u")}
     forbidden = {
         "abort",
         "exit",
@@ -106,7 +106,7 @@ def test_the_library_neither_prints_nor_aborts_and_rarely_allocates(static_libra
         "malloc",
         "realloc",
     }
-    assert used & forbidden == set()
+    assert names & forbidden == set()
     text = "".join(file.read_text() for file in core_sources())
     assert len(re.findall(r"\bcalloc\(", text)) == 2
 
@@ -199,7 +199,7 @@ def test_versions_agree():
 
 
 def test_files_contain_no_machine_paths():
-    here = r"(?<![\w.])/(work|root|home|Users)/|pypi\.org|python[h]osted|npm[j]s"
+    pattern = r"(?<![\w.])/(work|root|home|Users)/|pypi\.org|python[h]osted|npm[j]s"
     top = [
         file
         for file in ROOT.iterdir()
@@ -216,4 +216,4 @@ def test_files_contain_no_machine_paths():
         *(ROOT / ".ci").iterdir(),
         *(ROOT / "cmake").glob("*.*"),
     ]
-    assert [name(file) for file in files if re.search(here, file.read_text())] == []
+    assert [name(file) for file in files if re.search(pattern, file.read_text())] == []

@@ -37,12 +37,12 @@ def test_cmake_refuses_another_version(prefix, tmp_path):
 
 def test_an_installation_can_be_moved(prefix, tmp_path):
     need("pkg-config")
-    moved = shutil.copytree(prefix, tmp_path / "elsewhere", symlinks=True)
-    folder = moved / "lib/pkgconfig"
+    folder_copy = shutil.copytree(prefix, tmp_path / "elsewhere", symlinks=True)
+    folder = folder_copy / "lib/pkgconfig"
     flags = run("pkg-config", "--cflags", "--libs", "kreisel", PKG_CONFIG_PATH=str(folder))
-    assert str(moved) in flags and str(prefix) not in flags
-    out = compile_and_run(EXAMPLES / "hello.c", moved, "-std=c99", to=tmp_path / "a.out")
-    assert out.startswith(FIRST_LINE)
+    assert str(folder_copy) in flags and str(prefix) not in flags
+    output = compile_and_run(EXAMPLES / "hello.c", folder_copy, "-std=c99", file=tmp_path / "a.out")
+    assert output.startswith(FIRST_LINE)
 
 
 @pytest.mark.parametrize("linking", ["shared", "static"])
@@ -53,7 +53,7 @@ def test_pkg_config_builds_a_working_program(prefix, language, linking, tmp_path
     compiler, *options = language
     source = tmp_path / "hello.c"
     source.write_text((EXAMPLES / "hello.c").read_text())
-    out = compile_and_run(
-        source, prefix, *options, compiler=compiler, linking=linking, to=tmp_path / "a.out"
+    output = compile_and_run(
+        source, prefix, *options, compiler=compiler, linking=linking, file=tmp_path / "a.out"
     )
-    assert out.startswith(FIRST_LINE)
+    assert output.startswith(FIRST_LINE)

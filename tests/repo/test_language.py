@@ -25,9 +25,9 @@ def test_few_docstrings_open_without_a_verb_or_noun(tree):
 
 @pytest.mark.parametrize("tree", FINISHED)
 def test_few_names_are_participles(tree):
-    named = names(tree)
-    found = [place for place, name in named if is_participle(name)]
-    assert len(found) <= PARTICIPLES_MOST * len(named), found
+    entries = names(tree)
+    found = [place for place, name in entries if is_participle(name)]
+    assert len(found) <= PARTICIPLES_MOST * len(entries), found
 
 
 @pytest.mark.parametrize("tree", TREES)

@@ -18,12 +18,14 @@ def test_the_layers_cover_all_trees():
 
 @pytest.mark.parametrize(("tree", "file"), FILES)
 def test_a_file_uses_only_lower_layers_or_its_own_folder(tree, file):
-    here = layer(file, tree)
-    assert here is not None, f"{file.name} needs one layer in {PLAN.name}"
+    own_layer = layer(file, tree)
+    assert own_layer is not None, f"{file.name} needs one layer in {PLAN.name}"
     for other in targets(file, tree):
-        there = layer(other, tree)
-        is_beside = other.parent == file.parent and there == here
-        assert is_beside or there < here, f"{file.relative_to(ROOT)} uses {other.relative_to(ROOT)}"
+        other_layer = layer(other, tree)
+        is_beside = other.parent == file.parent and other_layer == own_layer
+        assert is_beside or other_layer < own_layer, (
+            f"{file.relative_to(ROOT)} uses {other.relative_to(ROOT)}"
+        )
 
 
 @pytest.mark.parametrize("tree", TREES)

@@ -17,9 +17,9 @@ def test_costs_are_relative_to_those_of_rk4(monkeypatch):
     peers = [100e-9, 200e-9, 400e-9]
     costs = {name: [3 * cost for cost in peers] for name in kr.methods} | {"rk4": peers}
     monkeypatch.setattr(table_of_costs, "_measure_step_times_of_methods", lambda _: costs)
-    told = page_of_methods(kr.methods)
-    assert "rk4 took 100 ns for the first top" in told
-    assert "| strang | 2 | 3.0 | 3.0 | 3.0 |" in told and "| rk4 | 4 | 1.0 | 1.0 | 1.0 |" in told
+    text = page_of_methods(kr.methods)
+    assert "rk4 took 100 ns for the first top" in text
+    assert "| strang | 2 | 3.0 | 3.0 | 3.0 |" in text and "| rk4 | 4 | 1.0 | 1.0 | 1.0 |" in text
 
 
 def test_methods_md_is_up_to_date():
@@ -33,8 +33,8 @@ def test_methods_md_is_up_to_date():
         rows = [line.strip("| ").split(" | ") for line in lines]
         return {row[0]: row[1:2] + row[-3:] for row in rows}
 
-    written = (ROOT / "METHODS.md").read_text()
+    page_text = (ROOT / "METHODS.md").read_text()
     now = cells(page_of_methods(kr.methods))
     optional = {"gsl_rk8pd", "gsl_bsimp"} - set(kr.methods)
-    assert {name: row for name, row in cells(written).items() if name not in optional} == now
-    assert "`kreisel methods --markdown > METHODS.md`" in written
+    assert {name: row for name, row in cells(page_text).items() if name not in optional} == now
+    assert "`kreisel methods --markdown > METHODS.md`" in page_text

@@ -11,10 +11,10 @@ from toolbox import ROOT, compile_and_run, install_library, need, run
 
 
 def blocks(*languages):
-    found = re.findall(
+    pairs = re.findall(
         r"^```(\w+)\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE
     )
-    return [text for language, text in found if language in languages]
+    return [text for language, text in pairs if language in languages]
 
 
 def commands(name):
@@ -62,7 +62,7 @@ def test_c_blocks_compile_and_run(tmp_path):
         source = tmp_path / f"block{i}.c"
         source.write_text(text)
         compile_and_run(
-            source, install_library(), "-std=c99", libraries=["-lm"], to=source.with_suffix("")
+            source, install_library(), "-std=c99", libraries=["-lm"], file=source.with_suffix("")
         )
 
 

@@ -78,29 +78,31 @@ NOT_OF_THREADS = "taylor_errors", "process_pools", "ctrl_c_stops"
 @pytest.fixture(scope="module")
 def house(tmp_path_factory):
     need("cmake", "gcc", "g++")
-    made = House(tmp_path_factory.mktemp("house"))
-    add_quantity(made)
-    made.write("quantity", "tests/python/test_height.py", OF_THE_QUANTITY)
-    made.write("method", "csrc/methods/kick_drift.c", METHOD)
-    made.insert("method", "csrc/methods.def", "X(strang)", "X(kick_drift)\n")
-    made.insert("method", "csrc/kreisel.h", "    kr_method_extrap,", "    kr_method_kick_drift,\n")
-    made.insert("maker", "python/kreisel/_model/body.py", "    @property", MAKER)
-    made.write("maker", "tests/python/test_ball.py", OF_THE_MAKER)
-    made.build()
-    return made
+    house_copy = House(tmp_path_factory.mktemp("house"))
+    add_quantity(house_copy)
+    house_copy.write("quantity", "tests/python/test_height.py", OF_THE_QUANTITY)
+    house_copy.write("method", "csrc/methods/kick_drift.c", METHOD)
+    house_copy.insert("method", "csrc/methods.def", "X(strang)", "X(kick_drift)\n")
+    house_copy.insert(
+        "method", "csrc/kreisel.h", "    kr_method_extrap,", "    kr_method_kick_drift,\n"
+    )
+    house_copy.insert("maker", "python/kreisel/_model/body.py", "    @property", MAKER)
+    house_copy.write("maker", "tests/python/test_ball.py", OF_THE_MAKER)
+    house_copy.build()
+    return house_copy
 
 
 def test_a_quantity_touches_four_files(house):
     assert len(house.touched["quantity"]) == 4
-    told = house.python(
+    output = house.python(
         "import kreisel as kr, json",
         "path = kr.solve(kr.scenes.thesis, [1.0], want=('height',))",
         "whole = kr.solve(kr.scenes.thesis, [1.0])",
         "same = bool(path.height == whole.apex[:, 2]) and bool(whole.height == path.height)",
         "print(json.dumps([same, 'height' in dir(kr.Path), kr.Path.height.__doc__]))",
     )
-    same, listed, text = json.loads(told)
-    assert same and listed
+    is_equal, is_listed, text = json.loads(output)
+    assert is_equal and is_listed
     assert text.startswith("(n,) height of the apex above the fixed point")
 
 
@@ -122,16 +124,16 @@ int main(void)
     return printf("%g\\n", height) < 0;
 }
 """)
-    house.compile(program, to=tmp_path / "user")
+    house.compile(program, file=tmp_path / "user")
     assert run(tmp_path / "user") == "1\n"
 
 
 def test_the_tests_of_the_recipes_pass(house):
     tests = [f"tests/python/test_{name}.py" for name in ("height", "ball")]
-    told = house.python(
+    output = house.python(
         "import pytest", f"print(pytest.main(['-q', '--rootdir=/', *{at(house, tests)}]))"
     )
-    assert "2 passed" in told
+    assert "2 passed" in output
 
 
 def test_references_are_counted_only_with_the_gil(house):
@@ -141,8 +143,8 @@ def test_references_are_counted_only_with_the_gil(house):
     tests = [f"tests/python/test_{name}.py" for name in OF_THREADS]
     words = ["-q", "-x", "--rootdir=/", "-p", "no:cacheprovider", *at(house, tests)]
     words += ["-k", "not " + " and not ".join(NOT_OF_THREADS)]
-    told = house.python("import pytest", f"print(pytest.main({words}))")
-    assert told.endswith("\n0\n"), told
+    output = house.python("import pytest", f"print(pytest.main({words}))")
+    assert output.endswith("\n0\n"), output
 
 
 def at(house, names):
@@ -152,29 +154,29 @@ def at(house, names):
 @pytest.mark.parametrize(("program", "count"), [("golden", 4), ("snapshot", 1)])
 def test_a_method_touches_three_files_and_adds_its_golden_lines(house, program, count, tmp_path):
     assert len(house.touched["method"]) == 3
-    house.compile(ROOT / f"tests/c/{program}.c", to=tmp_path / program)
+    house.compile(ROOT / f"tests/c/{program}.c", file=tmp_path / program)
     expected = (ROOT / f"tests/c/{program}.txt").read_text().splitlines()
     more = [line for line in run(tmp_path / program).splitlines() if line not in expected]
     assert len(more) == count and all("kick_drift" in line.split() for line in more)
 
 
 def test_a_method_has_its_stated_order(house):
-    told = house.python(
+    output = house.python(
         "import kreisel as kr",
         "from validation.references.orders import measure_order",
         "slopes = measure_order('kick_drift', 'lagrange')",
         "print(kr.methods['kick_drift'].order, round(slopes['q']))",
     )
-    assert told == "1 1\n"
+    assert output == "1 1\n"
 
 
 def test_a_body_constructor_touches_two_files_and_works_in_toml(house):
     assert len(house.touched["maker"]) == 2
     text = "momentum = [0, 0, 1]\n[body.ball]\nmass = 5\nradius = 1\nheight = 1\n"
-    told = house.python(
+    output = house.python(
         "import kreisel as kr, pathlib, tempfile",
         "file = pathlib.Path(tempfile.mkdtemp()) / 'top.toml'",
         f"file.write_text({text!r})",
         "print(kr.Scene.from_toml(file).body.moments)",
     )
-    assert told == "(7.0, 7.0, 2.0)\n"
+    assert output == "(7.0, 7.0, 2.0)\n"

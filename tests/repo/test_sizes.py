@@ -21,10 +21,10 @@ def test_no_program_has_grown_by_a_tenth(options, tmp_path):
     pairs = zip(ROWS, read_table(TABLE)[COLUMNS.index(COLUMN)], strict=True)
     pairs = [(row, size) for row, size in pairs if row[2] == options]
     assert len(pairs) >= 2
-    measured = measure_column(tmp_path, *COLUMN, rows=[row for row, _ in pairs])
-    if measured[0] is None:
+    sizes = measure_column(tmp_path, *COLUMN, rows=[row for row, _ in pairs])
+    if sizes[0] is None:
         pytest.skip(f"no compiler for {COLUMN[0]}")
-    for ((label, *_), before), now in zip(pairs, measured, strict=True):
+    for ((label, *_), before), now in zip(pairs, sizes, strict=True):
         assert now <= GROWTH * before, f"{label}: {now} kB, {before} kB in docs/sizes.md"
 
 

@@ -35,9 +35,9 @@ def test_packages_of_pip_have_versions_and_hashes(requirements):
         assert re.search(r"--hash=sha256:[0-9a-f]{64}", block), name
         versions.setdefault(canonicalize_name(name), []).append(version)
     for line in requirements["asked"]():
-        wanted = Requirement(line)
-        there = versions.get(canonicalize_name(wanted.name), [])
-        assert any(wanted.specifier.contains(version) for version in there), line
+        requirement = Requirement(line)
+        available = versions.get(canonicalize_name(requirement.name), [])
+        assert any(requirement.specifier.contains(version) for version in available), line
 
 
 def test_locked_txt_agrees_with_the_requirements(requirements):
@@ -56,8 +56,8 @@ def test_the_wheel_contains_the_licence_of_pybind11():
     files = importlib.metadata.files("pybind11")
     (notice,) = [file for file in files if file.match("licenses/LICENSE")]
     assert (ROOT / "python/licences/pybind11.txt").read_text() == notice.read_text()
-    told = importlib.metadata.metadata("kreisel").get_all("License-File")
-    assert "python/licences/pybind11.txt" in told and "LICENSE" in told
+    licences = importlib.metadata.metadata("kreisel").get_all("License-File")
+    assert "python/licences/pybind11.txt" in licences and "LICENSE" in licences
 
 
 def test_the_bill_of_materials_has_the_bundled_versions(requirements):
@@ -71,8 +71,8 @@ def test_the_bill_of_materials_has_the_bundled_versions(requirements):
         for name, package in lock.items()
         if name and not package.get("dev")
     }
-    used = {name: built_in[name] for name in lock[""]["dependencies"]}
-    assert parts == used | {"ziglang": re.match(r"ziglang==(\S+)", zig)[1]}
+    versions = {name: built_in[name] for name in lock[""]["dependencies"]}
+    assert parts == versions | {"ziglang": re.match(r"ziglang==(\S+)", zig)[1]}
     for part in bill["components"][1:]:
         assert part["purl"].endswith(f"/{part['name']}@{part['version']}")
 
@@ -102,12 +102,12 @@ def need(checkout):
 
 
 def test_a_foreign_environment_is_not_touched(checkout):
-    done = need(checkout)
-    assert done.returncode == 1 and "move it elsewhere" in done.stderr
+    result = need(checkout)
+    assert result.returncode == 1 and "move it elsewhere" in result.stderr
     assert (checkout / ".venv/own").read_text() == "precious"
 
 
 def test_a_moved_environment_is_recreated_with_a_message(checkout):
     (checkout / ".venv/requirements.txt").write_text("numpy\n")
-    done = need(checkout)
-    assert "recreating .venv and build" in done.stdout and not (checkout / ".venv").exists()
+    result = need(checkout)
+    assert "recreating .venv and build" in result.stdout and not (checkout / ".venv").exists()

@@ -27,16 +27,16 @@ def run(*command, cwd=ROOT, **environment):
 
     The test fails if the command fails.
     """
-    done = subprocess.run(
+    result = subprocess.run(
         [str(word) for word in command],
         cwd=cwd,
         env=os.environ | environment,
         capture_output=True,
         text=True,
     )
-    if done.returncode:
-        pytest.fail(f"{' '.join(done.args)}\n{done.stdout}{done.stderr}", pytrace=False)
-    return done.stdout
+    if result.returncode:
+        pytest.fail(f"{' '.join(result.args)}\n{result.stdout}{result.stderr}", pytrace=False)
+    return result.stdout
 
 
 @functools.cache
@@ -83,8 +83,8 @@ def compile_objects(compiler, flags, sources, folder):
     """Compile the sources in parallel, and return the object files."""
     objects = [Path(folder) / f"{i}.o" for i in range(len(sources))]
 
-    def one(source, to):
-        run(compiler, *flags, "-c", source, "-o", to)
+    def one(source, file):
+        run(compiler, *flags, "-c", source, "-o", file)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(one, sources, objects))
@@ -96,10 +96,10 @@ def compile_objects(compiler, flags, sources, folder):
 HEEDING = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 
-def python(code, *words, timeout=60, **how):
+def python(code, *words, timeout=60, **options):
     """Run `code` in a separate Python process, and return the completed process."""
     command = [sys.executable, "-c", HEEDING + code, *words]
-    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **how)
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **options)
 
 
 def need(*tools):
@@ -163,7 +163,7 @@ def build_and_install(build, prefix, gsl):
     run("cmake", "--install", build)
 
 
-def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), to):
+def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), file):
     """Compile a program with the flags of pkg-config, run it, and return its output."""
     need(compiler, "pkg-config")
     static = ["-static"] if linking == "static" else []
@@ -182,6 +182,6 @@ def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", 
         *libraries,
         f"-Wl,-rpath,{prefix / 'lib'}",
         "-o",
-        to,
+        file,
     )
-    return run(to)
+    return run(file)

@@ -33,8 +33,8 @@ def examine_case(name, *methods):
     """Return the cells of some methods, or of all methods and other integrators."""
 
     def list_chosen(scene, radians):
-        known = atlas_cells.list_candidates(scene, radians)
-        return [who for who in known if not methods or who.name in methods]
+        candidates = atlas_cells.list_candidates(scene, radians)
+        return [candidate for candidate in candidates if not methods or candidate.name in methods]
 
     return {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name], list_chosen)}
 
@@ -54,21 +54,21 @@ def test_families_have_cases_with_unique_names():
     ],
 )
 def test_no_cell_is_wrong_in_silence(name):
-    found = examine_case(name)
-    suited = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
-    assert suited | {"heyoka"} <= set(found) <= suited | set(single_runs.RECORDERS)
-    for method, cell in found.items():
+    cells = examine_case(name)
+    methods = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
+    assert methods | {"heyoka"} <= set(cells) <= methods | set(single_runs.RECORDERS)
+    for method, cell in cells.items():
         assert cell["verdict"] in ("right", "as asked", "degraded", "lost"), f"{method}: {cell}"
         assert cell["agreement"] < cell["conditioning"], "the truth is truer than the data"
-    assert max(found[method]["attitude_error"] for method in ("strang", "extrap", "rk4")) < 0.01
+    assert max(cells[method]["attitude_error"] for method in ("strang", "extrap", "rk4")) < 0.01
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name.startswith("damping")])
 def test_taylor_is_right_under_strong_damping(name):
-    found = examine_case(name, "taylor")
-    assert found["taylor"]["verdict"] in ("right", "as asked")
-    assert found["taylor"]["steps"] < 1000
-    assert found["taylor"]["agreement"] < found["taylor"]["conditioning"]
+    cells = examine_case(name, "taylor")
+    assert cells["taylor"]["verdict"] in ("right", "as asked")
+    assert cells["taylor"]["steps"] < 1000
+    assert cells["taylor"]["agreement"] < cells["taylor"]["conditioning"]
 
 
 def test_invalid_bodies_are_refused_with_their_message():
@@ -77,16 +77,16 @@ def test_invalid_bodies_are_refused_with_their_message():
 
 
 def test_steps_far_too_large_blow_up_or_lose_the_attitude():
-    found = examine_case("steps: Lagrange, 0.25 a turn", "rk4", "strang", "extrap")
-    assert found["rk4"]["verdict"] == "stopped" and found["rk4"]["mark"] == verdicts.BLOW_UP
-    assert found["strang"]["verdict"] == "lost", "but its energy stays"
-    assert found["extrap"]["verdict"] == "degraded", "it may choose a smaller first step"
+    cells = examine_case("steps: Lagrange, 0.25 a turn", "rk4", "strang", "extrap")
+    assert cells["rk4"]["verdict"] == "stopped" and cells["rk4"]["mark"] == verdicts.BLOW_UP
+    assert cells["strang"]["verdict"] == "lost", "but its energy stays"
+    assert cells["extrap"]["verdict"] == "degraded", "it may choose a smaller first step"
 
 
 def test_exact_drifts_keep_the_attitude_of_a_stiff_top():
-    found = examine_case("stiff: needle, 64 a turn of precession", "rk4", "strang")
-    assert found["strang"]["attitude_error"] < 0.01
-    assert found["rk4"]["verdict"] == "stopped"
+    cells = examine_case("stiff: needle, 64 a turn of precession", "rk4", "strang")
+    assert cells["strang"]["attitude_error"] < 0.01
+    assert cells["rk4"]["verdict"] == "stopped"
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
@@ -96,7 +96,7 @@ def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
 
 
 @pytest.mark.parametrize(
-    "error, shown, per_turn, expected",
+    "error, estimate, per_turn, expected",
     [
         (1e-13, 0.0, 64, "right"),
         (1e-3, 4e-4, 64, "degraded"),
@@ -113,15 +113,15 @@ def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
         (float("nan"), 0.0, 2, "silent"),
     ],
 )
-def test_verdicts(error, shown, per_turn, expected):
-    shown_by = verdicts.find_sign(error, shown, per_turn, (1e-12, 1e-11, 0.0))
-    assert verdicts.choose_verdict(error, 1e-12, shown_by) == expected
+def test_verdicts(error, estimate, per_turn, expected):
+    sign = verdicts.find_sign(error, estimate, per_turn, (1e-12, 1e-11, 0.0))
+    assert verdicts.choose_verdict(error, 1e-12, sign) == expected
 
 
 def test_attitudes_below_the_conditioning_are_lost_not_right():
     """Check the verdict if rounding errors alone determine the computed attitude."""
-    shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
-    assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
+    sign = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
+    assert sign == "rounding" and verdicts.choose_verdict(1.0, 10.0, sign) == "lost"
 
 
 def test_errors_within_the_tolerance_are_explained():
@@ -173,32 +173,32 @@ def make_faulty_candidates(fault):
 
     def list_faulty_candidates(scene, radians):
         return [
-            replace(who, run=lambda *args, who=who: fault(who, *args))
-            for who in atlas_cells.list_candidates(scene, radians)
-            if who.name in kr.methods
+            replace(candidate, run=lambda *args, candidate=candidate: fault(candidate, *args))
+            for candidate in atlas_cells.list_candidates(scene, radians)
+            if candidate.name in kr.methods
         ]
 
     return list_faulty_candidates
 
 
-def increase_gravity(who, problem, scene, times, setting):
-    return who.run(problem, scene.replace(gravity=scene.gravity * 1.3), times, setting)
+def increase_gravity(candidate, problem, scene, times, setting):
+    return candidate.run(problem, scene.replace(gravity=scene.gravity * 1.3), times, setting)
 
 
-def shorten_times(who, problem, scene, times, setting):
-    return who.run(problem, scene, [t * (1 - 0.02 * (t > 0)) for t in times], setting)
+def shorten_times(candidate, problem, scene, times, setting):
+    return candidate.run(problem, scene, [t * (1 - 0.02 * (t > 0)) for t in times], setting)
 
 
-def mirror(who, problem, scene, times, setting):
-    q, m, *counts = who.run(problem, scene, times, setting)
+def mirror(candidate, problem, scene, times, setting):
+    q, m, *counts = candidate.run(problem, scene, times, setting)
     q = np.array(q)
     q[1:, 3] *= -1
     return q, m, *counts
 
 
-def twist(who, problem, scene, times, setting):
+def twist(candidate, problem, scene, times, setting):
     """Rotate the states by 0.2 rad about e3, which changes neither energy nor momenta."""
-    q, m, *counts = who.run(problem, scene, times, setting)
+    q, m, *counts = candidate.run(problem, scene, times, setting)
     jump = (np.cos(0.1), 0.0, 0.0, np.sin(0.1))
     return np.array([*q[:1], *(kr.quaternion.multiply(p, jump) for p in q[1:])]), m, *counts
 
@@ -224,16 +224,16 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
     Only methods that are accurate enough to resolve the error are tested.
     """
 
-    def increase_gravity_slightly(who, problem, scene, times, setting):
-        return who.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
+    def increase_gravity_slightly(candidate, problem, scene, times, setting):
+        return candidate.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
 
-    found = {
+    has_fault = {
         cell["method"]: cell
         for cell in atlas_cells.make_cells(
             CASES[FAULTY[0]], make_faulty_candidates(increase_gravity_slightly)
         )
     }
-    assert found[method]["verdict"] == "silent"
+    assert has_fault[method]["verdict"] == "silent"
 
 
 def test_a_missing_kick_is_found():
@@ -241,18 +241,18 @@ def test_a_missing_kick_is_found():
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def omit_gravity(seconds):
-        def run(who, problem, scene, times, setting):
+        def run(candidate, problem, scene, times, setting):
             middle, gap = times[len(times) // 2], seconds or setting["step"]
-            on = kr.solve(scene, middle, who.name, **setting)
-            off = kr.solve(
-                scene.replace(momentum=on.m[-1], attitude=on.q[-1], gravity=0.0),
+            first_path = kr.solve(scene, middle, candidate.name, **setting)
+            second_path = kr.solve(
+                scene.replace(momentum=first_path.m[-1], attitude=first_path.q[-1], gravity=0.0),
                 gap,
-                who.name,
+                candidate.name,
                 **setting,
             )
-            rest = scene.replace(momentum=off.m[-1], attitude=off.q[-1])
-            q, m, *counts = who.run(problem, rest, [0.0, times[-1] - middle - gap], setting)
-            first = who.run(problem, scene, times[:1], setting)
+            rest = scene.replace(momentum=second_path.m[-1], attitude=second_path.q[-1])
+            q, m, *counts = candidate.run(problem, rest, [0.0, times[-1] - middle - gap], setting)
+            first = candidate.run(problem, scene, times[:1], setting)
             return np.array([first[0][0], q[-1]]), np.array([first[1][0], m[-1]]), *counts
 
         return lambda scene, radians: [replace(method, run=lambda *args: run(method, *args))]
@@ -279,10 +279,10 @@ def test_wrong_orders_and_ignored_tolerances_are_detected():
 
         return replace(loose, run=run)
 
-    found = atlas_cells.make_cells(
+    cells = atlas_cells.make_cells(
         case, lambda scene, radians: [four, replace_tolerance(1e7, 1), replace_tolerance(1e-4, 0)]
     )
-    assert [cell["mark"] for cell in found] == [verdicts.REDUCED, verdicts.BEYOND, verdicts.ALARM]
+    assert [cell["mark"] for cell in cells] == [verdicts.REDUCED, verdicts.BEYOND, verdicts.ALARM]
 
 
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
@@ -319,20 +319,20 @@ def test_drift_is_distinguished_from_oscillation():
 
 
 def test_the_atlas_has_a_heat_map_notes_and_a_conclusion():
-    found = atlas_cells.make_cells(CASES["shape: rod, I3 = 0"]) + atlas_cells.make_cells(
+    cells = atlas_cells.make_cells(CASES["shape: rod, I3 = 0"]) + atlas_cells.make_cells(
         CASES["shape: sphere"]
     )
-    squares = list(map(atlas.make_square, found))
-    assert draw_heatmap(squares, atlas.column_names(found)).startswith("<svg")
-    (note,) = atlas.collect_notes(found)
-    (whom,) = note["whom"]
+    squares = list(map(atlas.make_square, cells))
+    assert draw_heatmap(squares, atlas.column_names(cells)).startswith("<svg")
+    (note,) = atlas.collect_notes(cells)
+    (group,) = note["whom"]
     assert (
-        whom["methods"] == ", ".join(kr.methods)
+        group["methods"] == ", ".join(kr.methods)
         and note["verdict"] == "refused"
         and "0.0 is not positive" in note["message"]
     )
-    assert sum(sum(line["counts"]) for line in atlas.count_verdicts(found)) == len(found)
-    assert len(atlas.write_table(found).splitlines()) == 1 + len(found)
+    assert sum(sum(line["counts"]) for line in atlas.count_verdicts(cells)) == len(cells)
+    assert len(atlas.write_table(cells).splitlines()) == 1 + len(cells)
 
 
 @pytest.mark.parametrize("kind", random_tops.KINDS)
@@ -348,16 +348,14 @@ def test_random_tops_are_of_their_kind_and_reproducible(kind):
 
 
 def test_random_tops_are_run_by_every_suitable_method():
-    found = random_tops.measure_kind("Euler", 2)
-    suited = [
+    runs = random_tops.measure_kind("Euler", 2)
+    names = [
         name
         for name, method in kr.methods.items()
         if method.suits(random_tops.draw_problems("Euler", 1)[0].user)
     ]
-    assert [run["method"] for run in found] == [name for name in suited for _ in range(2)]
-    worst = {
-        line["method"]: line["worst"] for line in random_tops.summarize_methods(found, "Euler")
-    }
+    assert [run["method"] for run in runs] == [name for name in names for _ in range(2)]
+    worst = {line["method"]: line["worst"] for line in random_tops.summarize_methods(runs, "Euler")}
     assert worst["exact"] < 1e-13 and all(0 <= error <= pi for error in worst.values())
 
 
@@ -366,13 +364,13 @@ def test_published_references_are_reproduced(problem):
     """Compare attitudes and energies with the published reference solutions."""
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
-    who = next(
-        who
-        for who in single_runs.list_contenders(problem_of_scene("it", problem.scene))
-        if who.name == "extrap"
+    candidate = next(
+        candidate
+        for candidate in single_runs.list_contenders(problem_of_scene("it", problem.scene))
+        if candidate.name == "extrap"
     )
     row = published.measure_run(
-        problem, problem_of_scene("it", problem.scene), who, single_runs.Setting(tol=1e-12)
+        problem, problem_of_scene("it", problem.scene), candidate, single_runs.Setting(tol=1e-12)
     )
     assert row["attitude_error"] < 1e-7 and row["energy_error"] < 1e-8 and "failure" not in row
 

@@ -23,26 +23,26 @@ def test_a_program_describes_its_measurement(name, capsys):
     if name == "benchmarks.viewer_speed":
         pytest.importorskip("playwright")
     program = importlib.import_module(f"validation.{name}")
-    with pytest.raises(SystemExit) as done:
+    with pytest.raises(SystemExit) as program_exit:
         program.main(["--help"])
-    said = capsys.readouterr().out
-    assert done.value.code == 0 and f"python -m validation.{name}" in said
-    assert program.__doc__.split()[0] in said
+    output = capsys.readouterr().out
+    assert program_exit.value.code == 0 and f"python -m validation.{name}" in output
+    assert program.__doc__.split()[0] in output
 
 
 def test_the_core_is_compiled_like_the_library():
     """Check that the benchmarks compile the same files as CMakeLists.txt, with the same options."""
-    said = (ROOT / "CMakeLists.txt").read_text()
+    cmake_text = (ROOT / "CMakeLists.txt").read_text()
     isas = (ROOT / "cmake/isa.cmake").read_text()
     assert compiling.core_files() == core_sources()
     pattern = r'list\(FILTER (?:kernels|scalars) INCLUDE REGEX "(.*)"\)'
-    filters = [text.replace("\\\\", "\\") for text in re.findall(pattern, said)]
+    filters = [text.replace("\\\\", "\\") for text in re.findall(pattern, cmake_text)]
     again = {f for f in core_sources() if any(re.search(one, f.as_posix()) for one in filters)}
     assert set(compiling.isa_files()) == again and len(again) >= 5
     avx2 = re.search(r"set\(avx2_options (.*)\)", isas)[1].split()
     avx512 = re.search(r"set\(avx512_options \$\{avx2_options\} (.*)\)", isas)[1].split()
     assert {"avx2": tuple(avx2), "avx512": (*avx2, *avx512)} == compiling.ISAS
-    flags = re.search(r"add_compile_options\((-ffp-contract=off .*) -Wall", said)[1].split()
+    flags = re.search(r"add_compile_options\((-ffp-contract=off .*) -Wall", cmake_text)[1].split()
     assert set(flags) <= set(compiling.FLAGS)
 
 

@@ -84,13 +84,13 @@ def test_times_are_interpolated_between_adjacent_settings():
 
 def make_band(own, peer, compiling=1.0, function=2e-3):
     seconds = {calls.SOLVE: own, calls.RUN: [t / 2 for t in own], calls.HEYOKA: peer}
-    known = {"error": 1e-9, "tightest": False, "seconds": seconds}
-    return known | {"compiling": compiling, "function": function, "operations": 1e4}
+    values = {"error": 1e-9, "tightest": False, "seconds": seconds}
+    return values | {"compiling": compiling, "function": function, "operations": 1e4}
 
 
 def make_findings(*bands, peak=4e9):
-    about = {"scene": "s", "end": 5.0, "rounds": 3, "processor": "Abacus, 2 cores", "peak": peak}
-    return [about | {"bands": bands}]
+    header = {"scene": "s", "end": 5.0, "rounds": 3, "processor": "Abacus, 2 cores", "peak": peak}
+    return [header | {"bands": bands}]
 
 
 def test_ratios_and_break_even_runs_are_computed():
@@ -99,9 +99,9 @@ def test_ratios_and_break_even_runs_are_computed():
     assert calls.compare(faster, calls.RUN) == pytest.approx((3.0, 6.0))
     assert calls.count_paying_runs(faster) == inf
     assert calls.count_paying_runs(slower) == pytest.approx(1 / 2e-5)
-    said = calls.conclude(make_findings(faster, slower))
-    assert "0.33 to 1.50 times in each" in said
-    assert "This is paid in 1 of 2 rows, after at least 5.0e+04 runs" in said
+    text = calls.conclude(make_findings(faster, slower))
+    assert "0.33 to 1.50 times in each" in text
+    assert "This is paid in 1 of 2 rows, after at least 5.0e+04 runs" in text
     assert "This is never paid" in calls.conclude(make_findings(faster))
 
 

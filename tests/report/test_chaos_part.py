@@ -27,14 +27,14 @@ def test_the_ten_regions_differ():
 def test_critical_values_change_their_order_at_the_borders():
     for g, h in kowalewski.region_borders(1.3):
         changes = 0
-        inside = (g > 0.05) & np.isfinite(h) & (h < 4.0)
-        for at, high in zip(g[inside][::20], h[inside][::20], strict=True):
+        is_inside = (g > 0.05) & np.isfinite(h) & (h < 4.0)
+        for g_value, high in zip(g[is_inside][::20], h[is_inside][::20], strict=True):
             below, above = (
-                [kind for _, kind in kowalewski.critical_values(at, high + step)]
+                [kind for _, kind in kowalewski.critical_values(g_value, high + step)]
                 for step in (-1e-4, 1e-4)
             )
             changes += below != above
-        assert changes > 0.9 * len(g[inside][::20])
+        assert changes > 0.9 * len(g[is_inside][::20])
 
 
 @pytest.mark.parametrize("region", range(10))
@@ -119,17 +119,17 @@ def findings():
 
 
 def test_the_part_shows_its_figures_and_conclusion(findings):
-    shown = part.build_context(findings)
+    context = part.build_context(findings)
     pictures = [
-        shown["order"],
-        shown["regions"],
-        shown["plane"],
-        shown["map"],
-        *shown["layer"],
-        shown["rotation"],
+        context["order"],
+        context["regions"],
+        context["plane"],
+        context["map"],
+        *context["layer"],
+        context["rotation"],
     ]
     assert all(svg.startswith("<svg") and drawing.INK not in svg for svg in pictures)
-    said = part.conclude(findings)
+    conclusion = part.conclude(findings)
     for word in (
         "conserve their energy to",
         "on all ten kinds of sections, within the theoretical bounds on 10 of 10",
@@ -138,7 +138,7 @@ def test_the_part_shows_its_figures_and_conclusion(findings):
         "error of random Lagrange tops",
         "None of 12 starts of the Lagrange top are chaotic",
     ):
-        assert word in said
+        assert word in conclusion
     assert findings["order"]["energy"] < 1e-11 and findings["frequencies"]["off"] < 1e-12
     files = dict(part.list_files(findings, None))
     assert [row["region"] for row in csv.DictReader(io.StringIO(files["kowalewski.csv"]))][
@@ -149,6 +149,6 @@ def test_the_part_shows_its_figures_and_conclusion(findings):
 
 def test_missing_findings_are_omitted(findings):
     few = {"order": findings["order"]}
-    shown = part.build_context(few)
-    assert shown["regions"] is None and shown["layer"] is None and shown["rotation"] is None
+    context = part.build_context(few)
+    assert context["regions"] is None and context["layer"] is None and context["rotation"] is None
     assert part.list_files(few, None) == [] and "Melnikov" not in part.conclude(few)

@@ -19,8 +19,8 @@ from validation.drawing.style import COLOURS, MARKERS, choose_line_styles, make_
 @pytest.mark.parametrize("vision", VISION)
 def test_colours_differ_for_every_reader(vision):
     for one, other in combinations(COLOURS, 2):
-        apart = lab_distance(one, other, vision)
-        assert apart > 20, f"{one} and {other}: {apart:.0f}"
+        distance = lab_distance(one, other, vision)
+        assert distance > 20, f"{one} and {other}: {distance:.0f}"
 
 
 @pytest.mark.parametrize("paper", ["#ffffff", "#15171a"])
@@ -64,9 +64,9 @@ class Run:
 
 def test_leading_methods_have_their_own_colour_in_small_figures(monkeypatch):
     """Check that labels have the colours and markers of their lines."""
-    drawn = []
+    drawings = []
     monkeypatch.setattr(
-        cost_curves, "figure_to_svg", lambda figure: drawn.append(figure) or "<svg>"
+        cost_curves, "figure_to_svg", lambda figure: drawings.append(figure) or "<svg>"
     )
     groups = {
         "taylor": [Run(2.0, 1e-3), Run(3.0, 1e-12)],
@@ -75,10 +75,10 @@ def test_leading_methods_have_their_own_colour_in_small_figures(monkeypatch):
         "heyoka": [Run(9.0, 1e-3), Run(10.0, 1e-12)],
     }
     figure = ("attitude_error", "seconds")
-    named = cost_curves.select_leaders(groups, ["extrap_kirchhoff", "rk4", "taylor"], [figure])
-    assert named == ["extrap_kirchhoff", "taylor"]
-    cost_curves.draw_overview(groups, named, ("heyoka",), figure[0], "error", figure[1])
-    (axes,) = drawn[0].axes
+    leaders = cost_curves.select_leaders(groups, ["extrap_kirchhoff", "rk4", "taylor"], [figure])
+    assert leaders == ["extrap_kirchhoff", "taylor"]
+    cost_curves.draw_overview(groups, leaders, ("heyoka",), figure[0], "error", figure[1])
+    (axes,) = drawings[0].axes
     lines = [line for line in axes.lines if len(line.get_xdata()) == 2]
     keys = [line for line in axes.lines if len(line.get_xdata()) == 1]
     styles = [(line.get_color(), line.get_marker()) for line in lines]
@@ -86,8 +86,8 @@ def test_leading_methods_have_their_own_colour_in_small_figures(monkeypatch):
     assert {(key.get_color(), key.get_marker()) for key in keys} == {
         style for style in styles if style[1] != "None"
     }
-    assert {text.get_text() for text in axes.texts} == {*named, "heyoka"}
-    plt.close(drawn[0])
+    assert {text.get_text() for text in axes.texts} == {*leaders, "heyoka"}
+    plt.close(drawings[0])
 
 
 def test_panels_have_room_for_the_longest_name():

@@ -12,56 +12,56 @@ from validation.references.problems import HORIZONS, SHORT, load_problem
 
 @pytest.mark.parametrize("name", HORIZONS)
 def test_references_agree_within_the_conditioning(name):
-    kept = reference.load_truth(name, SHORT)
+    entry = reference.load_truth(name, SHORT)
     line = {
         "scene": name,
-        "conditioning": kept["conditioning"],
-        "ways": list(reference.compare_computations(load_problem(name), SHORT, kept)),
+        "conditioning": entry["conditioning"],
+        "ways": list(reference.compare_computations(load_problem(name), SHORT, entry)),
     }
     ((_, many, _),) = truth.summarize_agreement([line])
     assert many < 1e-6, "of a rounding of the data"
     assert truth.conclude([line]).startswith(
         "On every scene the high-precision results agree within the conditioning"
     )
-    apart = line | {"ways": [("heyoka, 128 bit, momentum", 2 * kept["conditioning"])]}
-    assert truth.conclude([apart]).startswith(f"On all scenes but {name} the high-precision")
+    outlier = line | {"ways": [("heyoka, 128 bit, momentum", 2 * entry["conditioning"])]}
+    assert truth.conclude([outlier]).startswith(f"On all scenes but {name} the high-precision")
 
 
-def cell(method, verdict, mark="", shown_by="second run"):
+def cell(method, verdict, mark="", sign="second run"):
     return {
         "method": method,
         "case": "a case",
         "verdict": verdict,
         "mark": mark,
-        "shown_by": shown_by,
+        "shown_by": sign,
     }
 
 
-def conclude(found):
-    return atlas.conclude(atlas.Atlas(found, []))
+def conclude(cells):
+    return atlas.conclude(atlas.Atlas(cells, []))
 
 
 def test_the_conclusion_on_the_atlas_counts_verdicts():
-    said = conclude(
+    conclusion = conclude(
         [
-            cell("a", "right", shown_by=""),
+            cell("a", "right", sign=""),
             cell("a", "degraded", DRIFT),
             cell("b", "silent", "!", ""),
         ]
     )
     assert (
-        "One of 3 cells is silently wrong: b on a case" in said
-        and "33 % are right: " in said
-        and "0 % are as asked: " in said
-        and "33 % are degraded: " in said
+        "One of 3 cells is silently wrong: b on a case" in conclusion
+        and "33 % are right: " in conclusion
+        and "0 % are as asked: " in conclusion
+        and "33 % are degraded: " in conclusion
     )
-    assert "None of 1 cells is silently wrong." in conclude([cell("a", "right", shown_by="")])
+    assert "None of 1 cells is silently wrong." in conclude([cell("a", "right", sign="")])
     assert conclude([]) == ""
 
 
 def run(scene, method, seconds):
-    known = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds]}
-    return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **known)
+    values = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds]}
+    return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **values)
 
 
 def test_similar_times_are_a_tie():
@@ -76,17 +76,17 @@ def test_similar_times_are_a_tie():
         rows.append(run(scene, "taylor", own))
         rows += [run(scene, "heyoka", peer)] if peer else []
     scenes = list(dict.fromkeys(row.scene for row in rows))
-    said = workprecision.conclude(
+    conclusion = workprecision.conclude(
         workprecision.Comparison([(SimpleNamespace(name=scene), 1.0) for scene in scenes], {}, rows)
     )
     n = len(fastest.TARGETS)
-    assert said.startswith(
+    assert conclusion.startswith(
         f"In {2 * n} of {5 * n} cases (5 scenes, {n} accuracies) kreisel is fastest: "
         f"taylor ({2 * n}). {2 * n} cases are ties: "
     )
-    assert "ahead at 1e-3 rad (taylor and heyoka)" in said.split("ties: ")[1].split(". ")[0]
-    lost = said.split("Another integrator is faster for ")[1]
-    assert lost.count("lost at") == n and lost.count(" at ") == n
+    assert "ahead at 1e-3 rad (taylor and heyoka)" in conclusion.split("ties: ")[1].split(". ")[0]
+    losses = conclusion.split("Another integrator is faster for ")[1]
+    assert losses.count("lost at") == n and losses.count(" at ") == n
     (tie,) = [one for one in fastest.run_races(rows, ["ahead"]) if one[1] == 1e-3]
     assert (
         workprecision.describe_ties([tie])
@@ -101,18 +101,18 @@ def test_only_faster_runs_recover_the_compile_time():
     for peer in peers:
         peer.setup_seconds = 2.0
     n = len(fastest.TARGETS)
-    said = workprecision.describe_payment(rows + peers, ["lost", "won"])
-    assert said.startswith(f"It is paid in {n} of {2 * n} rows of the summary, after 8 to 8 runs;")
-    said = workprecision.describe_payment(rows[1:] + peers[1:], ["won"])
-    assert said.startswith(f"It is paid in none of {n} rows of the summary")
+    text = workprecision.describe_payment(rows + peers, ["lost", "won"])
+    assert text.startswith(f"It is paid in {n} of {2 * n} rows of the summary, after 8 to 8 runs;")
+    text = workprecision.describe_payment(rows[1:] + peers[1:], ["won"])
+    assert text.startswith(f"It is paid in none of {n} rows of the summary")
     assert workprecision.describe_payment(rows, ["lost", "won"]) == ""
 
 
 def test_omissions_are_listed_and_measured():
-    found = omissions.measure_scene(load_problem("thesis"), SHORT, 1)
-    rows = {row["case"]: row for row in found["rows"]}
-    assert set(found["plans"]) == {"all", "level"} and all(
-        "left out" in text for text in found["plans"].values()
+    findings = omissions.measure_scene(load_problem("thesis"), SHORT, 1)
+    rows = {row["case"]: row for row in findings["rows"]}
+    assert set(findings["plans"]) == {"all", "level"} and all(
+        "left out" in text for text in findings["plans"].values()
     )
     assert rows["intermediate states"]["bytes"] * 100 < rows["intermediate states"]["bytes_with"]
     assert rows["attitude"]["bytes"] < rows["attitude"]["bytes_with"], (

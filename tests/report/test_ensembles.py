@@ -64,18 +64,18 @@ def test_every_program_returns_the_tops_in_order(kind):
     """Check that programs return the results in the order of the tops."""
     tops = tops_of.draw_tops(kind, 11, end=10.0)
     true = tops_of.compute_truths(tops)
-    for who in ensemble_runs.select_movers(tops):
-        setting = TIGHT if who.settings[0].tol else who.settings[0]
-        call = who.make(tops.first(4) if who.is_serial else tops, setting, 2)
+    for mover in ensemble_runs.select_movers(tops):
+        setting = TIGHT if mover.settings[0].tol else mover.settings[0]
+        call = mover.make(tops.first(4) if mover.is_serial else tops, setting, 2)
         for q in (call(), call()):
-            assert len(q) == (4 if who.is_serial else 11)
-            assert attitude_errors(q, true[: len(q)]).max() < 1e-10, who.name
+            assert len(q) == (4 if mover.is_serial else 11)
+            assert attitude_errors(q, true[: len(q)]).max() < 1e-10, mover.name
 
 
 def runs(errors, seconds):
     return [
-        Run("it", str(i), 1, error, error, error, took)
-        for i, (error, took) in enumerate(zip(errors, seconds, strict=True))
+        Run("it", str(i), 1, error, error, error, times)
+        for i, (error, times) in enumerate(zip(errors, seconds, strict=True))
     ]
 
 
@@ -107,21 +107,21 @@ def test_ratios_are_medians_of_rounds():
 
 def test_the_tightest_common_error_is_reached_by_both_programs():
     """Check the smallest common error of two programs whose errors decrease irregularly."""
-    scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
+    uneven = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
-    target = equal_error.tightest_common_error(straight, scattered)
-    assert not isnan(equal_error.time_ratio(scattered, straight, target)[0])
+    target = equal_error.tightest_common_error(straight, uneven)
+    assert not isnan(equal_error.time_ratio(uneven, straight, target)[0])
     assert target == pytest.approx(equal_error.NEAR * 6e-10)
 
 
 def test_the_map_shows_sleeping_tops():
-    found = part.compute_sleeping_map(9)
+    findings = part.compute_sleeping_map(9)
     spins, tilts = np.linspace(0, part.FASTEST, 9), np.linspace(part.LEAST, part.LARGEST, 9)
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     for i, j in ((0, 0), (3, 5), (8, 8)):
         one = kr.exact(kr.Scene.spinning(top, spin=spins[i], tilt=tilts[j]))
-        assert found[i, j] == pytest.approx(one.greatest_nutation, rel=1e-12)
-    assert (found[spins > 4, 0] < 0.01).all() and (found[spins < 4, 0] > 1.0).all()
+        assert findings[i, j] == pytest.approx(one.greatest_nutation, rel=1e-12)
+    assert (findings[spins > 4, 0] < 0.01).all() and (findings[spins < 4, 0] > 1.0).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -157,9 +157,9 @@ def test_the_report_writes_the_programs_to_csv(quick_report):
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == part.COLUMNS
     for kind in KINDS:
-        ran = {row["mover"] for row in rows if row["kind"] == kind}
-        assert {"taylor", ensemble_runs.HEYOKA, ensemble_runs.OWN_CALL, "scipy_dop853"} <= ran
-        assert ("exact" in ran) == (kind == "Lagrange")
+        names = {row["mover"] for row in rows if row["kind"] == kind}
+        assert {"taylor", ensemble_runs.HEYOKA, ensemble_runs.OWN_CALL, "scipy_dop853"} <= names
+        assert ("exact" in names) == (kind == "Lagrange")
     assert all(float(row["microseconds"]) > 0 for row in rows)
 
 

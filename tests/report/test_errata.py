@@ -93,11 +93,13 @@ def test_the_first_terms_of_h_eps_are_the_energy_up_to_a_constant():
 def test_inverse_and_derivative_do_not_commute():
     """Check the proof of theorem 3.5, which contains (Phi')^-1 instead of (Phi^-1)'."""
     h, a = 1e-5, np.array((2, -1, 2)) / 3
-    before, now, after = (su2.rotation_matrix(a, angle) for angle in (0.7 - h, 0.7, 0.7 + h))
+    before, middle, after = (su2.rotation_matrix(a, angle) for angle in (0.7 - h, 0.7, 0.7 + h))
     change = (after - before) / (2 * h)
     rate_of_inverse = (np.linalg.inv(after) - np.linalg.inv(before)) / (2 * h)
     assert abs(np.linalg.inv(change) - rate_of_inverse).max() > 0.5
-    assert abs(-np.linalg.inv(now) @ change @ np.linalg.inv(now) - rate_of_inverse).max() < 1e-9
+    assert (
+        abs(-np.linalg.inv(middle) @ change @ np.linalg.inv(middle) - rate_of_inverse).max() < 1e-9
+    )
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ SOME = fits.TIMES[:20]
 
 def test_the_other_programs_integrate_the_same_motion():
     scene = fits.make_scene(1.0)
-    found = compute_velocities(SOME, scene.body.mass * scene.gravity, read_parameters(scene))
-    noise = fits.make_record(SOME) - found
+    velocities = compute_velocities(SOME, scene.body.mass * scene.gravity, read_parameters(scene))
+    noise = fits.make_record(SOME) - velocities
     assert 0.8 * fits.NOISE < noise.std() < 1.2 * fits.NOISE
 
 

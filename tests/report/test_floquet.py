@@ -35,28 +35,33 @@ TOPS = {
 @pytest.mark.parametrize("name", TOPS)
 def test_tangents_agree_with_differences_of_the_closed_form(name):
     t = [0.0, 3.0, 60.0]
-    told = floquet_tangents(TOPS[name], [60.0, 0.0, -20.0, 3.0])
+    tangents = floquet_tangents(TOPS[name], [60.0, 0.0, -20.0, 3.0])
     series = kr.solve(TOPS[name], t, digits=20, tangents="start").tangents
     back = kr.solve(TOPS[name], [-20.0], digits=20, tangents="start").tangents[0]
-    pairs = [(told[0], series[2]), (told[1], series[0]), (told[2], back), (told[3], series[1])]
+    pairs = [
+        (tangents[0], series[2]),
+        (tangents[1], series[0]),
+        (tangents[2], back),
+        (tangents[3], series[1]),
+    ]
     for ours, theirs in pairs:
         assert np.abs(ours - theirs).max() <= 1e-12 * max(1.0, np.abs(theirs).max())
 
 
 def test_tangents_are_accurate_at_late_times():
     for name in ("thesis", "cusps", "free", "steady", "sleeping"):
-        told = floquet_tangents(TOPS[name], 2000.0)[0]
+        tangents = floquet_tangents(TOPS[name], 2000.0)[0]
         series = kr.solve(TOPS[name], [2000.0], digits=30, tangents="start").tangents[0]
-        assert np.abs(told - series).max() <= 4e-15 * np.abs(series).max()
+        assert np.abs(tangents - series).max() <= 4e-15 * np.abs(series).max()
 
 
 def test_tangents_of_consecutive_intervals_multiply():
     for name in ("thesis", "free"):
         top = kr.exact(TOPS[name])
-        first, all_of_it = floquet_tangents(top.scene, [5e5, 1e6])
+        first, product = floquet_tangents(top.scene, [5e5, 1e6])
         second = floquet_tangents(top([5e5]).end, [5e5])[0]
         both = second @ first
-        assert np.abs(both - all_of_it).max() <= 1e-8 * np.abs(second).max() * np.abs(first).max()
+        assert np.abs(both - product).max() <= 1e-8 * np.abs(second).max() * np.abs(first).max()
 
 
 def test_a_separatrix_has_no_period():

@@ -22,11 +22,11 @@ def test_only_tops_on_a_torus_have_a_late_state():
 
 def test_a_late_state_is_measured_against_128_bit():
     [task] = late_states.list_tasks(load_problem("kowalewski"), QUICK)
-    found = task.make()
-    assert 0.0 < found["state"] < found["taylor"] and found["error"] < 1e-13
-    said = late_states.describe_late_state(found)
-    assert said.startswith("One state at t = 1000:") and "relative to heyoka in 128 bit" in said
-    assert f"miss the ratio by {found['mismatch']:.0e}" in said
+    findings = task.make()
+    assert 0.0 < findings["state"] < findings["taylor"] and findings["error"] < 1e-13
+    text = late_states.describe_late_state(findings)
+    assert text.startswith("One state at t = 1000:") and "relative to heyoka in 128 bit" in text
+    assert f"miss the ratio by {findings['mismatch']:.0e}" in text
 
 
 def test_without_measurements_the_sentence_is_empty():
@@ -34,7 +34,7 @@ def test_without_measurements_the_sentence_is_empty():
 
 
 @pytest.mark.parametrize(
-    ("ratio", "said"), [(5578624.0, "5,600,000"), (28.4, "28"), (3610.0, "3,600")]
+    ("ratio", "text"), [(5578624.0, "5,600,000"), (28.4, "28"), (3610.0, "3,600")]
 )
-def test_ratios_have_two_digits(ratio, said):
-    assert formatting.format_large(ratio) == said
+def test_ratios_have_two_digits(ratio, text):
+    assert formatting.format_large(ratio) == text

@@ -63,24 +63,26 @@ def test_the_conclusion_states_the_ratios_of_the_figure():
     times = dict.fromkeys(programs, half)
     symmetric = times | {programs[0]: [1e-3, 2e-3, 3e-3, 9e-3], programs[1]: [15e-3] * 4}
     others = times | {programs[0]: [2e-3] * 4, programs[1]: [1e-3, 5e-3, 5e-3, 8e-3]}
-    found = [make_findings(symmetric), make_findings(others, "asymmetric")]
-    said = many_starts.conclude(found)
-    assert said.startswith("8 random starts of two scenes, 10 turns each. Symmetric tops")
-    assert f"kreisel takes 3.00 ms for 1e-9 rad, {titles[1]} 5 times as long. Other" in said
-    assert f"kreisel takes 2.00 ms for 1e-9 rad, {titles[1]} 2.5 times as long. " in said
-    middle = many_starts.make_bands(found[:1])
+    scenes = [make_findings(symmetric), make_findings(others, "asymmetric")]
+    conclusion = many_starts.conclude(scenes)
+    assert conclusion.startswith("8 random starts of two scenes, 10 turns each. Symmetric tops")
+    assert f"kreisel takes 3.00 ms for 1e-9 rad, {titles[1]} 5 times as long. Other" in conclusion
+    assert f"kreisel takes 2.00 ms for 1e-9 rad, {titles[1]} 2.5 times as long. " in conclusion
+    middle = many_starts.make_bands(scenes[:1])
     k = many_starts.CURVE.index(1e-9)
     assert middle[titles[1]][1][k] / middle["kreisel"][1][k] == pytest.approx(5)
-    assert f"kreisel on 100 %, {titles[1]} on 100 %, {titles[2]} on 50 %" in said
-    assert "digits" not in said
+    assert f"kreisel on 100 %, {titles[1]} on 100 %, {titles[2]} on 50 %" in conclusion
+    assert "digits" not in conclusion
 
 
 def test_the_conclusion_states_the_share_reached_with_more_digits():
     times = dict.fromkeys(many_starts.list_programs(), [np.inf] * 4)
-    found = [make_findings(times) | {"precise": [1e-13, 1e-13, 1e-13, 1e-3]}]
-    said = many_starts.conclude(found)
-    assert "kreisel takes" not in said and "1e-12 rad is reached by kreisel on 0 %" in said
-    assert said.endswith("With digits=20, kreisel reaches it on 75 %.")
+    scenes = [make_findings(times) | {"precise": [1e-13, 1e-13, 1e-13, 1e-3]}]
+    conclusion = many_starts.conclude(scenes)
+    assert (
+        "kreisel takes" not in conclusion and "1e-12 rad is reached by kreisel on 0 %" in conclusion
+    )
+    assert conclusion.endswith("With digits=20, kreisel reaches it on 75 %.")
 
 
 def test_a_measured_scene_has_runs_with_more_digits(findings):
@@ -100,8 +102,8 @@ def test_a_quantile_is_infinite_if_too_many_starts_fail():
 
 
 def make_row(scene, method, seconds, step=None):
-    known = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds], "step": step}
-    return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **known)
+    values = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds], "step": step}
+    return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **values)
 
 
 def test_the_advice_names_the_winner_of_each_group_with_its_ratios():

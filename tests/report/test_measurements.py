@@ -15,8 +15,8 @@ from validation.report.main import make_progress
 
 
 def row(error, energy, seconds):
-    known = {"tol": error, "attitude_error": error, "energy_error": energy, "samples": [seconds]}
-    return scene_runs.Measurement("thesis", 1.0, "m", False, **known)
+    values = {"tol": error, "attitude_error": error, "energy_error": energy, "samples": [seconds]}
+    return scene_runs.Measurement("thesis", 1.0, "m", False, **values)
 
 
 def test_accidentally_small_errors_do_not_win():
@@ -41,18 +41,18 @@ def test_an_interruption_keeps_measurements():
         if len(calls) == 5:
             raise KeyboardInterrupt
 
-    samples, interrupted = timing.time_in_turn([call, call], [1.0, 1.0], rounds=10)
-    assert interrupted and [len(own) for own in samples] == [2, 2]
+    samples, is_interrupted = timing.time_in_turn([call, call], [1.0, 1.0], rounds=10)
+    assert is_interrupted and [len(own) for own in samples] == [2, 2]
 
 
 def test_findings_are_stored_and_not_recomputed(tmp_path):
-    made = []
+    calls = []
 
     def make(i):
-        if i == 2 and len(made) < 3:
-            made.append("interrupted")
+        if i == 2 and len(calls) < 3:
+            calls.append("interrupted")
             raise KeyboardInterrupt
-        made.append(i)
+        calls.append(i)
         return i
 
     class Bar:
@@ -64,9 +64,9 @@ def test_findings_are_stored_and_not_recomputed(tmp_path):
             [Task(f"task/{i}", lambda i=i: make(i)) for i in range(4)], store, BUDGETS["quick"], Bar
         )
         assert outcome.startswith(expected) and bool(outcome) == bool(expected)
-    assert made == [0, 1, "interrupted", 2, 3]
-    kept = (tmp_path / "findings.jsonl").read_text()
-    (tmp_path / "findings.jsonl").write_text(kept + "[cut off")
+    assert calls == [0, 1, "interrupted", 2, 3]
+    text = (tmp_path / "findings.jsonl").read_text()
+    (tmp_path / "findings.jsonl").write_text(text + "[cut off")
     assert ResultStore(tmp_path / "findings.jsonl", ["as before"]).under("task/") == [0, 1, 2, 3]
     assert ResultStore(tmp_path / "findings.jsonl", ["another machine"]).known == {}
 

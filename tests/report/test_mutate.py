@@ -84,8 +84,8 @@ def test_c_mutants_change_computations():
 )
 def test_mutations_of_c(line, changes):
     text = f"void f(int a)\n{{\n{line}\n}}\n"
-    found = {mutant.change for mutant in mutate_c.list_mutants("f.c", text)}
-    assert found == changes
+    mutations = {mutant.change for mutant in mutate_c.list_mutants("f.c", text)}
+    assert mutations == changes
 
 
 @pytest.mark.parametrize(
@@ -153,28 +153,28 @@ def table_of(side, tree, capsys, *words):
 
 def test_mutants_of_the_core_of_a_small_tree(tree, capsys):
     need("gcc")
-    said = table_of("core", tree, capsys)
-    assert "6 mutants, 6 to try" in said
-    assert "1 same code, not counted" in said, "nothing reads the 7"
-    survived = {line.split("  ", 1)[1] for line in said.splitlines() if "survived: " in line}
-    assert survived == {"> -> >=", "/ -> *", "2 -> 3"}
-    assert "40.0 % of 5" in said
+    output = table_of("core", tree, capsys)
+    assert "6 mutants, 6 to try" in output
+    assert "1 same code, not counted" in output, "nothing reads the 7"
+    survivors = {line.split("  ", 1)[1] for line in output.splitlines() if "survived: " in line}
+    assert survivors == {"> -> >=", "/ -> *", "2 -> 3"}
+    assert "40.0 % of 5" in output
     assert (tree / "csrc/sums.c").read_text() == SOURCE
 
 
 def test_verdicts_are_reused_by_the_next_run(tree, capsys):
     need("gcc")
     table_of("core", tree, capsys, "--jobs", "2")
-    said = table_of("core", tree, capsys)
-    assert "6 mutants, 0 to try" in said and "40.0 % of 5" in said
+    output = table_of("core", tree, capsys)
+    assert "6 mutants, 0 to try" in output and "40.0 % of 5" in output
 
 
 def test_mutants_of_the_package_of_a_small_tree(tree, capsys):
     pytest.importorskip("coverage")
-    said = table_of("package", tree, capsys)
-    survived = {line.split("  ", 1)[1] for line in said.splitlines() if "survived: " in line}
-    assert survived == {"> -> >=", "/ -> *", "2 -> 3"}
-    assert "40.0 % of 5" in said and (tree / "python/sums/__init__.py").read_text() == PACKAGE
+    output = table_of("package", tree, capsys)
+    survivors = {line.split("  ", 1)[1] for line in output.splitlines() if "survived: " in line}
+    assert survivors == {"> -> >=", "/ -> *", "2 -> 3"}
+    assert "40.0 % of 5" in output and (tree / "python/sums/__init__.py").read_text() == PACKAGE
 
 
 def test_a_tree_whose_tests_fail_is_refused(tree, capsys):

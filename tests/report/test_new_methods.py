@@ -48,13 +48,13 @@ class NewMethod(kr.Method):
 
 @pytest.fixture
 def new_method(monkeypatch):
-    known, solve = kr.methods["suzuki4"], kr.solve
+    suzuki4, solve = kr.methods["suzuki4"], kr.solve
 
     def solve_with_new_method(scene, t, method="auto", **words):
         return solve(scene, t, "suzuki4" if method == NEW else method, **words)
 
     monkeypatch.setattr(kr, "solve", solve_with_new_method)
-    words = {field.name: getattr(known, field.name) for field in fields(known)}
+    words = {field.name: getattr(suzuki4, field.name) for field in fields(suzuki4)}
     monkeypatch.setitem(kr.methods, NEW, NewMethod(**words | {"name": NEW}))
 
 
@@ -63,10 +63,16 @@ def test_a_new_method_appears_everywhere(new_method):
     assert NEW in {cell["method"] for cell in atlas_cells.make_cells(case)}
     assert NEW in {line["method"] for line in stiff_needle.measure_needle()}
     assert NEW in {run["method"] for run in random_tops.measure_kind("general", 1)}
-    (problem,) = (it for it in published.load_problems() if it.name == "simo_wong_fast_top")
+    (problem,) = (
+        candidate
+        for candidate in published.load_problems()
+        if candidate.name == "simo_wong_fast_top"
+    )
     assert NEW in {row["by"] for row in published.measure_problem(problem, quick=True)}
     assert NEW in {row["name"] for row in omissions.measure_forms(1)}
-    assert NEW in {who.name for who in single_runs.list_contenders(load_problem("asymmetric"))}
+    assert NEW in {
+        contender.name for contender in single_runs.list_contenders(load_problem("asymmetric"))
+    }
     assert [title for title, (own, _) in method_families.group_methods().items() if NEW in own] == [
         "fixed step, order 3 and 4"
     ]

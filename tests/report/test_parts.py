@@ -89,21 +89,21 @@ def report(copy, *words):
 
     It runs in this process, which has already imported all other packages.
     """
-    said = io.StringIO()
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(said):
+    text_output = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(text_output):
         patch.chdir(copy.parent)
         patch.setenv("COLUMNS", "200")
         patch.setattr(sys, "argv", ["validation", *words])
-        with pytest.raises(SystemExit) as ended:
+        with pytest.raises(SystemExit) as program_exit:
             runpy.run_module(COPY, run_name="__main__")
-    assert not ended.value.code, said.getvalue()
-    return said.getvalue()
+    assert not program_exit.value.code, text_output.getvalue()
+    return text_output.getvalue()
 
 
 @pytest.fixture(scope="module")
 def output(copy):
-    said = report(copy, "--quick", "--only", "headcount", "--out", "made")
-    return said, copy.with_name("made")
+    text = report(copy, "--quick", "--only", "headcount", "--out", "made")
+    return text, copy.with_name("made")
 
 
 def test_a_new_part_touches_three_files(copy):
@@ -119,8 +119,8 @@ def test_the_command_line_lists_a_new_part(copy):
 
 
 def test_a_new_part_is_printed_written_and_shown(output):
-    said, out = output
-    assert f"counted {len(kr.methods)} heads" in said
+    printed_text, out = output
+    assert f"counted {len(kr.methods)} heads" in printed_text
     with (out / "heads.csv").open(newline="") as file:
         assert [row["name"] for row in csv.DictReader(file)] == list(kr.methods)
     text = re.sub(r"\s+", " ", (out / "index.html").read_text())
@@ -147,9 +147,9 @@ def test_parts_that_are_not_requested_do_not_run(copy, output):
     _, out = output
     findings = copy.with_name("again") / "findings-quick.jsonl"
     shutil.copytree(out, findings.parent)
-    kept = findings.read_text()
+    text = findings.read_text()
     report(copy, "--quick", "--only", "headcount", "--out", "again")
-    assert findings.read_text() == kept, "nothing is found again"
+    assert findings.read_text() == text, "nothing is found again"
 
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)
@@ -164,5 +164,5 @@ def test_general_files_name_no_part(file):
     """Check that the files common to all parts of the report do not name any part."""
     text = (ROOT / "validation/report" / file).read_text()
     words = {word for part in PARTS for word in (part.name, part.title, part.heading)}
-    named = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}
-    assert named <= {"Truth"}, "one of the words that the page explains"
+    names = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}
+    assert names <= {"Truth"}, "one of the words that the page explains"

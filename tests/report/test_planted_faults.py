@@ -58,8 +58,8 @@ def reverse_heading(q, true):
 def multiply_error(q, true):
     """Multiply the error of the attitudes `q` by ten."""
     sign = np.sign(np.sum(q * true, axis=1))[:, None]
-    far = sign * true + 10.0 * (q - sign * true)
-    return far / np.linalg.norm(far, axis=1)[:, None]
+    faulty = sign * true + 10.0 * (q - sign * true)
+    return faulty / np.linalg.norm(faulty, axis=1)[:, None]
 
 
 FAULTS = {
@@ -73,24 +73,24 @@ FAULTS = {
 SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 
 
-def make_faulty_candidates(led_on):
+def make_faulty_candidates(has_restart):
     """Return a function that lists all methods with all artificial faults."""
 
-    def run_of(who):
+    def run_of(candidate):
         def run(problem, scene, times, setting):
             half = len(times) // 2
-            if not led_on:
-                return who.run(problem, scene, times, setting)
-            q, m, *counts = who.run(problem, scene, times[: half + 1], setting)
-            rest = kr.solve(scene, times[half], who.name, **setting).end
-            more, on, *_ = who.run(problem, rest, times[half:] - times[half], setting)
-            return np.array([*q, *more[1:]]), np.array([*m, *on[1:]]), *counts
+            if not has_restart:
+                return candidate.run(problem, scene, times, setting)
+            q, m, *counts = candidate.run(problem, scene, times[: half + 1], setting)
+            rest = kr.solve(scene, times[half], candidate.name, **setting).end
+            more, more_m, *_ = candidate.run(problem, rest, times[half:] - times[half], setting)
+            return np.array([*q, *more[1:]]), np.array([*m, *more_m[1:]]), *counts
 
         return run
 
-    def add_fault(who, fault):
+    def add_fault(candidate, fault):
         def run(problem, scene, times, setting):
-            q, *rest = run_of(who)(problem, scene, times, setting)
+            q, *rest = run_of(candidate)(problem, scene, times, setting)
             true = problem.to_principal_axes(kr.solve(scene, times, "taylor", digits=20).q)
             return fault(np.array(q), np.array(true)), *rest
 
@@ -98,9 +98,9 @@ def make_faulty_candidates(led_on):
 
     def list_faulty_candidates(scene, radians):
         return [
-            replace(who, name=f"{name}/{who.name}", run=add_fault(who, fault))
-            for who in atlas_cells.list_candidates(scene, radians)
-            if who.name in kr.methods
+            replace(candidate, name=f"{name}/{candidate.name}", run=add_fault(candidate, fault))
+            for candidate in atlas_cells.list_candidates(scene, radians)
+            if candidate.name in kr.methods
             for name, fault in FAULTS.items()
         ]
 
@@ -110,12 +110,14 @@ def make_faulty_candidates(led_on):
 @cache
 def find_cells(family):
     """Return the results of completed runs, grouped by fault and method."""
-    led_on = family not in FAMILIES
+    has_restart = family not in FAMILIES
     case = (
-        Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
+        Case("planted", "led on", scene_factory(general, **SPUN), 4)
+        if has_restart
+        else FAMILIES[family]
     )
     by_fault = {name: {} for name in FAULTS}
-    for cell in atlas_cells.make_cells(case, make_faulty_candidates(led_on)):
+    for cell in atlas_cells.make_cells(case, make_faulty_candidates(has_restart)):
         fault, method = cell["method"].split("/")
         if "attitude_error" in cell:
             by_fault[fault][method] = cell
@@ -147,9 +149,9 @@ def test_faults_in_both_runs_are_silent(family, fault):
         # the rotated attitude may by chance be close to the original attitude
         if cell["attitude_error"] < SIZES[fault] / 3:
             continue
-        within = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
+        is_within_tolerance = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
         is_excused = cell["verdict"] == verdicts.AS_ASKED or cell["shown_by"] == "tolerance"
-        assert is_silent(cell) or (within and is_excused), name
+        assert is_silent(cell) or (is_within_tolerance and is_excused), name
 
 
 @pytest.mark.parametrize("family", ALL)
@@ -192,18 +194,18 @@ def find_late_cells():
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)
-    found = atlas_cells.make_cells(
+    cells = atlas_cells.make_cells(
         LATE, lambda *_: [make_faulty_closed_form(*one) for one in faults.items()]
     )
-    assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in found)
-    return {cell["method"]: cell for cell in found}
+    assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in cells)
+    return {cell["method"]: cell for cell in cells}
 
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_faults_of_closed_forms_are_silent_at_late_times(fault):
     """Check that faults are classified as silent errors unless rounding errors explain them."""
-    told_by_data = fault in ("sound", "1e-9", "tenfold")
-    assert is_silent(find_late_cells()[fault]) != told_by_data
+    is_visible = fault in ("sound", "1e-9", "tenfold")
+    assert is_silent(find_late_cells()[fault]) != is_visible
 
 
 def test_all_methods_refuse_unresolvable_times():
@@ -211,7 +213,7 @@ def test_all_methods_refuse_unresolvable_times():
 
     A method that returns attitudes from earlier times must be reported as "lost".
     """
-    goes_on = atlas_cells.Candidate(
+    endless_candidate = atlas_cells.Candidate(
         "goes on",
         "",
         0,
@@ -222,11 +224,11 @@ def test_all_methods_refuse_unresolvable_times():
             0,
         ),
     )
-    found = atlas_cells.make_cells(
-        BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), goes_on]
+    cells = atlas_cells.make_cells(
+        BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), endless_candidate]
     )
-    *ours, lost = found
-    assert lost["verdict"] == "lost" and lost["conditioning"] > 1.0
+    *ours, last_cell = cells
+    assert last_cell["verdict"] == "lost" and last_cell["conditioning"] > 1.0
     assert {"exact", "taylor", "strang", "rk4"} <= {cell["method"] for cell in ours}
     for cell in ours:
         assert cell["verdict"] == "refused" and re.search("turns|count", cell["message"]), cell

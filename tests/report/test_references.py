@@ -28,20 +28,20 @@ def numbers(texts):
 
 def test_recomputed_references_equal_stored_ones():
     problem = load_problem("thesis")
-    kept = reference.load_truth("thesis", SHORT)
+    entry = reference.load_truth("thesis", SHORT)
     (state,) = reference.integrate_states(problem, [SHORT])
-    assert reference.rotation_angle(state, numbers(kept["attitude"])) < 1e-31
+    assert reference.rotation_angle(state, numbers(entry["attitude"])) < 1e-31
     with mp.workdps(reference.DIGITS):
         assert (
-            max(abs(a - b) for a, b in zip(state[4:], numbers(kept["body_momentum"]), strict=True))
+            max(abs(a - b) for a, b in zip(state[4:], numbers(entry["body_momentum"]), strict=True))
             < 1e-30
         )
 
 
 @pytest.mark.parametrize("name, t", TIMES)
 def test_references_conserve_the_integrals_of_a_top(name, t):
-    problem, kept = load_problem(name), reference.load_truth(name, t)
-    state = numbers(kept["attitude"] + kept["body_momentum"])
+    problem, entry = load_problem(name), reference.load_truth(name, t)
+    state = numbers(entry["attitude"] + entry["body_momentum"])
     with mp.workdps(reference.DIGITS):
         w, x, y, z = state[:4]
         up = [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z]
@@ -53,8 +53,8 @@ def test_references_conserve_the_integrals_of_a_top(name, t):
             < 1e-30
         ), "<m, e3>"
     assert reference.energy_error(problem, state) < 1e-31
-    assert 0 < kept["agreement"] < 1e-28
-    assert 1e-15 < kept["conditioning"] < 1e-10
+    assert 0 < entry["agreement"] < 1e-28
+    assert 1e-15 < entry["conditioning"] < 1e-10
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +64,10 @@ def exactly():
 
 def test_references_of_60_digits_agree_with_all_others(exactly):
     for name in HORIZONS:
-        (told,) = exactly(load_problem(name).to_scene(), [SHORT])
-        kept = reference.load_truth(name, SHORT)
-        apart = reference.rotation_angle(numbers(map(str, told)), numbers(kept["attitude"]))
-        assert apart < 1e-31, name
+        (attitude,) = exactly(load_problem(name).to_scene(), [SHORT])
+        entry = reference.load_truth(name, SHORT)
+        angle = reference.rotation_angle(numbers(map(str, attitude)), numbers(entry["attitude"]))
+        assert angle < 1e-31, name
     described_anyhow = kr.scenes.kowalewski.replace(
         body=kr.scenes.kowalewski.body.turn((0.1, 0.7, -0.5, 0.5)), gravity=9.81
     )
@@ -94,23 +94,23 @@ def test_error_estimates_of_paths_are_near_the_true_error(way, exact_attitudes):
 
 @pytest.mark.parametrize("name", HORIZONS)
 def test_all_computations_agree_within_the_conditioning(name):
-    kept = reference.load_truth(name, SHORT)
-    apart = dict(reference.compare_computations(load_problem(name), SHORT, kept))
-    assert apart.pop("heyoka, 128 bit, momentum") < 1e-28
-    assert apart.pop("heyoka, 128 bit, spin apart", 0.0) < 1e-28
-    assert apart.pop("heyoka, 80 bit") < kept["conditioning"] / 10
-    for way, angle in apart.items():
-        assert angle < 10 * kept["conditioning"], way
+    entry = reference.load_truth(name, SHORT)
+    angles = dict(reference.compare_computations(load_problem(name), SHORT, entry))
+    assert angles.pop("heyoka, 128 bit, momentum") < 1e-28
+    assert angles.pop("heyoka, 128 bit, spin apart", 0.0) < 1e-28
+    assert angles.pop("heyoka, 80 bit") < entry["conditioning"] / 10
+    for way, angle in angles.items():
+        assert angle < 10 * entry["conditioning"], way
 
 
 def test_the_conditioning_agrees_with_a_perturbed_scene():
     problem, size = load_problem("asymmetric"), 1e-8
-    moved = kr.Scene(
+    neighbour = kr.Scene(
         problem.to_scene().body, [m * (1 + size) for m in problem.momentum], problem.attitude
     )
     ends = [
         kr.solve(scene, 30.0, method="extrap", tol=1e-13).q[-1]
-        for scene in (problem.to_scene(), moved)
+        for scene in (problem.to_scene(), neighbour)
     ]
     expected = reference.load_truth("asymmetric", 30.0)["conditioning"] * size / reference.ROUNDING
     assert 0.01 * expected < attitude_error(*ends) < expected, (
@@ -120,11 +120,11 @@ def test_the_conditioning_agrees_with_a_perturbed_scene():
 
 def test_computed_references_do_not_depend_on_units_or_frame():
     scene = kr.scenes.thesis
-    here = reference.compute_truth(problem_of_scene("here", scene), SHORT)
+    truth = reference.compute_truth(problem_of_scene("here", scene), SHORT)
     assert (
-        attitude_error(here["attitude"], reference.load_truth("thesis", SHORT)["attitude"]) < 1e-18
+        attitude_error(truth["attitude"], reference.load_truth("thesis", SHORT)["attitude"]) < 1e-18
     )
-    far = kr.Scene(
+    other = kr.Scene(
         kr.Body(
             2.0**-60,
             [x * 2.0**-100 for x in scene.body.inertia],
@@ -134,15 +134,15 @@ def test_computed_references_do_not_depend_on_units_or_frame():
         [m * 2.0**-90 for m in scene.momentum],
         gravity=1.0,
     )
-    with_rate = reference.compute_truth(problem_of_scene("far", far), SHORT * 2.0**-10)
-    assert attitude_error(here["attitude"], with_rate["attitude"]) < 1e-18
+    with_rate = reference.compute_truth(problem_of_scene("far", other), SHORT * 2.0**-10)
+    assert attitude_error(truth["attitude"], with_rate["attitude"]) < 1e-18
 
 
 @pytest.mark.parametrize("name, t", TIMES)
 def test_heyoka_in_double_agrees_with_the_reference(name, t):
-    kept = reference.load_truth(name, t)
+    entry = reference.load_truth(name, t)
     run = single_runs.HeyokaRun(load_problem(name), t, single_runs.Setting(tol=single_runs.EPS))
-    assert attitude_error(run.solve(), kept["attitude"]) < 100 * kept["conditioning"]
+    assert attitude_error(run.solve(), entry["attitude"]) < 100 * entry["conditioning"]
 
 
 @pytest.mark.parametrize("name", HORIZONS)

@@ -38,13 +38,13 @@ def test_the_report_writes_its_table(quick_report):
         assert any(re.match(rf"# {key}: \S", line) for line in header), key
     assert tuple(rows_of(quick_report)[0]) == workprecision.COLUMNS
     for name in HORIZONS:
-        ran = {
+        runs_by_method = {
             run["method"]: run for run in rows_of(quick_report) if run["scene"] == name
         }  # the last run of each method has the tightest setting
         scene = load_problem(name).to_scene()
-        suited = {method for method in kr.methods if kr.methods[method].suits(scene)}
-        assert set(ran) == suited | {"heyoka", "scipy_dop853"}
-        for method, run in ran.items():
+        methods = {method for method in kr.methods if kr.methods[method].suits(scene)}
+        assert set(runs_by_method) == methods | {"heyoka", "scipy_dop853"}
+        for method, run in runs_by_method.items():
             assert not run["failure"] and float(run["seconds"]) > 0, f"{method} on {name}"
             if method != "scipy_dop853":  # the run may stop early on a slow machine
                 assert float(run["attitude_error"]) < 0.1 and float(run["energy_error"]) < 1e-2, (
@@ -74,12 +74,12 @@ def test_the_report_writes_its_page(quick_report):
 
 
 def test_figures_with_other_integrators_name_their_versions(quick_report):
-    page, cited = (quick_report / "index.html").read_text(), machine.describe_machine()["peers"]
-    assert re.match(r"heyoka [\d.]+, SciPy [\d.]+.*; \d{4}-\d\d-\d\d$", cited)
+    page, peers = (quick_report / "index.html").read_text(), machine.describe_machine()["peers"]
+    assert re.match(r"heyoka [\d.]+, SciPy [\d.]+.*; \d{4}-\d\d-\d\d$", peers)
     figures = re.findall("<figure.*?</figure>", page, re.DOTALL)
-    named = [figure for figure in figures if re.search("heyoka|scipy_|gsl_", figure)]
-    assert len(named) >= 3 * len(HORIZONS)
-    assert all(cited in figure.partition("<figcaption>")[2] for figure in named)
+    peer_figures = [figure for figure in figures if re.search("heyoka|scipy_|gsl_", figure)]
+    assert len(peer_figures) >= 3 * len(HORIZONS)
+    assert all(peers in figure.partition("<figcaption>")[2] for figure in peer_figures)
 
 
 def test_axe_finds_nothing_on_the_report(quick_report, browser, tmp_path):
@@ -88,8 +88,8 @@ def test_axe_finds_nothing_on_the_report(quick_report, browser, tmp_path):
     text = whole.read_text()
     for name in list(HORIZONS)[2:]:
         section = rf'<section>\s*<h3 id="{name}">.*?</section>'
-        text, found = re.subn(section, "", text, count=1, flags=re.DOTALL)
-        assert found
+        text, count = re.subn(section, "", text, count=1, flags=re.DOTALL)
+        assert count
     short.write_text(text)
     assert list_violations(browser, whole.as_uri(), sizes=SIZES[:1]) == []
     assert list_violations(browser, short.as_uri(), open_folds=True, sizes=SIZES[2:]) == []
@@ -102,11 +102,11 @@ def count_folds(page):
 def test_links_and_printing_open_folded_sections(quick_report, browser):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto((quick_report / "index.html").as_uri())
-    folded = count_folds(page)
-    assert folded > len(HORIZONS) and not page.locator("#asymmetric").is_visible()
+    count = count_folds(page)
+    assert count > len(HORIZONS) and not page.locator("#asymmetric").is_visible()
     page.evaluate("location.hash = '#asymmetric'")
     page.locator("#asymmetric").wait_for(state="visible")
-    assert folded > count_folds(page) > len(HORIZONS)
+    assert count > count_folds(page) > len(HORIZONS)
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert count_folds(page) == 0
     page.evaluate("dispatchEvent(new Event('afterprint'))")
@@ -145,8 +145,8 @@ def test_the_report_writes_the_table_of_the_readme(quick_report):
 
 def test_the_report_accepts_a_scene_of_the_user(tmp_path):
     """Check attitude errors in the report for a user-defined body in rotated axes."""
-    turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
-    kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
+    body = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
+    kr.Scene(body, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0
     best = {run["method"]: float(run["attitude_error"]) for run in rows_of(tmp_path)}
     assert {run["scene"] for run in rows_of(tmp_path)} == {"mine"}
@@ -188,8 +188,8 @@ def test_the_report_refuses_a_top_that_rests_forever(tmp_path, capsys):
 
 
 def test_the_report_refuses_an_unknown_part(capsys):
-    with pytest.raises(SystemExit) as refused:
+    with pytest.raises(SystemExit) as program_exit:
         report.main(["--only", "truth,magic"])
-    assert refused.value.code == 2
-    said = " ".join(capsys.readouterr().err.split())
-    assert "unknown part 'magic'; parts are workprecision, many_starts, truth" in said
+    assert program_exit.value.code == 2
+    output = " ".join(capsys.readouterr().err.split())
+    assert "unknown part 'magic'; parts are workprecision, many_starts, truth" in output

@@ -56,10 +56,10 @@ def test_scaled_units_are_for_lagrange_tops():
 def test_scaled_units_scale_damping():
     top = THESIS.replace(damping=(0.1, 0.1, 0.3))
     units = scaled_units(top.body)
-    there = units.into(top)
-    a, b = kr.solve(top, TIMES), kr.solve(there, TIMES)
+    scaled = units.into(top)
+    a, b = kr.solve(top, TIMES), kr.solve(scaled, TIMES)
     assert kr.attitude_error(a.q, b.q).max() < 1e-12
-    assert np.allclose(units.back(there).damping, top.damping, rtol=1e-15, atol=0)
+    assert np.allclose(units.back(scaled).damping, top.damping, rtol=1e-15, atol=0)
 
 
 def test_scaled_units_keep_an_unphysical_body():

@@ -51,7 +51,7 @@ CONFIRMED = {
 
 @pytest.fixture(scope="module")
 def results():
-    return chapter.run_experiments(lambda what: None)
+    return chapter.run_experiments(lambda message: None)
 
 
 @pytest.fixture(scope="module")
@@ -74,10 +74,10 @@ def test_the_page_is_self_contained(page):
 
 
 def test_refuted_sentences_are_listed_as_links(results, page):
-    said = chapter.check_sentences(results)
-    places = [i for i, sentence in enumerate(said, 1) if not sentence.holds]
-    listed = page.split('<h2 id="not">')[1].split("<h2")[0]
-    assert [int(i) for i in re.findall(r'href="#sentence-(\d+)"', listed)] == places
+    sentences = chapter.check_sentences(results)
+    places = [i for i, sentence in enumerate(sentences, 1) if not sentence.holds]
+    links = page.split('<h2 id="not">')[1].split("<h2")[0]
+    assert [int(i) for i in re.findall(r'href="#sentence-(\d+)"', links)] == places
     assert all(page.count(f'id="sentence-{i}"') == 1 for i in places)
 
 
@@ -88,21 +88,21 @@ def test_axe_finds_nothing_on_the_chapter(tmp_path, browser, page):
 
 
 def test_sentences_have_the_expected_verdicts(results):
-    said = chapter.check_sentences(results)
-    assert [sentence.says for sentence in said if not (sentence.holds or sentence.why)] == [], (
-        "each has a reason"
-    )
-    for where, begin in REFUTED | CONFIRMED:
-        (found,) = [
+    sentences = chapter.check_sentences(results)
+    assert [
+        sentence.says for sentence in sentences if not (sentence.holds or sentence.why)
+    ] == [], "each has a reason"
+    for place, begin in REFUTED | CONFIRMED:
+        (match,) = [
             sentence
-            for sentence in said
-            if sentence.where == where and sentence.says.startswith(begin)
+            for sentence in sentences
+            if sentence.where == place and sentence.says.startswith(begin)
         ]
-        assert found.holds == ((where, begin) in CONFIRMED), f"{where}, {begin}: {found.found}"
+        assert match.holds == ((place, begin) in CONFIRMED), f"{place}, {begin}: {match.found}"
 
 
 def test_the_report_writes_the_chapter(tmp_path, monkeypatch, results, page):
-    monkeypatch.setattr(chapter, "run_experiments", lambda say: results)
+    monkeypatch.setattr(chapter, "run_experiments", lambda report: results)
     monkeypatch.setattr(chapter, "render_chapter", lambda results, seconds: page)
     assert main(["--thesis", "--out", str(tmp_path)]) == 0
     assert [file.name for file in tmp_path.iterdir()] == [chapter.OUTPUT]
@@ -133,11 +133,12 @@ def test_the_failing_top_agrees_with_the_thesis(results):
 
 
 def test_experiment_62_agrees_with_the_thesis(results):
-    timed = results.timed
-    assert timed.until("BS", 3200) == pytest.approx(0.194, abs=0.002)
-    assert timed.until("BS 0.01", 3200) == pytest.approx(0.021, abs=0.001)
+    equal_time = results.timed
+    assert equal_time.until("BS", 3200) == pytest.approx(0.194, abs=0.002)
+    assert equal_time.until("BS 0.01", 3200) == pytest.approx(0.021, abs=0.001)
     assert (
-        timed.green.steps / 640 == pytest.approx(5.97, abs=0.4) and timed.until("Ext", 3200) < 0.1
+        equal_time.green.steps / 640 == pytest.approx(5.97, abs=0.4)
+        and equal_time.until("Ext", 3200) < 0.1
     )
 
 
@@ -147,12 +148,12 @@ def test_experiment_63_agrees_with_the_thesis(results):
 
 
 def test_restarted_runs_equal_consecutive_runs():
-    once = kr.solve(trajectories.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
-    twice = kr.solve(once.end, 0.4, method="extrap", tol=1e-5, step=0.1)
+    first = kr.solve(trajectories.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
+    second = kr.solve(first.end, 0.4, method="extrap", tol=1e-5, step=0.1)
     course = trajectories.solve_with_restarts(trajectories.SCENE, 0.4, 0.8)
-    assert np.array_equal(course.path.q[1:], [once.q[-1], twice.q[-1]])
+    assert np.array_equal(course.path.q[1:], [first.q[-1], second.q[-1]])
     assert course.t.tolist() == [0.0, 0.4, 0.8]
-    assert course.evaluations == once.stats.evaluations + twice.stats.evaluations
+    assert course.evaluations == first.stats.evaluations + second.stats.evaluations
 
 
 def test_values_of_k_agree_with_the_thesis():

@@ -72,18 +72,18 @@ def is_trouble(message):
     return message.type in {"error", "warning"} and "GPU stall" not in message.text
 
 
-def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
+def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **options):
     """Open the viewer in a new window with `scale` screen pixels per CSS pixel."""
-    return open_viewer(open_window(browser, size, scale, **how), file, fragment)
+    return open_viewer(open_window(browser, size, scale, **options), file, fragment)
 
 
-def open_window(browser, size=WIDE, scale=COARSE, **how):
+def open_window(browser, size=WIDE, scale=COARSE, **options):
     """Open an empty window.
 
     Errors, warnings and network requests are appended to the page's attribute `troubles`.
     """
-    how = {"viewport": make_viewport(size), "device_scale_factor": scale, **how}
-    context = browser.new_context(offline=True, **how)
+    options = {"viewport": make_viewport(size), "device_scale_factor": scale, **options}
+    context = browser.new_context(offline=True, **options)
     context.set_default_timeout(30000)
     context.add_init_script(SKETCHES)
     page = context.new_page()
@@ -119,14 +119,14 @@ def reload(page):
 
 def load(page, preset=UPRIGHT, **changes):
     """Load a preset with some changed values, and pause at the initial state."""
-    loaded = page.evaluate(
+    is_loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
         return !!preset && kreisel.page.load({...preset, ...changes});
     }""",
         [preset, changes],
     )
-    assert loaded, f"the viewer has no preset {preset}, or refuses {changes}"
+    assert is_loaded, f"the viewer has no preset {preset}, or refuses {changes}"
 
 
 def advance(page, t):
@@ -138,20 +138,20 @@ def wait_until_time(page, t):
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 
-def drag(page, kind, by, number=0, button="left", key=None):
+def drag(page, kind, offset, number=0, button="left", key=None):
     """Drag a handle in the viewer, and return its positions before and after the drag."""
-    where = f"kreisel.locate('{kind}', 0, {number})"
-    x, y = page.evaluate(where)
+    script = f"kreisel.locate('{kind}', 0, {number})"
+    x, y = page.evaluate(script)
     if key:
         page.keyboard.down(key)
     page.mouse.move(x, y)
     page.mouse.down(button=button)
-    page.mouse.move(x + by[0] / 2, y + by[1] / 2)
-    page.mouse.move(x + by[0], y + by[1])
+    page.mouse.move(x + offset[0] / 2, y + offset[1] / 2)
+    page.mouse.move(x + offset[0], y + offset[1])
     page.mouse.up(button=button)
     if key:
         page.keyboard.up(key)
-    return np.array((x, y)), np.array(page.evaluate(where))
+    return np.array((x, y)), np.array(page.evaluate(script))
 
 
 # Queries
@@ -201,17 +201,19 @@ def count_colours(page):
     })()""")
 
 
-def scene_in_python(given, second=False):
+def scene_in_python(settings, second=False):
     """Convert a scene of the viewer to a kreisel.Scene."""
-    body = given["body"]
+    body = settings["body"]
     if "half" in body:
-        made = kr.Body.cuboid(**body)
+        top_body = kr.Body.cuboid(**body)
     else:
-        made = kr.Body(
+        top_body = kr.Body(
             body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"], unphysical=True
         )
-    if any(given["rotor"]):
-        made = made.with_rotor(spin=1, inertia=np.linalg.norm(given["rotor"]), axis=given["rotor"])
-    start = given["second"] if second else [*given["attitude"], *given["momentum"]]
-    disturbances = {name: given[name] for name in ("damping", "friction", "turning")}
-    return kr.Scene(made, start[4:], start[:4], given["gravity"], **disturbances)
+    if any(settings["rotor"]):
+        top_body = top_body.with_rotor(
+            spin=1, inertia=np.linalg.norm(settings["rotor"]), axis=settings["rotor"]
+        )
+    start = settings["second"] if second else [*settings["attitude"], *settings["momentum"]]
+    disturbances = {name: settings[name] for name in ("damping", "friction", "turning")}
+    return kr.Scene(top_body, start[4:], start[:4], settings["gravity"], **disturbances)

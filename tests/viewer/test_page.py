@@ -84,16 +84,16 @@ def test_the_viewer_waits_if_reduced_motion_is_preferred(page):
 @pytest.mark.parametrize("preset", PRESETS)
 def test_states_equal_those_of_python_bitwise(page, preset):
     load(page, preset, step=[0.01, 0.07])
-    given = read_scene(page)
+    scene = read_scene(page)
     for method in ALGEBRAIC:
-        if not kr.methods[method].suits(scene_in_python(given)):
+        if not kr.methods[method].suits(scene_in_python(scene)):
             continue
         page.evaluate(
             "name => kreisel.page.editScene((s) => (s.methods = s.methods.map(() => name)))", method
         )
         advance(page, 21)
         for i, state in enumerate(read_states(page)):
-            top = scene_in_python(given, second=bool(i > 1 and given["second"]))
+            top = scene_in_python(scene, second=bool(i > 1 and scene["second"]))
             expected = kr.solve(top, 21, method, step=(0.01, 0.07)[i % 2], every=300).states[-1]
             assert state == expected.tolist(), (method, i)
 
@@ -123,10 +123,10 @@ def test_adaptive_methods_agree_with_python(page):
 def test_extrap_restarts_at_each_step(page):
     load(page, "Compare four")
     advance(page, 4)
-    state, now = read_states(page)[3], scene_in_python(read_scene(page))
+    state, scene = read_states(page)[3], scene_in_python(read_scene(page))
     for _ in range(20):
-        now = kr.solve(now, [0.2], "extrap", tol=1e-5).end
-    expected = [*now.attitude, *now.momentum]
+        scene = kr.solve(scene, [0.2], "extrap", tol=1e-5).end
+    expected = [*scene.attitude, *scene.momentum]
     assert state[1:] == pytest.approx(
         expected, abs=1e-9
     )  # logarithms and powers may differ in the last bits
@@ -136,7 +136,7 @@ def test_extrap_restarts_at_each_step(page):
 def test_one_large_advance_equals_many_small_ones(page):
     load(page, "Compare four")
     advance(page, 30)
-    once = read_states(page)
+    states = read_states(page)
     page.evaluate("""{
         kreisel.page.rewind();
         for (let t = 0, i = 0; t < 30; i++) {
@@ -144,7 +144,7 @@ def test_one_large_advance_equals_many_small_ones(page):
             kreisel.advance(t);
         }
     }""")
-    assert read_states(page) == once
+    assert read_states(page) == states
 
 
 def test_tops_are_compared_only_at_common_multiples_of_their_steps(page):
@@ -162,34 +162,34 @@ def test_tops_are_compared_only_at_common_multiples_of_their_steps(page):
 def test_presets_conserve_their_integrals(page, preset):
     load(page, preset)
     advance(page, 50)
-    given, tops = read_scene(page), page.evaluate("kreisel.page.tops")
+    scene, tops = read_scene(page), page.evaluate("kreisel.page.tops")
     for i, top in enumerate(tops):
         energy = read_record(page, i, "energy")
         vertical, axial = (
-            read_record(page, i, f"{about}_momentum") for about in ("vertical", "axial")
+            read_record(page, i, f"{name}_momentum") for name in ("vertical", "axial")
         )
         size = np.abs(energy).max() + np.abs(vertical).max()
         coarse = min(top["step"], 0.2)
-        kept = {"extrap": 1e-4, "rk4": 0.01}.get(top["method"], 1e-6)
-        assert np.ptp(energy) <= coarse * size and np.ptp(vertical) <= kept * size, top["method"]
+        limit = {"extrap": 1e-4, "rk4": 0.01}.get(top["method"], 1e-6)
+        assert np.ptp(energy) <= coarse * size and np.ptp(vertical) <= limit * size, top["method"]
         if page.evaluate("kreisel.page.kind") == "lagrange":
-            assert np.ptp(axial) <= kept * size
-        if given["chart"] in {"kowalewski", "goryachev_chaplygin"}:
-            fourth = read_record(page, i, given["chart"])
+            assert np.ptp(axial) <= limit * size
+        if scene["chart"] in {"kowalewski", "goryachev_chaplygin"}:
+            fourth = read_record(page, i, scene["chart"])
             assert np.ptp(fourth) <= 1e-3 * max(1, np.abs(fourth).max())
-        assert given["about"]
+        assert scene["about"]
 
 
 def heights_until(page, end):
     """Return the apex heights of all tops at integer times up to `end`."""
-    told = page.evaluate(
+    states = page.evaluate(
         """(end) => Array.from({length: end + 1}, (_, t) => {
             kreisel.advance(t);
             return kreisel.readStates();
         })""",
         end,
     )
-    x, y = np.moveaxis(np.array(told)[:, :, 2:4], 2, 0)
+    x, y = np.moveaxis(np.array(states)[:, :, 2:4], 2, 0)
     return 1 - 2 * (x * x + y * y)
 
 
@@ -218,18 +218,18 @@ def download_file(page, name):
 def test_downloaded_files_have_the_scene_and_the_states(page, window, tmp_path):
     load(page, "Compare four")
     advance(page, 2)
-    given = read_scene(page)
+    scene = read_scene(page)
     rows = list(csv.reader(io.StringIO(download_file(page, "CSV").read_text())))
     assert (
         len(rows) == 12 and len(rows[0]) == 1 + 4 * (len(MEASURES) - 2) and float(rows[-1][0]) == 2
     )
-    assert json.loads(download_file(page, "JSON").read_text()) == given
-    assert kr.Scene.from_toml(download_file(page, "TOML")) == scene_in_python(given)
+    assert json.loads(download_file(page, "JSON").read_text()) == scene
+    assert kr.Scene.from_toml(download_file(page, "TOML")) == scene_in_python(scene)
     assert download_file(page, "Picture").read_bytes().startswith(b"\x89PNG")
     (tmp_path / "top.html").write_bytes(download_file(page, "This page").read_bytes())
     other = open_viewer(window, tmp_path / "top.html")
     other.evaluate("kreisel.advance(2)")
-    assert read_scene(other) == given and other.evaluate("kreisel.readStates()") == page.evaluate(
+    assert read_scene(other) == scene and other.evaluate("kreisel.readStates()") == page.evaluate(
         "kreisel.readStates()"
     )
     page.get_by_role("button", name="Share").click()
@@ -238,7 +238,7 @@ def test_downloaded_files_have_the_scene_and_the_states(page, window, tmp_path):
     other.goto("about:blank")
     other.goto(link)
     wait_for(other, "!!window.kreisel")
-    assert read_scene(other) == given and other.troubles == []
+    assert read_scene(other) == scene and other.troubles == []
 
 
 BAD = [

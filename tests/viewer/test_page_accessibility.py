@@ -30,6 +30,6 @@ def test_axe_finds_nothing_on_the_viewer(changeable_page, size, scheme):
 
 def test_axe_finds_a_button_without_a_name(page):
     page.evaluate("document.getElementById('bar').prepend(document.createElement('button'))")
-    found = check_page(page, "toolbar")
+    violations = check_page(page, "toolbar")
     page.evaluate("document.querySelector('#bar button').remove()")
-    assert [(case, rule) for case, rule, _ in found] == [("toolbar", "button-name")]
+    assert [(case, rule) for case, rule, _ in violations] == [("toolbar", "button-name")]

@@ -53,12 +53,12 @@ def find_fields(page):
 
 
 def wait_for_momentum(page, m):
-    written = [float(f"{x:.6g}" if x == 0 or abs(x) >= 1e-3 else f"{x:.3g}") for x in m]
+    values = [float(f"{x:.6g}" if x == 0 or abs(x) >= 1e-3 else f"{x:.3g}") for x in m]
     wait_for(
         page,
         """m => [...document.querySelectorAll("[aria-label^='Momentum, ']")]
             .every((field, k) => +field.value === m[k])""",
-        arg=written,
+        arg=values,
     )
 
 
@@ -189,18 +189,18 @@ def test_integrals_agree_with_python(page, preset, fourth):
     for t in (2, 6):
         advance(page, t)
         wait_for_momentum(page, read_states(page)[0][5:])
-        told, top = read_table(page), scene_in_python(read_scene(page))
-        assert len(told) == 2
-        for row, method in zip(told, ("strang", "rk4"), strict=True):
+        tables, top = read_table(page), scene_in_python(read_scene(page))
+        assert len(tables) == 2
+        for row, method in zip(tables, ("strang", "rk4"), strict=True):
             path = kr.solve(top, t, method, step=0.05, every=20 * t)
-            now, change = compute_table(path).T
-            assert row[: len(now), 0] == pytest.approx(now, rel=1e-5, abs=1e-9)
-            assert row[: len(now), 1] == pytest.approx(change, rel=0.06, abs=1e-13)
-            assert len(now) == (4 if fourth else 3) and np.isnan(row[len(now) :]).all()
+            values, change = compute_table(path).T
+            assert row[: len(values), 0] == pytest.approx(values, rel=1e-5, abs=1e-9)
+            assert row[: len(values), 1] == pytest.approx(change, rel=0.06, abs=1e-13)
+            assert len(values) == (4 if fourth else 3) and np.isnan(row[len(values) :]).all()
     if fourth:
         assert (
             page.get_by_role("columnheader", name=fourth, exact=True).is_visible()
-            and abs(told[1, 3, 1]) > 0
+            and abs(tables[1, 3, 1]) > 0
         )
 
 
@@ -298,8 +298,8 @@ def test_error_charts_have_room_for_curves_before_a_change(page, log):
     assert read_earlier(page) == pytest.approx(before, nan_ok=True)
     first, last, low, high = read_spans(page)
     assert (first, last) == (0, 12)
-    seen = before[1:, before[0] <= 12]
-    assert low <= np.nanmin(seen) and high >= np.nanmax(seen)
+    errors = before[1:, before[0] <= 12]
+    assert low <= np.nanmin(errors) and high >= np.nanmax(errors)
 
 
 def count_pixels(page):

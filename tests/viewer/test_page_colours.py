@@ -17,8 +17,8 @@ VIEWER = ROOT / "python/viewer"
 
 def find_colours(file, pattern):
     """Return the hexadecimal colours in the text that matches `pattern`."""
-    found = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
-    return re.findall(r"#[0-9a-f]{6}", found[0])
+    match = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
+    return re.findall(r"#[0-9a-f]{6}", match[0])
 
 
 TOPS = find_colours("scene.js", r"COLOURS = .*")
@@ -79,8 +79,8 @@ def test_texts_identify_tops_not_only_by_colour(name, text):
     """Check that texts do not identify a top by its colour alone."""
     for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
         first = text.lower().index(colour)
-        around = text.lower()[max(0, first - 40) : first + 50]
-        assert re.search("left|right|dashed", around), (name, colour)
+        context = text.lower()[max(0, first - 40) : first + 50]
+        assert re.search("left|right|dashed", context), (name, colour)
 
 
 @pytest.mark.parametrize("vision", VISION)

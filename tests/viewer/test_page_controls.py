@@ -102,8 +102,8 @@ def test_jump_reaches_any_time_and_returns(page):
             ).states[-1]
             for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2))
         )
-        now = read_states(page)
-        assert (now[0], now[3]) == (first.tolist(), last.tolist())
+        states = read_states(page)
+        assert (states[0], states[3]) == (first.tolist(), last.tolist())
     assert not page.evaluate("kreisel.page.isRunning")
     field.fill("-3")
     field.press("Tab")
@@ -136,13 +136,15 @@ def test_the_next_side_button_shows_three_sides(page, flat):
         f"kreisel.page.scene.show.flat = {str(flat).lower()};"
         "kreisel.view.showScene(kreisel.page.scene)"
     )
-    seen = []
+    directions = []
     for _ in range(3):
         page.get_by_role("button", name="View next side").click()
         camera, target = "kreisel.view.camera.position", "kreisel.view.orbit.target"
-        seen.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
+        directions.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
     assert (
-        np.abs(np.sort(seen, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)).max()
+        np.abs(
+            np.sort(directions, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)
+        ).max()
         < 2e-3
     )
 
@@ -167,12 +169,12 @@ def test_buttons_and_keys_control_the_clock(page):
     wait_for(page, "kreisel.page.clock > 0")
     page.get_by_role("button", name="Stop").click()
     assert not page.evaluate("kreisel.page.isRunning")
-    for key, what in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
-        before = read_scene(page)["show"][what]
+    for key, option in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
+        before = read_scene(page)["show"][option]
         page.keyboard.press("Escape")
         page.locator("canvas").first.focus()
         page.keyboard.press(key)
-        assert read_scene(page)["show"][what] != before
+        assert read_scene(page)["show"][option] != before
     page.keyboard.press("3")
     assert read_scene(page)["name"] == PRESETS[2]
     page.keyboard.press("c")
@@ -194,7 +196,7 @@ def test_buttons_and_keys_control_the_clock(page):
 
 
 def test_icon_buttons_have_a_tooltip(page):
-    read = """(button) => {
+    script = """(button) => {
         const {display, content} = getComputedStyle(button, '::after');
         return [display, content];
     }"""
@@ -203,10 +205,10 @@ def test_icon_buttons_have_a_tooltip(page):
             continue
         name = button.get_attribute("aria-label")
         button.hover()
-        display, words = button.evaluate(read)
+        display, words = button.evaluate(script)
         assert display == "block" and name in words
         page.mouse.move(300, 300)
-        assert button.evaluate(read)[0] == "none"
+        assert button.evaluate(script)[0] == "none"
 
 
 def test_the_strip_of_scenes_scrolls_by_a_button(page):

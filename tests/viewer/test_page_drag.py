@@ -30,9 +30,9 @@ def test_dragging_the_tip_sets_the_momentum(page):
     assert list_changes(before, read_scene(page)) == {"momentum"} and page.evaluate(velocity) != old
     m = np.array(read_scene(page)["momentum"])
     drag(page, "tip", (30, -10), key="Shift")
-    along = np.array(read_scene(page)["momentum"])
-    assert np.linalg.norm(np.cross(m, along)) < 1e-9 * m @ m
-    assert np.linalg.norm(along) != pytest.approx(np.linalg.norm(m), rel=1e-3)
+    momentum = np.array(read_scene(page)["momentum"])
+    assert np.linalg.norm(np.cross(m, momentum)) < 1e-9 * m @ m
+    assert np.linalg.norm(momentum) != pytest.approx(np.linalg.norm(m), rel=1e-3)
 
 
 @pytest.mark.parametrize("kind", ["face", "edge"])
@@ -60,15 +60,15 @@ def test_dragging_a_corner_resizes_the_body(page, shape):
         assert page.evaluate("kreisel.page.kind") == shape
 
 
-@pytest.mark.parametrize("how", ["middle", "Alt", "tool"])
-def test_dragging_a_corner_moves_the_fixed_point(page, how):
+@pytest.mark.parametrize("way", ["middle", "Alt", "tool"])
+def test_dragging_a_corner_moves_the_fixed_point(page, way):
     before = read_scene(page)
-    if how == "tool":
+    if way == "tool":
         page.get_by_label("Corners move the fixed point").check()
-    hold = {"middle": {"button": "middle"}, "Alt": {"key": "Alt"}, "tool": {}}[how]
+    hold = {"middle": {"button": "middle"}, "Alt": {"key": "Alt"}, "tool": {}}[way]
     start, end = drag(page, "corner", (-30, 25), number=5, **hold)
     after = read_scene(page)
-    if how == "tool":
+    if way == "tool":
         page.get_by_label("Corners move the fixed point").uncheck()
     assert end - start == pytest.approx((-30, 25), abs=1)
     assert (
@@ -109,11 +109,11 @@ def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
     advance(page, 3)
     before = read_scene(page)
     x, y = page.evaluate("kreisel.locate('corner', 2, 5)")
-    shown = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
+    visibility = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
     page.mouse.dblclick(x, y)
-    assert page.evaluate(shown) == [False, False, True, False]
+    assert page.evaluate(visibility) == [False, False, True, False]
     page.mouse.dblclick(*BESIDE)
-    assert page.evaluate(shown) == [True] * 4
+    assert page.evaluate(visibility) == [True] * 4
     assert read_scene(page) == before and read_clock(page) == 3 * TICKS
 
 
@@ -141,8 +141,8 @@ def test_touch_drags_too(browser):
     page.context.close()
 
 
-@pytest.mark.parametrize("kind, moved", [("tip", slice(5, 8)), ("face", slice(1, 5))])
-def test_two_motions_are_changed_independently(page, kind, moved):
+@pytest.mark.parametrize("kind, component", [("tip", slice(5, 8)), ("face", slice(1, 5))])
+def test_two_motions_are_changed_independently(page, kind, component):
     load(page, "Sleeping top")
     advance(page, 4)
     before = read_states(page)
@@ -154,8 +154,8 @@ def test_two_motions_are_changed_independently(page, kind, moved):
     left, right = read_states(page)
     assert left[1:] == before[0][1:]
     assert (
-        right[moved] != before[1][moved]
+        right[component] != before[1][component]
         and np.linalg.norm(np.subtract(right, before[1])[1:5]) < 0.3
     )
-    kept = slice(1, 5) if kind == "tip" else slice(5, 8)
-    assert right[kept] == before[1][kept]
+    rest = slice(1, 5) if kind == "tip" else slice(5, 8)
+    assert right[rest] == before[1][rest]

@@ -74,11 +74,11 @@ def test_the_toolbar_fits_a_frame_of_the_site(browser, tmp_path):
     file.write_text(f'<iframe style="{style}" src="{PAGE.as_uri()}"></iframe>')
     page = browser.new_context(offline=True).new_page()
     page.goto(file.as_uri())
-    inside = page.frames[1]
-    wait_for(inside, "!!window.kreisel")
-    assert inside.evaluate(BROKEN) == []
-    assert not inside.locator("#hint").is_visible()
-    for number in inside.locator("#numbers div").all():
+    frame = page.frames[1]
+    wait_for(frame, "!!window.kreisel")
+    assert frame.evaluate(BROKEN) == []
+    assert not frame.locator("#hint").is_visible()
+    for number in frame.locator("#numbers div").all():
         assert number.bounding_box()["y"] < 60
     page.context.close()
 
@@ -87,10 +87,10 @@ def test_the_toolbar_fits_a_frame_of_the_site(browser, tmp_path):
 def test_the_list_of_keys_is_on_top_and_complete(resizable, size):
     resize(resizable, size)
     resizable.locator("#bar [aria-label=Keys]").click()
-    seen = resizable.evaluate(DIALOG)
-    left, top, right, bottom = seen["box"]
+    layout = resizable.evaluate(DIALOG)
+    left, top, right, bottom = layout["box"]
     assert left >= 0 and top >= 0 and right <= size[0] and bottom <= size[1]
-    assert seen["covered"] == [] and seen["scrollTop"] == 0 and seen["hidden"] <= 1
+    assert layout["covered"] == [] and layout["scrollTop"] == 0 and layout["hidden"] <= 1
 
 
 def test_keys_are_ignored_while_their_list_is_open(resizable):

@@ -38,31 +38,31 @@ def differentiate(_, state, moments, lever, damping, friction):
     return np.concatenate((spin, torque - friction * np.sign(rate @ apex) * apex))
 
 
-def solve_fall(given, contact):
+def solve_fall(settings, contact):
     """Integrate with SciPy until the tilt of a top equals `contact`, and return the time."""
-    scene = scene_in_python(given)
+    scene = scene_in_python(settings)
     body = scene.body
 
     def reach(_, state, *_rest):
         return 1 - 2 * (state[1] ** 2 + state[2] ** 2) - np.cos(contact)
 
     reach.terminal = True
-    found = solve_ivp(
+    solution = solve_ivp(
         differentiate,
         (0, 100),
-        [*given["attitude"], *given["momentum"]],
+        [*settings["attitude"], *settings["momentum"]],
         "DOP853",
         events=reach,
         args=(
             np.array(body.moments),
             body.mass * scene.gravity * body.com[2],
-            given["damping"],
-            given["friction"],
+            settings["damping"],
+            settings["friction"],
         ),
         rtol=1e-11,
         atol=1e-11,
     )
-    return found.t_events[0][0]
+    return solution.t_events[0][0]
 
 
 def read_end(page, top=0):
@@ -277,9 +277,9 @@ def test_rotor_is_an_arrow_at_the_centre_of_mass(page):
     load(page, GYROSCOPE)
     exact = kr.exact(scene_in_python(read_scene(page)))
     assert exact.motion_type == "steady"
-    shown = page.evaluate("""(({h}) => [h.visible, h.tip.position.z / kreisel.view.momentumZoom,
+    arrow = page.evaluate("""(({h}) => [h.visible, h.tip.position.z / kreisel.view.momentumZoom,
         h.position.z / kreisel.view.zoom])(kreisel.view.tops[0])""")
-    assert shown == pytest.approx([True, 8, 1.1], rel=1e-6)
+    assert arrow == pytest.approx([True, 8, 1.1], rel=1e-6)
     load(page)
     assert not page.evaluate("kreisel.view.tops[0].h.visible")
 
@@ -289,13 +289,13 @@ def test_rotor_is_an_arrow_at_the_centre_of_mass(page):
 
 def test_a_top_on_a_turntable_agrees_with_one_at_rest(page):
     load(page, TURNTABLE, start={"tilt": 70, "spin": 1, "precession": 0.3}, gravity=4)
-    given = read_scene(page)
+    scene = read_scene(page)
     advance(page, 8)
-    resting = scene_in_python({**given, "turning": [0, 0, 0]})
+    resting = scene_in_python({**scene, "turning": [0, 0, 0]})
     x, y, z = kr.exact(resting)(8.0).apex[0]
     c, s = np.cos(-0.6 * 8), np.sin(-0.6 * 8)
-    shown = kr.quaternion.turn(read_states(page)[0][1:5], (0, 0, 1))
-    assert shown == pytest.approx([c * x - s * y, s * x + c * y, z], abs=1e-9)
+    apex = kr.quaternion.turn(read_states(page)[0][1:5], (0, 0, 1))
+    assert apex == pytest.approx([c * x - s * y, s * x + c * y, z], abs=1e-9)
 
 
 @pytest.mark.parametrize("turning", [[0, 0, 0.6], [0.3, -0.2, 0.5]])
@@ -354,13 +354,13 @@ def test_view_shows_friction_rotor_and_turntable():
 
 
 @pytest.mark.parametrize(
-    "given, words",
+    "parameters, words",
     [
         ({"damping": (0.1, 0.1, 0)}, "one damping for all axes"),
         ({"shaking": (0.1, 20, 0)}, "shaken supports"),
     ],
 )
-def test_view_refuses_scenes_that_the_viewer_cannot_compute(given, words):
-    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.4, 0.5), momentum=(0, 1, 4), **given)
+def test_view_refuses_scenes_that_the_viewer_cannot_compute(parameters, words):
+    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.4, 0.5), momentum=(0, 1, 4), **parameters)
     with pytest.raises(ValueError, match=words):
         kr.view(scene, open=False)

@@ -74,7 +74,7 @@ IMPOSSIBLE = [
 EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
 
 
-def follow_link(page, given):
+def follow_link(page, scene):
     """Follow a link in the open page, and return the displayed message."""
     page.evaluate(
         """(hash) => new Promise((done) => {
@@ -83,7 +83,7 @@ def follow_link(page, given):
         addEventListener('hashchange', () => setTimeout(done), {once: true});
         location.hash = hash;
     })""",
-        "#scene=" + quote(json.dumps(given)),
+        "#scene=" + quote(json.dumps(scene)),
     )
     return read_message(page)
 
@@ -99,15 +99,15 @@ def make_track(name):
 
 def test_a_link_loads_in_the_open_viewer(page):
     advance(page, 3)
-    given = {
+    scene = {
         "name": "Mine",
         "about": "To look at.",
         "momentum": [1, 2, 3],
         "methods": ["strang", "rk4"],
         "step": [0.02],
     }
-    assert follow_link(page, given) == ""
-    assert {key: read_scene(page)[key] for key in given} == given
+    assert follow_link(page, scene) == ""
+    assert {key: read_scene(page)[key] for key in scene} == scene
     assert page.evaluate("[kreisel.page.clock, kreisel.page.tops.length]") == [0, 2]
     assert page.get_by_text("To look at.").is_visible()
     advance(page, 2)
@@ -122,7 +122,7 @@ def test_a_link_loads_in_the_open_viewer(page):
 
 
 @pytest.mark.parametrize(
-    "chart, shape, shown",
+    "chart, shape, chart_name",
     [
         ("vertical", "lagrange", "vertical_momentum"),
         ("axial", "lagrange", "axial_momentum"),
@@ -131,15 +131,15 @@ def test_a_link_loads_in_the_open_viewer(page):
         ("fourth", "goryachev_chaplygin", "goryachev_chaplygin"),
     ],
 )
-def test_links_accept_eps_and_short_names_of_charts(page, chart, shape, shown):
+def test_links_accept_eps_and_short_names_of_charts(page, chart, shape, chart_name):
     page.get_by_label("Shape").select_option(shape)
     body = read_scene(page)["body"]
-    played = {"eps" if key == "step" else key: value for key, value in make_track("rk4").items()}
-    given = {"body": body, "methods": ["strang"], "eps": [0.02, 0.1], "chart": chart}
-    assert follow_link(page, {**given, "tracks": [played]}) == ""
-    opened = read_scene(page)
-    assert opened["step"] == [0.02, 0.1] and opened["tracks"][0]["step"] == 0.1
-    assert opened["chart"] == shown and "eps" not in opened
+    track = {"eps" if key == "step" else key: value for key, value in make_track("rk4").items()}
+    scene = {"body": body, "methods": ["strang"], "eps": [0.02, 0.1], "chart": chart}
+    assert follow_link(page, {**scene, "tracks": [track]}) == ""
+    page_scene = read_scene(page)
+    assert page_scene["step"] == [0.02, 0.1] and page_scene["tracks"][0]["step"] == 0.1
+    assert page_scene["chart"] == chart_name and "eps" not in page_scene
 
 
 @pytest.mark.parametrize("key", WRONG)
@@ -152,16 +152,16 @@ def test_wrong_types_are_refused_with_a_message(page, key):
 
 def test_impossible_scenes_are_refused_with_a_message(page):
     before = read_scene(page)
-    for given in IMPOSSIBLE:
-        assert "cannot be" in follow_link(page, given), given
+    for scene in IMPOSSIBLE:
+        assert "cannot be" in follow_link(page, scene), scene
         assert read_scene(page) == before
     advance(page, 1)
     assert read_states(page)[0][0] == pytest.approx(1)
 
 
 def test_html_in_a_link_stays_text(page):
-    given = {"name": EVIL, "about": EVIL, "tracks": [make_track(EVIL)]}
-    assert follow_link(page, given) == "" and read_scene(page)["name"] == EVIL
+    scene = {"name": EVIL, "about": EVIL, "tracks": [make_track(EVIL)]}
+    assert follow_link(page, scene) == "" and read_scene(page)["name"] == EVIL
     advance(page, 0.7)
     assert page.get_by_role("checkbox", name=f"{EVIL} 0.1").is_checked()
     assert page.locator("#about").inner_text() == EVIL
@@ -263,8 +263,8 @@ def test_without_javascript_a_message_is_shown(browser):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(PAGE.as_uri())
-    told = page.locator("noscript")
-    assert told.inner_text() == "This page needs JavaScript." and told.is_visible()
+    message = page.locator("noscript")
+    assert message.inner_text() == "This page needs JavaScript." and message.is_visible()
     context.close()
 
 
@@ -315,12 +315,12 @@ def test_a_link_to_an_exercise_is_short(window, page):
 
 
 @pytest.mark.parametrize(
-    "given, words",
+    "scene, words",
     [
         ({"preset": "Nothing"}, "there is no scene “Nothing”"),
         ({"preset": "A spinning top", "exercise": "x"}, "has no exercise “x”"),
         ({"preset": "A spinning top", "gravity": "x"}, "gravity cannot be"),
     ],
 )
-def test_a_link_with_an_unknown_name_is_refused(page, given, words):
-    assert words in follow_link(page, given)
+def test_a_link_with_an_unknown_name_is_refused(page, scene, words):
+    assert words in follow_link(page, scene)

@@ -53,11 +53,11 @@ def test_a_refused_number_changes_nothing(page, name, value):
     page.get_by_role("checkbox", name="Each with a second step").check()
     page.evaluate("kreisel.page.undoStack = []; kreisel.page.showMessage(''); kreisel.advance(3)")
     before, field = read_everything(page), page.get_by_label(name, exact=True)
-    shown = field.input_value()
+    text = field.input_value()
     field.fill(value)
     field.press("Tab")
     assert read_everything(page) == before and read_message(page)
-    assert name == "Jump to t" or field.input_value() == shown
+    assert name == "Jump to t" or field.input_value() == text
 
 
 def test_an_empty_momentum_changes_nothing(page):
@@ -79,19 +79,21 @@ def test_undo_of_view_options_does_not_stop_the_motion(page):
     before = read_everything(page)
     for name in ("Floor", "2D view", "Elastic rod"):
         box = page.get_by_role("checkbox", name=name)
-        was = box.is_checked()
-        box.set_checked(not was)
+        is_checked = box.is_checked()
+        box.set_checked(not is_checked)
         assert read_everything(page)[1:3] == before[1:3]
         find_button(page, "Undo").click()
-        assert box.is_checked() == was
+        assert box.is_checked() == is_checked
     assert read_everything(page) == before and find_button(page, "Undo").is_disabled()
 
 
-@pytest.mark.parametrize("kind, by", [("tip", (30, 20)), ("face", (40, 10)), ("corner", (15, -15))])
-def test_undo_of_a_drag_restores_scene_and_time(page, kind, by):
+@pytest.mark.parametrize(
+    "kind, offset", [("tip", (30, 20)), ("face", (40, 10)), ("corner", (15, -15))]
+)
+def test_undo_of_a_drag_restores_scene_and_time(page, kind, offset):
     advance(page, 3)
     before = read_everything(page)
-    drag(page, kind, by, number=5)
+    drag(page, kind, offset, number=5)
     assert read_clock(page) == 0 and read_scene(page) != before[0]
     page.keyboard.press("Control+z")
     wait_until_time(page, 3)
@@ -149,10 +151,10 @@ def test_one_undo_reverts_one_move_of_a_slider(page):
 def test_keys_work_after_a_click_on_a_button(page):
     for name in ("Step", "View next side"):
         find_button(page, name).click()
-        for key, what in {"t": "trace", "e": "rod"}.items():
-            before = read_scene(page)["show"][what]
+        for key, option in {"t": "trace", "e": "rod"}.items():
+            before = read_scene(page)["show"][option]
             page.keyboard.press(key)
-            assert read_scene(page)["show"][what] != before
+            assert read_scene(page)["show"][option] != before
     page.keyboard.press("r")
     assert read_clock(page) == 0
 
@@ -162,13 +164,13 @@ def test_keys_are_ignored_during_a_drag(page):
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 30, y + 20)
-    held = read_everything(page)
+    state = read_everything(page)
     for key in ("r", "t", "3", "c", "h", "z", "Space", "ArrowRight", ".", "?", "Control+z"):
         page.keyboard.press(key)
-    assert read_everything(page) == held and page.locator("#panel").is_visible()
+    assert read_everything(page) == state and page.locator("#panel").is_visible()
     assert find_button(page, "Start").is_visible() and not page.get_by_role("dialog").is_visible()
     page.mouse.up()
-    assert read_scene(page) == held[0]
+    assert read_scene(page) == state[0]
     page.keyboard.press("z")
     assert read_scene(page)["momentum"] == [0.172, -1.862, 1.46]
 
@@ -267,11 +269,11 @@ def test_redo_restores_what_undo_reverted(page, key):
     advance(page, 2)
     last = read_everything(page)[:3]
     page.locator("canvas").first.focus()
-    seen = []
+    gravities = []
     for press in ("Control+z", "Control+z", key, key):
         page.keyboard.press(press)
-        seen.append(read_scene(page)["gravity"])
-    assert seen == [5, 4, 5, 6] and find_button(page, "Redo").is_disabled()
+        gravities.append(read_scene(page)["gravity"])
+    assert gravities == [5, 4, 5, 6] and find_button(page, "Redo").is_disabled()
     wait_until_time(page, 2)
     assert read_everything(page)[:3] == last
     page.keyboard.press("Control+z")

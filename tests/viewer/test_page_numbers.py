@@ -38,9 +38,9 @@ def read_text(page):
     return page.locator("#about").inner_text()
 
 
-def open_exercise(page, ask):
+def open_exercise(page, exercise):
     """Open an exercise, and return the closed-form solution of its scene."""
-    page.get_by_role("button", name=ask, exact=True).click()
+    page.get_by_role("button", name=exercise, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
     return kr.exact(scene_in_python(read_scene(page)))
 
@@ -62,9 +62,9 @@ def read_numbers(page):
 @pytest.mark.parametrize("preset", STARTED, **NAMES)
 def test_circles_and_critical_spin_agree_with_python(page, preset):
     load(page, preset["name"])
-    given, limits = read_scene(page), page.evaluate("kreisel.page.tops.map((top) => top.limits)")
+    scene, limits = read_scene(page), page.evaluate("kreisel.page.tops.map((top) => top.limits)")
     for i, top in enumerate(limits):
-        exact = kr.exact(scene_in_python(given, second=i == 1))
+        exact = kr.exact(scene_in_python(scene, second=i == 1))
         expected = [exact.least_nutation, exact.greatest_nutation, exact.critical_spin]
         assert [top[key] for key in ("least", "greatest", "critical")] == pytest.approx(
             expected, rel=1e-12, abs=1e-12
@@ -76,18 +76,18 @@ def test_circles_and_critical_spin_agree_with_python(page, preset):
 @pytest.mark.parametrize("preset", WITHOUT_ROTOR, **NAMES)
 def test_textbook_starts_agree_with_python(page, preset):
     load(page, preset["name"])
-    given, words = read_scene(page), preset["start"]
+    scene, words = read_scene(page), preset["start"]
     rate = words.get("precession", 0.0)
-    how = {"precession": rate} if not isinstance(rate, str) else {"steady": True}
+    options = {"precession": rate} if not isinstance(rate, str) else {"steady": True}
     expected = kr.Scene.spinning(
         kr.Body.cuboid(**preset["body"]),
         tilt=np.radians(words["tilt"]),
         spin=words["spin"],
         gravity=preset["gravity"],
-        **how,
+        **options,
         **({"fast": True} if rate == "fast" else {}),
     )
-    own = scene_in_python(given)
+    own = scene_in_python(scene)
     assert kr.exact(own).least_nutation == pytest.approx(
         kr.exact(expected).least_nutation, abs=1e-7
     )
@@ -127,9 +127,9 @@ def test_slow_precession_is_slow_for_either_sign_of_the_spin(page):
         assert rates[0] == pytest.approx(-rates[1], rel=1e-9)
         # the roots of I1 W^2 cos - I3 spin W + mass gravity height = 0
         body = scene_in_python(read_scene(page)).body
-        across, along = np.sort(body.moments)[[1, 0]]
+        transverse, axial = np.sort(body.moments)[[1, 0]]
         cos, torque = np.cos(np.pi / 6), body.mass * 4 * np.linalg.norm(body.com)
-        roots = np.roots([across * cos, -along * 22, torque])
+        roots = np.roots([transverse * cos, -axial * 22, torque])
         assert rates[0] == pytest.approx((min if kind == "slow" else max)(roots), rel=1e-9)
 
 
@@ -154,8 +154,8 @@ def test_every_preset_has_exercises_without_empty_numbers(page, preset):
         assert page.locator("#words").inner_text() == ""
 
 
-def click_exercise(page, ask):
-    page.get_by_role("button", name=ask, exact=True).click()
+def click_exercise(page, exercise):
+    page.get_by_role("button", name=exercise, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
 
 
@@ -170,7 +170,7 @@ def test_doubled_spin_halves_the_precession(page):
 
 
 @pytest.mark.parametrize(
-    "preset, ask, course",
+    "preset, exercise, course",
     [
         ("A spinning top", None, "loops"),
         ("A spinning top", "Why does it not fall?", "steady"),
@@ -192,25 +192,27 @@ def test_doubled_spin_halves_the_precession(page):
         ("Elastic rod", "A plane curve", "pendulum"),
     ],
 )
-def test_the_axis_moves_as_described(page, preset, ask, course):
+def test_the_axis_moves_as_described(page, preset, exercise, course):
     load(page, preset)
-    exact = open_exercise(page, ask) if ask else kr.exact(scene_in_python(read_scene(page)))
+    exact = (
+        open_exercise(page, exercise) if exercise else kr.exact(scene_in_python(read_scene(page)))
+    )
     assert exact.motion_type == course
     degrees = np.degrees([exact.least_nutation, exact.greatest_nutation])
-    written = [float(word) for word in re.findall(r"([\d.]+)°", read_text(page))]
-    assert all(np.abs(degrees - each).min() < 0.051 for each in written)
+    angles = [float(word) for word in re.findall(r"([\d.]+)°", read_text(page))]
+    assert all(np.abs(degrees - each).min() < 0.051 for each in angles)
 
 
-@pytest.mark.parametrize("ask", [None, "14.6 and 13.8", "Both fast"])
-def test_the_sleeping_tops_move_as_described(page, ask):
+@pytest.mark.parametrize("exercise", [None, "14.6 and 13.8", "Both fast"])
+def test_the_sleeping_tops_move_as_described(page, exercise):
     load(page, "Sleeping top")
-    if ask:
-        click_exercise(page, ask)
+    if exercise:
+        click_exercise(page, exercise)
     red, violet = (kr.exact(scene_in_python(read_scene(page), second=k)) for k in (False, True))
     spins = [states_spin(page, i) for i in (0, 1)]
     assert spins[0] > red.critical_spin and np.degrees(red.greatest_nutation) < 4
-    assert (spins[1] > red.critical_spin) == (ask == "Both fast")
-    assert (np.degrees(violet.greatest_nutation) > 25) == (ask != "Both fast")
+    assert (spins[1] > red.critical_spin) == (exercise == "Both fast")
+    assert (np.degrees(violet.greatest_nutation) > 25) == (exercise != "Both fast")
 
 
 def states_spin(page, top):
@@ -241,16 +243,16 @@ def test_live_numbers_agree_with_python(page, t):
     load(page, "A spinning top")
     advance(page, t)
     exact = kr.exact(scene_in_python(read_scene(page)))
-    now = kr.solve(
+    path = kr.solve(
         scene_in_python(read_scene(page)), [t - 1e-4, t, t + 1e-4] if t else [0, 1e-4, 2e-4]
     )
-    tilt, spin = np.degrees(now.nutation[min(1, int(10 * t))]), now.spin[1]
+    tilt, spin = np.degrees(path.nutation[min(1, int(10 * t))]), path.spin[1]
     wait_for(
         page, "tilt => document.querySelector('#numbers dd')?.textContent === tilt", f"{tilt:.1f}°"
     )
     numbers = read_numbers(page)
     assert numbers["spin"] == [f"{spin:#.3g}", ""]
-    rate = np.diff(np.unwrap(now.precession_angle)).mean() / 1e-4
+    rate = np.diff(np.unwrap(path.precession_angle)).mean() / 1e-4
     assert float(numbers["precession"][0]) == pytest.approx(rate, abs=6e-3)
     mean, round_trip = exact.precession, 2 * np.pi / exact.precession
     assert numbers["precession"][1] == f"mean {mean:.3g}: once round in {round_trip:.1f} s"
@@ -268,9 +270,9 @@ def test_arrows_and_circles_are_labelled(page):
         "highest 30.0°",
         "lowest 48.6°",
     ]
-    where = page.evaluate("""[...document.querySelectorAll('.labels span:not([hidden])')].map(
+    positions = page.evaluate("""[...document.querySelectorAll('.labels span:not([hidden])')].map(
         (span) => span.style.transform.match(/[\\d.]+/g).map(Number))""")
-    assert where[0] == pytest.approx(page.evaluate("kreisel.locate('tip')"), abs=40)
+    assert positions[0] == pytest.approx(page.evaluate("kreisel.locate('tip')"), abs=40)
 
 
 # The drawn body
@@ -281,16 +283,16 @@ def test_the_solid_of_revolution_has_the_mass_and_moments_of_the_scene(page, pre
     load(page, preset["name"], show={"solid": "top"})
     profile = np.array(page.evaluate("kreisel.view.revolution.profile"))
     body = scene_in_python(read_scene(page)).body
-    at = np.linspace(0, 1, 2001)
+    fractions = np.linspace(0, 1, 2001)
     z = np.concatenate(
         [
-            a + at * (b - a)
+            a + fractions * (b - a)
             for a, b in zip(*(profile[k:][: len(profile) - 1, 0] for k in (0, 1)), strict=True)
         ]
     )
     r = np.concatenate(
         [
-            a + at * (b - a)
+            a + fractions * (b - a)
             for a, b in zip(*(profile[k:][: len(profile) - 1, 1] for k in (0, 1)), strict=True)
         ]
     )
@@ -298,16 +300,18 @@ def test_the_solid_of_revolution_has_the_mass_and_moments_of_the_scene(page, pre
     def mean(values):
         return np.trapezoid(values * r**2, z) / np.trapezoid(r**2, z)
 
-    along, across = mean(r**2) / 2, mean(z**2 + r**2 / 4)
+    axial, transverse = mean(r**2) / 2, mean(z**2 + r**2 / 4)
     assert np.linalg.norm(body.com) == pytest.approx(mean(z), rel=1e-5)
-    assert body.mass * np.array([across, across, along]) == pytest.approx(body.moments, rel=1e-5)
+    assert body.mass * np.array([transverse, transverse, axial]) == pytest.approx(
+        body.moments, rel=1e-5
+    )
     assert profile[0, 0] > -0.02 and page.evaluate("kreisel.view.tops[0].solid.handles.length") == 4
 
 
 def draw_solid(page, body):
     """Show a body as a solid of revolution, and return the drawn profile."""
-    given = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
-    page.evaluate("given => kreisel.page.load(given)", {**given, "show": {"solid": "top"}})
+    scene = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
+    page.evaluate("given => kreisel.page.load(given)", {**scene, "show": {"solid": "top"}})
     return np.array(page.evaluate("kreisel.view.revolution.profile"))
 
 
@@ -322,17 +326,17 @@ def test_a_cone_is_drawn_as_a_cone_and_a_cylinder_as_a_drum(page):
 
 
 def test_only_symmetric_bodies_are_drawn_as_solids_of_revolution(page):
-    choice, drawn = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
-    assert page.evaluate(drawn) == 21  # faces, corners and edges
+    choice, handle_count = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
+    assert page.evaluate(handle_count) == 21  # faces, corners and edges
     advance(page, 2)
     before = read_states(page)
     choice.select_option("top")
-    assert page.evaluate(drawn) == 4 and read_states(page) == before
+    assert page.evaluate(handle_count) == 4 and read_states(page) == before
     page.get_by_label("Shape").select_option("kowalewski")
-    assert page.evaluate(drawn) == 21
+    assert page.evaluate(handle_count) == 21
     assert choice.locator("option[value=top]").is_disabled()
     load(page, UPRIGHT, show={"solid": "top"}, body={"half": [1, 1, 0.1], "pivot": [0, 0, -1.5]})
-    assert page.evaluate(drawn) == 4
+    assert page.evaluate(handle_count) == 4
 
 
 @pytest.mark.parametrize("size", [(480, 320), (390, 780)], ids=str)
@@ -347,7 +351,7 @@ def test_labels_do_not_cover_the_numbers(page, size):
         return [right, bottom];
     })()""")
     wait_for(page, f"kreisel.view.labels.corner[1] >= {corner[1]} - 1")
-    over = page.evaluate(
+    overlaps = page.evaluate(
         """([right, bottom]) => {
         const {labels, pixels} = kreisel.view, over = [];
         const span = document.createElement('span');
@@ -366,16 +370,16 @@ def test_labels_do_not_cover_the_numbers(page, size):
         corner,
     )
     page.set_viewport_size(make_viewport(WIDE))
-    assert over == []
+    assert overlaps == []
 
 
 def test_arrows_of_all_tops_are_visible(page):
-    through = "kreisel.view.tops.map(({m}) => m.children[0].material.depthTest)"
+    script = "kreisel.view.tops.map(({m}) => m.children[0].material.depthTest)"
     load(page, "Sleeping top")
-    assert page.evaluate(through) == [True, True]  # the arrows protrude from both bodies
+    assert page.evaluate(script) == [True, True]  # the arrows protrude from both bodies
     open_exercise(page, "Both fast")
     # the second arrow would be hidden in the body of the second top
-    assert page.evaluate(through) == [False, False]
+    assert page.evaluate(script) == [False, False]
 
 
 # The critical spin
@@ -440,12 +444,16 @@ def test_numbers_have_units(page):
 
 def list_round_times(page, *asks):
     """Return the precession periods of several exercises."""
-    found = []
-    for ask in asks:
+    times = []
+    for exercise in asks:
         load(page, "Fast precession")
-        exact = open_exercise(page, ask) if ask else kr.exact(scene_in_python(read_scene(page)))
-        found.append(2 * np.pi / exact.precession)
-    return found
+        exact = (
+            open_exercise(page, exercise)
+            if exercise
+            else kr.exact(scene_in_python(read_scene(page)))
+        )
+        times.append(2 * np.pi / exact.precession)
+    return times
 
 
 def test_texts_of_fast_precession_are_true(page):
@@ -462,10 +470,10 @@ def test_texts_of_fast_precession_are_true(page):
         kr.Scene.spinning(body, spin=12.8, **less)
 
 
-@pytest.mark.parametrize("damping, written", [(0, "0"), (1e-6, "1e-6"), (1.2345e-7, "1.23e-7")])
-def test_fields_show_small_numbers_completely(page, damping, written):
+@pytest.mark.parametrize("damping, text", [(0, "0"), (1e-6, "1e-6"), (1.2345e-7, "1.23e-7")])
+def test_fields_show_small_numbers_completely(page, damping, text):
     load(page, "A spinning top", damping=damping)
     field = page.get_by_label("Damping, number")
-    assert field.input_value() == written
-    assert page.get_by_role("slider", name="Damping").get_attribute("aria-valuetext") == written
+    assert field.input_value() == text
+    assert page.get_by_role("slider", name="Damping").get_attribute("aria-valuetext") == text
     assert read_scene(page)["damping"] == damping

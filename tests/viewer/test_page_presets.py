@@ -17,30 +17,30 @@ from browser import (
 FOUR = ("red", "yellow", "violet", "green")
 
 
-def open_exercise(page, preset, ask=None):
+def open_exercise(page, preset, exercise=None):
     """Open a preset or one of its exercises."""
     load(page, preset)
-    if ask:
-        page.get_by_role("button", name=ask, exact=True).click()
+    if exercise:
+        page.get_by_role("button", name=exercise, exact=True).click()
         page.evaluate("kreisel.page.setRunning(false)")
 
 
-def largest_change(page, top, name, until=None):
-    """Return the largest change of an integral of motion up to the time `until`."""
+def largest_change(page, top, name, end=None):
+    """Return the largest change of an integral of motion up to the time `end`."""
     values = read_record(page, top, name)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
-    return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
+    return np.nanmax(np.abs(values - values[0])[times <= (end or np.inf)])
 
 
 def largest_errors(page, *times):
     """Return, for each time, the largest attitude error of any top up to this time."""
-    found = []
+    errors = []
     for t in times:
         advance(page, t)
         roles = page.evaluate("kreisel.page.tops.map(({role}) => role)")
         tops = (i for i, role in enumerate(roles) if role != "ghost")
-        found.append([np.nanmax(read_record(page, i, "error")) for i in tops])
-    return np.array(found)
+        errors.append([np.nanmax(read_record(page, i, "error")) for i in tops])
+    return np.array(errors)
 
 
 # Comparison of methods
@@ -150,8 +150,8 @@ def test_the_change_of_k_is_a_numerical_error(page):
 
 def test_g_is_constant_for_a_horizontal_momentum(page):
     changes = []
-    for ask in (None, "Another level start", "Lift m a little", "Lift m a lot"):
-        open_exercise(page, "Goryachev-Chaplygin", ask)
+    for exercise in (None, "Another level start", "Lift m a little", "Lift m a lot"):
+        open_exercise(page, "Goryachev-Chaplygin", exercise)
         advance(page, 50)
         assert read_scene(page)["chart"] == "goryachev_chaplygin"
         changes.append(largest_change(page, 0, "goryachev_chaplygin"))
@@ -159,7 +159,7 @@ def test_g_is_constant_for_a_horizontal_momentum(page):
 
 
 @pytest.mark.parametrize(
-    "ask, axis, turns",
+    "exercise, axis, turns",
     [
         (None, 1, True),
         ("Start more exactly", 1, True),
@@ -167,19 +167,19 @@ def test_g_is_constant_for_a_horizontal_momentum(page):
         ("About the short axis", 2, False),
     ],
 )
-def test_only_the_middle_axis_flips_over(page, ask, axis, turns):
-    open_exercise(page, "Dzhanibekov effect", ask)
+def test_only_the_middle_axis_flips_over(page, exercise, axis, turns):
+    open_exercise(page, "Dzhanibekov effect", exercise)
     path = kr.solve(scene_in_python(read_scene(page)), 60, "strang", step=0.01, every=10)
-    along = path.body_momentum[:, axis] / np.linalg.norm(path.m, axis=1)
-    assert abs(along[0]) > 0.99 and (np.ptp(np.sign(along)) > 0) == turns
+    component = path.body_momentum[:, axis] / np.linalg.norm(path.m, axis=1)
+    assert abs(component[0]) > 0.99 and (np.ptp(np.sign(component)) > 0) == turns
 
 
 def test_the_texts_on_the_elastic_rod_are_true(page):
     rods = {}
-    for ask in (None, "A plane curve", "Twist it more"):
-        open_exercise(page, "Elastic rod", ask)
+    for exercise in (None, "A plane curve", "Twist it more"):
+        open_exercise(page, "Elastic rod", exercise)
         path = kr.solve(scene_in_python(read_scene(page)), np.linspace(0, 40, 801), "taylor")
-        rods[ask] = path
+        rods[exercise] = path
     open_exercise(page, "Elastic rod", "A helix")
     advance(page, 20)  # the longest rod that can be drawn
     assert read_scene(page)["show"]["rod"] and read_scene(page)["show"]["solid"] == "none"
@@ -194,14 +194,14 @@ def test_the_texts_on_the_elastic_rod_are_true(page):
 
 def test_texts_are_visible(page):
     page.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
-    about = "document.getElementById('about')"
-    hidden = page.evaluate(f"""kreisel.presets.flatMap((preset) => {{
+    node = "document.getElementById('about')"
+    hidden_texts = page.evaluate(f"""kreisel.presets.flatMap((preset) => {{
         kreisel.page.load(preset);
         return [preset, ...preset.exercises].map((each) => {{
             const buttons = [...document.querySelectorAll('.exercise')];
             buttons.find((button) => button.textContent === each.title)?.click();
             kreisel.page.setRunning(false);
-            return {about}.scrollHeight > {about}.clientHeight + 1 ? each.title ?? each.name : null;
+            return {node}.scrollHeight > {node}.clientHeight + 1 ? each.title ?? each.name : null;
         }});
     }}).filter(Boolean)""")
-    assert hidden == []
+    assert hidden_texts == []

@@ -57,12 +57,14 @@ def test_python_and_the_viewer_use_the_same_ticks(window, tmp_path):
 
 
 def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
-    shown = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
-    assert shown.scene["methods"] == ["strang", "rk4"] and shown.scene["step"] == [0.02]
-    assert "cusps" in shown.html
-    assert shown._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
-    done = CliRunner().invoke(cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])
-    assert done.exit_code == 0 and "flips over" in (tmp_path / "a.html").read_text()
+    viewer = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
+    assert viewer.scene["methods"] == ["strang", "rk4"] and viewer.scene["step"] == [0.02]
+    assert "cusps" in viewer.html
+    assert viewer._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
+    result = CliRunner().invoke(
+        cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")]
+    )
+    assert result.exit_code == 0 and "flips over" in (tmp_path / "a.html").read_text()
 
 
 FORBIDDEN = """async () => {
@@ -96,9 +98,9 @@ def test_the_viewer_runs_only_its_own_script(window, tmp_path):
 def test_the_page_runs_in_a_notebook(browser):
     page = browser.new_context(offline=True).new_page()
     page.set_content(kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_())
-    inside = page.frames[1]
-    wait_for(inside, "!!window.kreisel")
-    assert inside.evaluate("kreisel.page.tops.length") == 1
+    frame = page.frames[1]
+    wait_for(frame, "!!window.kreisel")
+    assert frame.evaluate("kreisel.page.tops.length") == 1
     page.context.close()
 
 
@@ -144,14 +146,14 @@ def test_the_program_gives_the_states_of_the_viewer(page, preset, changes):
     program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program, names)
     advance(page, 100)
-    now = np.array(read_states(page))[:, 1:]
+    states = np.array(read_states(page))[:, 1:]
     ends = np.array([[*end.attitude, *end.momentum] for end in names["ends"]])
     restarts = "def solve_in_steps" in program
-    assert ends == pytest.approx(now, abs=1e-7 if restarts else 1e-11)
+    assert ends == pytest.approx(states, abs=1e-7 if restarts else 1e-11)
     exact = [
         top["method"] not in {"extrap", "taylor"} for top in page.evaluate("kreisel.page.tops")
     ]
-    assert ends[exact].tolist() == now[exact].tolist()
+    assert ends[exact].tolist() == states[exact].tolist()
 
 
 def test_the_program_contains_a_body_given_by_numbers(page):

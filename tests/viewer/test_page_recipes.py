@@ -25,8 +25,8 @@ def extended_page(browser, tmp_path_factory):
     house.insert("preset", "python/viewer/presets.json", "  {", PRESET)
     page = house.folder / "top.html"
     build = house.folder / "python/viewer/build.py"
-    made = str(ROOT / "build/viewer/zig")  # contains the compiled libraries of zig
-    run(sys.executable, build, house.folder / "build", page, ZIG_GLOBAL_CACHE_DIR=made)
+    libraries = str(ROOT / "build/viewer/zig")  # contains the compiled libraries of zig
+    run(sys.executable, build, house.folder / "build", page, ZIG_GLOBAL_CACHE_DIR=libraries)
     page = visit(browser, page)
     page.house = house
     yield page

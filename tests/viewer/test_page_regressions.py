@@ -31,8 +31,8 @@ START = ("attitude", "momentum", "second", "body", "gravity")
 
 
 def read_start(page):
-    given = read_scene(page)
-    return {key: given[key] for key in START}
+    scene = read_scene(page)
+    return {key: scene[key] for key in START}
 
 
 def wait_two_frames(page):
@@ -54,8 +54,8 @@ def test_tick_labels_are_evenly_spaced(page):
     advance(page, 0.98)
     page.evaluate("kreisel.charts.update()")
     ticks = page.evaluate("kreisel.charts.plots[0].axes[1]._values").copy()
-    apart = np.diff([float(tick) for tick in ticks])
-    assert len(ticks) > 2 and apart == pytest.approx(apart[0], rel=1e-9)
+    gaps = np.diff([float(tick) for tick in ticks])
+    assert len(ticks) > 2 and gaps == pytest.approx(gaps[0], rel=1e-9)
 
 
 def test_each_top_has_its_own_error_and_no_other_ones(page):
@@ -111,36 +111,36 @@ def test_changes_of_gravity_and_body_keep_the_start(page):
 
 
 def test_a_start_taken_from_the_motion_is_reported(page):
-    before, told = read_scene(page), page.locator("#start")
-    assert told.inner_text() == "Start: as given"
+    before, start_text = read_scene(page), page.locator("#start")
+    assert start_text.inner_text() == "Start: as given"
     advance(page, 3)
     state = read_states(page)[0]
     page.get_by_role("button", name="Start from this moment").click()
     assert [*read_scene(page)["attitude"], *read_scene(page)["momentum"]] == state[1:]
-    assert read_clock(page) == 0 and told.inner_text() == "Start: the motion at t = 3.00 s"
+    assert read_clock(page) == 0 and start_text.inner_text() == "Start: the motion at t = 3.00 s"
     page.get_by_role("button", name="Rewind").click()
     assert read_scene(page)["taken"] == 3
     page.get_by_role("button", name="Reset").click()
-    assert read_scene(page) == before and told.inner_text() == "Start: as given"
+    assert read_scene(page) == before and start_text.inner_text() == "Start: as given"
     page.keyboard.press("z")
     assert read_scene(page)["taken"] == 3
 
 
 def test_a_start_of_an_exercise_or_by_hand_is_reported(page):
     load(page, "A spinning top")
-    told = page.locator("#start")
+    start_text = page.locator("#start")
     for title in ("Without spin", "Double the spin"):
         page.get_by_role("button", name=title).click()
         page.evaluate("kreisel.page.setRunning(false); kreisel.page.rewind()")
-        assert told.inner_text() == f"Start: changed by “{title}”"
+        assert start_text.inner_text() == f"Start: changed by “{title}”"
         assert page.locator("#about h3").inner_text() == title
     page.evaluate("kreisel.page.setValue('gravity', 3)")
-    assert told.inner_text() == "Start: changed by “Double the spin”"
+    assert start_text.inner_text() == "Start: changed by “Double the spin”"
     page.evaluate("kreisel.page.setValue('spin', 10)")
-    assert told.inner_text() == "Start: changed by hand"
+    assert start_text.inner_text() == "Start: changed by hand"
     page.get_by_role("button", name="Back to the start").click()
     page.evaluate("kreisel.page.setRunning(false)")
-    assert told.inner_text() == "Start: as given" and page.locator("#about h3").count() == 0
+    assert start_text.inner_text() == "Start: as given" and page.locator("#about h3").count() == 0
 
 
 def test_a_phone_shows_the_exercises(browser):
@@ -162,11 +162,11 @@ def test_a_top_between_its_steps_shows_its_time(page):
 
 
 def test_descriptions_are_removed_when_the_scene_changes(page):
-    told = page.locator("#about").inner_text()
+    description = page.locator("#about").inner_text()
     page.evaluate("kreisel.page.setValue('gravity', 3)")
-    assert told not in page.locator("#about").inner_text()
+    assert description not in page.locator("#about").inner_text()
     page.keyboard.press("z")
-    assert page.locator("#about").inner_text() == told
+    assert page.locator("#about").inner_text() == description
 
 
 # Jumps
@@ -202,12 +202,12 @@ def test_rows_of_the_table_keep_their_height(page):
 
 
 def test_a_second_top_is_brought_into_view(page):
-    far = "kreisel.view.camera.position.distanceTo(kreisel.view.orbit.target)"
-    before = page.evaluate(far)
+    script = "kreisel.view.camera.position.distanceTo(kreisel.view.orbit.target)"
+    before = page.evaluate(script)
     page.get_by_label("Beside it").select_option("strang")
-    beside = page.evaluate(far)
+    second_distance = page.evaluate(script)
     page.get_by_label("Third method").select_option("rk4")
-    assert before < beside < page.evaluate(far)
+    assert before < second_distance < page.evaluate(script)
     page.evaluate("kreisel.view.world.updateMatrixWorld(true)")
     for i in range(3):
         for corner in range(8):
@@ -238,8 +238,8 @@ def test_the_stop_time_is_a_common_multiple_of_the_steps(page):
 
 
 def test_a_very_fast_top_does_not_block_the_viewer(window):
-    given = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
-    page = open_viewer(window, fragment="#scene=" + quote(json.dumps(given)))
+    scene = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
+    page = open_viewer(window, fragment="#scene=" + quote(json.dumps(scene)))
     page.get_by_role("button", name="Start", exact=True).click()
     wait_for(page, "kreisel.page.isLate")
     page.get_by_role("button", name="Stop").click()
@@ -295,7 +295,9 @@ def test_printed_pages_show_the_whole_picture(page):
     page.set_viewport_size({"width": 794, "height": 1100})
     try:
         wait_two_frames(page)
-        picture, frame = (page.locator(what).first.bounding_box() for what in ("canvas", "main"))
+        picture, frame = (
+            page.locator(selector).first.bounding_box() for selector in ("canvas", "main")
+        )
         assert picture["x"] >= frame["x"] and picture["width"] <= frame["width"] <= 794
         assert picture["height"] <= frame["height"] and frame["height"] > 300
         panel = page.locator("#panel").bounding_box()
@@ -347,7 +349,7 @@ def test_scenes_of_a_later_version_are_refused(window):
 
 
 @pytest.mark.parametrize(
-    "name, value, why",
+    "name, value, text",
     [
         ("Step, number", "0", "Step cannot be 0: from 0.000001 to 2000"),
         ("Tolerance of adaptive methods", "-1", "Tolerance cannot be -1: from 1e-15 to 1"),
@@ -357,15 +359,15 @@ def test_scenes_of_a_later_version_are_refused(window):
         ("Tilt, degrees", "", "Tilt cannot be empty"),
     ],
 )
-def test_allowed_values_are_shown_beside_a_refused_field(page, name, value, why):
+def test_allowed_values_are_shown_beside_a_refused_field(page, name, value, text):
     before = read_scene(page)
     fill_field(page, name, value)
     field = page.get_by_label(name, exact=True)
-    beside = page.locator(".wrong:visible")
-    assert beside.count() == 1 and beside.inner_text().startswith(why)
-    assert read_message(page).startswith(why) and read_scene(page) == before
-    box, at = beside.bounding_box(), field.bounding_box()
-    assert abs(box["y"] - at["y"] - at["height"]) < 6
+    message = page.locator(".wrong:visible")
+    assert message.count() == 1 and message.inner_text().startswith(text)
+    assert read_message(page).startswith(text) and read_scene(page) == before
+    box, field_box = message.bounding_box(), field.bounding_box()
+    assert abs(box["y"] - field_box["y"] - field_box["height"]) < 6
     field.focus()
     assert page.locator(".wrong:visible").count() == 0
 

@@ -28,10 +28,10 @@ def read_camera(page):
     return np.array(offset), np.array(target), zoom
 
 
-def drag_empty(page, by, button="left"):
+def drag_empty(page, offset, button="left"):
     page.mouse.move(*EMPTY)
     page.mouse.down(button=button)
-    page.mouse.move(EMPTY[0] + by[0], EMPTY[1] + by[1])
+    page.mouse.move(EMPTY[0] + offset[0], EMPTY[1] + offset[1])
     page.mouse.up(button=button)
 
 
@@ -66,8 +66,8 @@ def measure_sides(page):
     return np.array(sizes)
 
 
-def set_flat(page, on):
-    page.get_by_role("checkbox", name="2D view").set_checked(on)
+def set_flat(page, is_flat):
+    page.get_by_role("checkbox", name="2D view").set_checked(is_flat)
 
 
 def is_green(page, x, y):
@@ -89,48 +89,49 @@ def is_green(page, x, y):
 def test_dragging_beside_the_top_orbits_the_camera(page):
     before, offset, target = read_scene(page), *read_camera(page)[:2]
     drag_empty(page, (90, 30))
-    turned, same, _ = read_camera(page)
+    new_offset, new_target, _ = read_camera(page)
     assert (
-        np.linalg.norm(turned) == pytest.approx(np.linalg.norm(offset)) and (same == target).all()
+        np.linalg.norm(new_offset) == pytest.approx(np.linalg.norm(offset))
+        and (new_target == target).all()
     )
-    assert turned @ offset < 0.99 * offset @ offset and read_scene(page) == before
+    assert new_offset @ offset < 0.99 * offset @ offset and read_scene(page) == before
 
 
-@pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
-def test_dragging_with_the_right_button_pans(page, on):
-    set_flat(page, on)
+@pytest.mark.parametrize("is_flat", [False, True], ids=["3D", "2D"])
+def test_dragging_with_the_right_button_pans(page, is_flat):
+    set_flat(page, is_flat)
     (offset, target, _), x = read_camera(page), page.evaluate("kreisel.locate('tip')[0]")
     drag_empty(page, (90, 0), button="right")
-    same, panned, _ = read_camera(page)
-    assert same == pytest.approx(offset) and np.linalg.norm(panned - target) > 0.1
+    new_offset, new_target, _ = read_camera(page)
+    assert new_offset == pytest.approx(offset) and np.linalg.norm(new_target - target) > 0.1
     assert page.evaluate("kreisel.locate('tip')[0]") == pytest.approx(x + 90, abs=20)
 
 
-@pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
-def test_the_wheel_zooms_within_limits(page, on):
-    set_flat(page, on)
+@pytest.mark.parametrize("is_flat", [False, True], ids=["3D", "2D"])
+def test_the_wheel_zooms_within_limits(page, is_flat):
+    set_flat(page, is_flat)
     size = (
         "kreisel.view.camera.zoom"
-        if on
+        if is_flat
         else "kreisel.view.camera.position.distanceTo(kreisel.view.orbit.target)"
     )
     page.keyboard.press("Home")
     before = page.evaluate(size)
-    least, most = (0.2, 10) if on else (3, 2.5 * before)
+    least, most = (0.2, 10) if is_flat else (3, 2.5 * before)
     page.mouse.move(*EMPTY)
     page.mouse.wheel(0, 100)
     wait_for(
-        page, f"{size} {'<' if on else '>'} {before}"
+        page, f"{size} {'<' if is_flat else '>'} {before}"
     )  # the picture is smaller in the 2D view, or the camera is more distant
-    for way, limit in ((8000, least if on else most), (-16000, most if on else least)):
+    for way, limit in ((8000, least if is_flat else most), (-16000, most if is_flat else least)):
         page.mouse.wheel(0, way)
         wait_for(page, f"Math.abs({size} - {limit}) < 1e-6 * {limit}")
 
 
 @pytest.mark.parametrize("way", [-8000, 8000], ids=["near", "far"])
-@pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
-def test_the_next_side_button_brings_all_tops_into_view(page, on, way):
-    set_flat(page, on)
+@pytest.mark.parametrize("is_flat", [False, True], ids=["3D", "2D"])
+def test_the_next_side_button_brings_all_tops_into_view(page, is_flat, way):
+    set_flat(page, is_flat)
     before = measure_sides(page)
     page.mouse.move(*EMPTY)
     page.mouse.wheel(0, way)
@@ -184,8 +185,8 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
         page.get_by_label(f"Momentum, {axis} component").fill("0")
         page.keyboard.press("Tab")
     assert page.evaluate(floor) < before - 0.5  # the top falls through the lowest point
-    far, target, _ = read_camera(page)
-    assert np.linalg.norm(far) > 1.1 * np.linalg.norm(near)
+    offset, target, _ = read_camera(page)
+    assert np.linalg.norm(offset) > 1.1 * np.linalg.norm(near)
     low = f"""(({{orbit}}) => kreisel.view.project(
         orbit.target.clone().setZ({floor})))(kreisel.view)[1]"""
     assert page.evaluate(low) < WIDE[1]
@@ -209,8 +210,8 @@ def test_the_thickness_of_the_rod_follows_from_the_moments(page, preset, ratio):
     load(page, preset)
     page.get_by_role("checkbox", name="Elastic rod").check()
     advance(page, 3)
-    across = np.linalg.norm(read_rings(page)[0], axis=1)
-    assert across.min() / across.max() == pytest.approx(ratio, rel=1e-5)
+    radii = np.linalg.norm(read_rings(page)[0], axis=1)
+    assert radii.min() / radii.max() == pytest.approx(ratio, rel=1e-5)
     path = kr.solve(
         scene_in_python(read_scene(page)),
         3,
@@ -311,12 +312,12 @@ def test_the_description_of_the_body_agrees_with_python(page):
 
 @pytest.mark.parametrize("name", ["thesis", "asymmetric", "dzhanibekov"])
 def test_a_body_given_by_numbers_is_described(page, name):
-    given = getattr(kr.scenes, name)
-    page.evaluate("given => kreisel.page.load(given)", kr.view(given, open=False).scene)
-    check_body(page, given.body)
-    turned = kr.Body(2.0, [[3.0, 0.2, 0.1], [0.2, 4.0, 0.3], [0.1, 0.3, 5.0]], (0.1, 0.2, 0.3))
+    scene = getattr(kr.scenes, name)
+    page.evaluate("given => kreisel.page.load(given)", kr.view(scene, open=False).scene)
+    check_body(page, scene.body)
+    body = kr.Body(2.0, [[3.0, 0.2, 0.1], [0.2, 4.0, 0.3], [0.1, 0.3, 5.0]], (0.1, 0.2, 0.3))
     page.evaluate(
         "given => kreisel.page.load(given)",
-        kr.view(kr.Scene(turned, (1.0, 2.0, 3.0)), open=False).scene,
+        kr.view(kr.Scene(body, (1.0, 2.0, 3.0)), open=False).scene,
     )
-    check_body(page, turned)
+    check_body(page, body)

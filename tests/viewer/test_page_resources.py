@@ -127,7 +127,7 @@ PARTS = """(() => {
 
 
 @pytest.mark.parametrize(
-    "preset, held",
+    "preset, parts",
     [
         ("Lagrange's top", ["tip", "face", "corner"]),
         ("Compare four", ["tip", "face", "corner"]),
@@ -135,8 +135,8 @@ PARTS = """(() => {
         ("Sleeping top", ["tip", "face"]),
     ],
 )
-def test_a_drag_creates_no_new_meshes(page_with_changes, preset, held):
-    for part in held:
+def test_a_drag_creates_no_new_meshes(page_with_changes, preset, parts):
+    for part in parts:
         load(page_with_changes, preset)
         page_with_changes.evaluate("delete window.known")
         assert page_with_changes.evaluate(PARTS)
@@ -147,7 +147,7 @@ def test_a_drag_creates_no_new_meshes(page_with_changes, preset, held):
 
 
 def test_a_thousand_drags_leak_no_resources(page_with_changes):
-    told = """(() => {
+    script = """(() => {
         const {renderer} = kreisel.view, {memory, programs} = renderer.info;
         kreisel.view.isDirty = true;
         kreisel.view.render();
@@ -155,16 +155,16 @@ def test_a_thousand_drags_leak_no_resources(page_with_changes):
         return [memory.geometries, memory.textures, programs.length, nodes];
     })()"""
     load(page_with_changes, "Compare four")
-    some = "for (const name of ['tip', 'face', 'corner']) pull(name, 24), kreisel.view.render();"
-    page_with_changes.evaluate(some)
-    before = page_with_changes.evaluate(told)
-    page_with_changes.evaluate(f"for (let k = 0; k < 14; k++) {{ {some} }}")
-    assert page_with_changes.evaluate(told) == before
+    drags = "for (const name of ['tip', 'face', 'corner']) pull(name, 24), kreisel.view.render();"
+    page_with_changes.evaluate(drags)
+    before = page_with_changes.evaluate(script)
+    page_with_changes.evaluate(f"for (let k = 0; k < 14; k++) {{ {drags} }}")
+    assert page_with_changes.evaluate(script) == before
     for name in ("A spinning top", "Sleeping top", "Kowalewski", "Compare four"):
         load(page_with_changes, name)
         page_with_changes.evaluate("kreisel.view.render()")
     page_with_changes.evaluate("kreisel.page.undoStack = []; kreisel.page.rewind()")
-    assert page_with_changes.evaluate(told)[:2] == before[:2]
+    assert page_with_changes.evaluate(script)[:2] == before[:2]
 
 
 def test_charts_are_reused_with_the_current_record(page_with_changes):

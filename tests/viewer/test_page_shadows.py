@@ -26,11 +26,11 @@ def test_each_scene_has_shadows(page, preset):
     load(page, preset)
     advance(page, 6)
     assert page.evaluate(f"{SHADOWS}.visible && {SHADOWS}.children.length") > 0
-    shaded = brightness(page)
+    shadow = brightness(page)
     page.evaluate(f"{SHADOWS}.visible = false")
-    lit = brightness(page)
+    full = brightness(page)
     page.evaluate(f"{SHADOWS}.visible = true")
-    darker = lit - shaded
+    darker = full - shadow
     assert darker.max() > 15 and darker.min() > -3
     rows, _ = np.nonzero(darker > 10)
     assert len(rows) > (4 if preset == ROD else 40)
@@ -39,20 +39,20 @@ def test_each_scene_has_shadows(page, preset):
 
 def test_shadows_follow_the_top(page):
     load(page, "A spinning top")
-    where = f"""(kreisel.view.isDirty = true, kreisel.view.render(),
+    position_script = f"""(kreisel.view.isDirty = true, kreisel.view.render(),
         {SHADOWS}.children[0].matrixWorld.toArray())"""
-    before = page.evaluate(where)
+    before = page.evaluate(position_script)
     advance(page, 3)
-    assert page.evaluate(where) != before
+    assert page.evaluate(position_script) != before
 
 
 def test_body_and_rod_have_shadows_while_they_are_shown(page):
-    shown = f"{SHADOWS}.children.map(({{visible, userData}}) => [userData.isRod, visible])"
+    script = f"{SHADOWS}.children.map(({{visible, userData}}) => [userData.isRod, visible])"
     load(page, ROD)
     assert not page.evaluate("kreisel.view.tops[0].solid.visible")
-    assert all(is_rod == visible for is_rod, visible in page.evaluate(shown))
+    assert all(is_rod == visible for is_rod, visible in page.evaluate(script))
     page.get_by_label("Show as").select_option("box")
     assert page.evaluate("kreisel.view.tops[0].solid.visible")
-    assert all(visible for _, visible in page.evaluate(shown))
+    assert all(visible for _, visible in page.evaluate(script))
     page.get_by_role("checkbox", name="Elastic rod").uncheck()
-    assert all(is_rod != visible for is_rod, visible in page.evaluate(shown))
+    assert all(is_rod != visible for is_rod, visible in page.evaluate(script))

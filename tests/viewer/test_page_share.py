@@ -31,14 +31,15 @@ def test_the_thumbnail_of_a_scene_is_its_trace(page, preset):
         f"i => {STRIP}[i].querySelector({TRACE!r}).getAttribute('d')",
         PRESETS.index(preset),
     )
-    shown = np.array([point.split() for point in data[1:].split("L")], float)
+    points = np.array([point.split() for point in data[1:].split("L")], float)
     x, y, z = path.apex.T
-    seen = np.transpose([x, -(z + y) / np.sqrt(2)])
-    assert shown == pytest.approx(seen, abs=0.03)  # older points are up to 2 % nearer the centre
+    expected = np.transpose([x, -(z + y) / np.sqrt(2)])
+    # older points are up to 2 % nearer the centre
+    assert points == pytest.approx(expected, abs=0.03)
 
 
 def test_every_scene_has_a_thumbnail_within_its_box(page):
-    inside = page.evaluate(f"""{STRIP}.map((svg) => {{
+    is_inside = page.evaluate(f"""{STRIP}.map((svg) => {{
         const {{x, y, width, height}} = svg.viewBox.baseVal;
         return [...svg.querySelectorAll({TRACE!r})].every((p) => {{
             const box = p.getBBox();
@@ -46,7 +47,7 @@ def test_every_scene_has_a_thumbnail_within_its_box(page):
                 box.x + box.width <= x + width && box.y + box.height <= y + height;
         }});
     }})""")
-    assert inside == [True] * len(PRESETS)
+    assert is_inside == [True] * len(PRESETS)
 
 
 DELAY = """{
@@ -80,9 +81,9 @@ def test_arrow_keys_choose_a_visible_scene(page):
         assert read_scene(page)["name"] == name
     page.evaluate("kreisel.page.setRunning(false)")
     strip = page.locator("#presets").bounding_box()
-    chosen = page.locator("#presets label:has(:checked)").bounding_box()
-    assert strip["x"] <= chosen["x"]
-    assert chosen["x"] + chosen["width"] <= strip["x"] + strip["width"]
+    box = page.locator("#presets label:has(:checked)").bounding_box()
+    assert strip["x"] <= box["x"]
+    assert box["x"] + box["width"] <= strip["x"] + strip["width"]
 
 
 # Share
@@ -143,9 +144,9 @@ def test_the_trace_before_a_change_stays_as_a_faint_line(page, change):
     before = page.evaluate("Array.from(kreisel.view.getTrace(0))")
     page.evaluate(f"kreisel.page.{change}")
     advance(page, 2)
-    shown = page.evaluate("""(({before}) => [before.visible, before.material.uniforms.opacity.value,
+    line = page.evaluate("""(({before}) => [before.visible, before.material.uniforms.opacity.value,
         Array.from(kreisel.page.previousMotion.ways[0])])(kreisel.view.tops[0])""")
-    assert shown[0] and shown[1] < 0.5 and shown[2] == before
+    assert line[0] and line[1] < 0.5 and line[2] == before
     page.evaluate("kreisel.page.setValue('chart', 'spin')")
     assert page.evaluate("kreisel.view.tops[0].before.visible")
     page.get_by_role("button", name="Undo").click()

@@ -210,8 +210,8 @@ def test_the_section_of_the_rod_can_be_chosen(page, section, ratio):
     page.get_by_label("Rod's section").select_option(section)
     advance(page, 3)
     ring = page.evaluate(f"Array.from({TOP}.rod.geometry.attributes.position.array.slice(0, 36))")
-    across = np.linalg.norm(np.reshape(ring, (12, 3)), axis=1)
-    assert across.min() / across.max() == pytest.approx(ratio, rel=1e-5)
+    radii = np.linalg.norm(np.reshape(ring, (12, 3)), axis=1)
+    assert radii.min() / radii.max() == pytest.approx(ratio, rel=1e-5)
 
 
 def test_top_or_box_changes_nothing_else(page):

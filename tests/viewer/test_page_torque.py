@@ -97,14 +97,14 @@ def test_axis_and_torque_are_not_foreshortened_at_the_start(page, spin):
     page.evaluate("kreisel.view.moveHome()")
     for t in (0, 0.5, 1):
         advance(page, t)
-        towards = np.array(
+        direction = np.array(
             page.evaluate("""(({camera, orbit}) =>
             camera.position.clone().sub(orbit.target).normalize().toArray())(kreisel.view)""")
         )
         for name in ("m", "torque"):
             _, arrow = read_arrow(page, name)
-            seen = np.linalg.norm(np.cross(arrow, towards)) / np.linalg.norm(arrow)
-            assert seen > (0.85 if name == "m" else 0.55), (name, t, seen)
+            fraction = np.linalg.norm(np.cross(arrow, direction)) / np.linalg.norm(arrow)
+            assert fraction > (0.85 if name == "m" else 0.55), (name, t, fraction)
 
 
 def test_labels_do_not_cover_the_torque(page):
@@ -120,8 +120,8 @@ def test_labels_do_not_cover_the_torque(page):
         for words in ("momentum m", "torque"):
             box = page.locator(".labels .arrow", has_text=words).bounding_box()
             low, size = np.array([box["x"], box["y"]]), np.array([box["width"], box["height"]])
-            inside = (points > low) & (points < low + size)
-            assert not inside.all(axis=1).any(), (words, t)
+            is_inside = (points > low) & (points < low + size)
+            assert not is_inside.all(axis=1).any(), (words, t)
 
 
 def test_the_rule_for_fast_tops_is_compared_with_the_mean_precession(page):

@@ -34,9 +34,14 @@ SEND = """([type, points]) => {
 }"""
 
 
-def swipe(page, kind, by, pointer="touch", number=0):
+def swipe(page, kind, offset, pointer="touch", number=0):
     x, y = page.evaluate(f"kreisel.locate('{kind}', 0, {number})")
-    way = [[x, y], [x + by[0] / 2, y + by[1] / 2], [x + by[0], y + by[1]], [x + by[0], y + by[1]]]
+    way = [
+        [x, y],
+        [x + offset[0] / 2, y + offset[1] / 2],
+        [x + offset[0], y + offset[1]],
+        [x + offset[0], y + offset[1]],
+    ]
     page.evaluate(SEND, [pointer, way])
 
 
@@ -146,12 +151,12 @@ def test_labels_do_not_cover_messages_on_a_phone(browser):
     for name in ("Steady precession", "Pendulum", "Elastic rod", "Lagrange's top", "Compare four"):
         load(page, name)
         page.evaluate("kreisel.view.render()")
-        shown = page.locator(".labels span:not([hidden])").count()
+        count = page.locator(".labels span:not([hidden])").count()
         page.evaluate(
             "kreisel.page.showMessage('A message that is so long that it needs two lines')"
         )
         wait_for(page, f"{MEETINGS}.length === 0")
-        assert 0 < page.locator(".labels span:not([hidden])").count() <= shown
+        assert 0 < page.locator(".labels span:not([hidden])").count() <= count
     page.context.close()
 
 
@@ -168,9 +173,9 @@ def test_keys_move_the_camera_and_home_resets_it(page):
     home, before = page.evaluate(EYE), read_scene(page)
     page.locator("canvas").first.focus()
     for key in ("ArrowLeft", "ArrowUp", "w", "a", "+", "ArrowRight", "s", "d", "-", "ArrowDown"):
-        seen = page.evaluate(EYE)
+        position = page.evaluate(EYE)
         page.keyboard.press(key)
-        assert page.evaluate(EYE) != pytest.approx(seen), key
+        assert page.evaluate(EYE) != pytest.approx(position), key
     page.keyboard.press("ArrowLeft")
     page.get_by_role("button", name="Home view").click()
     assert (
@@ -218,21 +223,21 @@ def test_sliders_announce_their_value_not_its_logarithm(page):
 
 def test_the_wheel_scrolls_a_notebook_until_a_click_in_the_viewer(browser):
     page = browser.new_context(offline=True, viewport={"width": 900, "height": 700}).new_page()
-    inside = kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_()
-    page.set_content(f"{inside}<div style='height:3000px'></div>")
+    html = kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_()
+    page.set_content(f"{html}<div style='height:3000px'></div>")
     frame = page.frames[1]
     wait_for(frame, "!!window.kreisel")
-    far = "kreisel.view.camera.position.length()"
-    before = frame.evaluate(far)
+    distance_script = "kreisel.view.camera.position.length()"
+    before = frame.evaluate(distance_script)
     page.mouse.move(60, 200)
     page.mouse.wheel(0, 120)
     wait_for(page, "scrollY > 0")
-    assert frame.evaluate(far) == pytest.approx(before)
+    assert frame.evaluate(distance_script) == pytest.approx(before)
     page.evaluate("scrollTo(0, 0)")
     wait_for(page, "scrollY === 0")
     page.mouse.click(60, 200)
     page.mouse.wheel(0, 120)
-    wait_for(frame, f"{far} > {before + 0.1}")
+    wait_for(frame, f"{distance_script} > {before + 0.1}")
     assert page.evaluate("scrollY") == 0
     page.context.close()
 
@@ -250,8 +255,8 @@ def test_tilt_and_spin_agree_with_python(page, shape, t):
         field.fill(str(value))
         field.press("Tab")
         path = kr.solve(scene_in_python(read_scene(page)), [0.0])
-        told = getattr(path, place)[0]
-        assert (np.degrees(told) if place == "nutation" else told) == pytest.approx(value)
+        number = getattr(path, place)[0]
+        assert (np.degrees(number) if place == "nutation" else number) == pytest.approx(value)
     assert read_scene(page)["taken"] == (t or None)
     assert np.degrees(path.nutation[0]) == pytest.approx(30)
 
@@ -295,13 +300,13 @@ def test_a_path_that_no_longer_applies_is_reported(page):
 def test_three_methods_are_shown_side_by_side(page):
     load(page, methods=["bobenko_suris", "strang", "rk4"], step=[0.01, 0.1])
     advance(page, 5)
-    given = scene_in_python(read_scene(page))
+    scene = scene_in_python(read_scene(page))
     names = [(top["method"], top["step"]) for top in page.evaluate("kreisel.page.tops")]
     assert (
         len(names) == 6 and len({top["colour"] for top in page.evaluate("kreisel.page.tops")}) == 6
     )
     for state, (name, step) in zip(read_states(page), names, strict=True):
-        expected = kr.solve(given, 5, name, step=step, every=round(5 / step)).states[-1]
+        expected = kr.solve(scene, 5, name, step=step, every=round(5 / step)).states[-1]
         assert state == expected.tolist()
 
 
@@ -309,8 +314,8 @@ def test_charts_show_the_values_under_the_cursor(page):
     load(page, "Compare four", chart="energy")
     advance(page, 30)
     page.evaluate("kreisel.charts.update()")
-    told = page.locator("#charts .read")
-    assert told.inner_text().startswith("t = 30")
+    legend = page.locator("#charts .read")
+    assert legend.inner_text().startswith("t = 30")
     chart = page.locator("#charts .u-over")
     chart.scroll_into_view_if_needed()
     box = chart.bounding_box()
@@ -319,7 +324,7 @@ def test_charts_show_the_values_under_the_cursor(page):
     assert len(page.locator("#charts .read span").all_inner_texts()) == 4
     advance(page, 3.01)
     page.evaluate("kreisel.charts.plots.forEach((plot) => kreisel.charts.showValues(plot))")
-    assert told.evaluate("(line) => line.scrollWidth <= line.clientWidth")
+    assert legend.evaluate("(line) => line.scrollWidth <= line.clientWidth")
 
 
 def test_charts_are_larger_on_demand(page):
@@ -336,18 +341,18 @@ def test_larger_charts_leave_three_tops_visible(page):
     load(page, methods=["bobenko_suris", "strang", "rk4"])
     page.keyboard.press("Home")
     width = "kreisel.view.canvas.clientWidth"
-    settled = f"Math.abs({width} - document.querySelector('main').clientWidth) < 1"
-    wait_for(page, settled)
-    seen = [page.evaluate(width)]
+    condition = f"Math.abs({width} - document.querySelector('main').clientWidth) < 1"
+    wait_for(page, condition)
+    widths = [page.evaluate(width)]
     for key in ("l", "l"):
         page.keyboard.press(key)
-        wait_for(page, settled)
+        wait_for(page, condition)
         right = page.evaluate(width)
-        seen.append(right)
+        widths.append(right)
         for i in range(3):
             for corner in range(8):
                 assert 0 < page.evaluate(f"kreisel.locate('corner', {i}, {corner})[0]") < right
-    assert seen[0] == seen[2] > 1.5 * seen[1]
+    assert widths[0] == widths[2] > 1.5 * widths[1]
 
 
 def test_tops_side_by_side_are_labelled(page):

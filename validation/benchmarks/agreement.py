@@ -48,8 +48,8 @@ def make_body(moments, com):
 
 
 def make_scene(rng, body, **parameters):
-    given = {"momentum": rng.normal(size=3) * 2, "attitude": random_attitude(rng)} | parameters
-    return kr.Scene(body, **given)
+    state = {"momentum": rng.normal(size=3) * 2, "attitude": random_attitude(rng)} | parameters
+    return kr.Scene(body, **state)
 
 
 def general_damped(rng):
@@ -180,8 +180,8 @@ def check_tangents(reference):
     truth = reference.path.tangents
     scale = np.abs(truth).max(axis=(1, 2), keepdims=True)
     relative = np.abs(path.tangents - truth).max(axis=(1, 2)) / scale[:, 0, 0]
-    allowed = 1e-12 + reference.allowed * np.maximum(1.0, scale[:, 0, 0])
-    yield "tangents", float((relative / allowed).max())
+    limits = 1e-12 + reference.allowed * np.maximum(1.0, scale[:, 0, 0])
+    yield "tangents", float((relative / limits).max())
 
 
 def check_events(reference):
@@ -191,14 +191,14 @@ def check_events(reference):
     truth = kr.solve(scene, end, events=events, digits=20).events
     rate = max(1.0, float(np.abs(np.linalg.norm(kr.solve(scene, [0.0]).velocity))))
     # The smaller the range of the height, the more one rounding of the height moves its extrema.
-    allowed = 100 * reference.allowed.max() + (1e-12 + 1e-15 / apex_range(scene)) / rate
+    limit = 100 * reference.allowed.max() + (1e-12 + 1e-15 / apex_range(scene)) / rate
     if len(found.t) == len(truth.t):
-        yield "events", float(np.abs(found.t - truth.t).max(initial=0.0)) / allowed
+        yield "events", float(np.abs(found.t - truth.t).max(initial=0.0)) / limit
         return
     # If the height barely reaches an extremum, rounding decides whether an event is found.
     extra = [t for t in found.t if np.abs(truth.t - t).min(initial=np.inf) > 1e-3]
-    missed = [t for t in truth.t if np.abs(found.t - t).min(initial=np.inf) > 1e-3]
-    yield "events: number", 2.0 if (extra or missed) and is_generic(scene) else 0.0
+    missing = [t for t in truth.t if np.abs(found.t - t).min(initial=np.inf) > 1e-3]
+    yield "events: number", 2.0 if (extra or missing) and is_generic(scene) else 0.0
 
 
 def apex_range(scene):
@@ -225,15 +225,15 @@ def check_section(reference):
     ).events
     error = kr.attitude_error(section.q, truth.q) / (FLOOR + SLACK * truth.conditioning)
     yield "section: states", float(error.max())
-    allowed = 1e-11 + 1e3 * float(truth.conditioning.max())
-    yield "section: times", float(np.abs(section.t - low.t[: len(section.t)]).max()) / allowed
+    limit = 1e-11 + 1e3 * float(truth.conditioning.max())
+    yield "section: times", float(np.abs(section.t - low.t[: len(section.t)]).max()) / limit
 
 
 def check_growth(reference, family):
     scene, end = reference.scene, float(reference.t[-1])
     if any(scene.damping):
         return
-    found = kr.lyapunov(scene, end)
+    indicator = kr.lyapunov(scene, end)
     size = np.linalg.norm(scene.momentum) + math.sqrt(
         max(scene.body.moments)
         * scene.body.mass
@@ -242,7 +242,7 @@ def check_growth(reference, family):
     )
     unit = np.array([1.0] * 3 + [1.0 / size] * 3)
     start = reference.path.tangents[-1][:, :6] * unit[:, None] / unit[None, :]
-    growth = float(found.value) * abs(end)
+    growth = float(indicator.value) * abs(end)
     yield "growth: bound", growth / (math.log(np.linalg.norm(start)) + math.log(100.0))
     if family in REGULAR:
         rate = float(np.linalg.norm(kr.solve(scene, [0.0]).velocity[0])) + 1.0
@@ -254,7 +254,7 @@ def check_top(family, scene, times, folder):
     reference = Reference(scene, times)
     if reference.allowed.max() > UNRESOLVED:
         return {}
-    found = {}
+    errors = {}
     checks = (
         check_solve(reference),
         check_resume(reference, folder),
@@ -264,19 +264,19 @@ def check_top(family, scene, times, folder):
         check_growth(reference, family),
     )
     for check in checks:
-        found.update(check)
-    return found
+        errors.update(check)
+    return errors
 
 
 def check_ensemble(scenes, times):
     paths = kr.solve(kr.Ensemble.of(scenes), np.array(times))
-    reduced = reduce_last(kr.Ensemble.of(scenes), np.array(times))
+    reductions = reduce_last(kr.Ensemble.of(scenes), np.array(times))
     for i, scene in enumerate(scenes):
         reference = Reference(scene, times[i])
         if reference.allowed.max() > UNRESOLVED:
             continue
         yield i, "ensemble", reference.deviation(paths.q[i])
-        last = np.abs(reduced[i] - reference.path.body_velocity[-1]).max()
+        last = np.abs(reductions[i] - reference.path.body_velocity[-1]).max()
         rate = np.abs(reference.path.body_velocity[-1]).max() + 1.0
         yield i, "reduce", float(last / rate / (10 * reference.allowed[-1]))
 
@@ -316,9 +316,9 @@ def check_family(family, n, seed, k, folder):
     rows = [(i, check_top(family.__name__, scenes[i], times[i], folder)) for i in range(n)]
     for i, verb, ratio in check_ensemble(scenes, times):
         rows.append((i, {verb: ratio}))
-    unresolved = sum(not found for _, found in rows)
-    for i, found in rows:
-        for verb, ratio in found.items():
+    unresolved = sum(not errors for _, errors in rows)
+    for i, errors in rows:
+        for verb, ratio in errors.items():
             worst[verb] = max(worst[verb], ratio)
             if not ratio <= 1.0:
                 bad += 1

@@ -70,29 +70,29 @@ def time_core(folder):
         ["cc", "-O2", f"-I{ROOT}/csrc", source, library, "-lm", *gsl_flags(), "-o", program],
         check=True,
     )
-    found = {}
+    seconds = {}
     for name, (scene, method, step, times, _) in SOLVES.items():
         block = compiled_core.scene_bytes(getattr(kr.scenes, scene)).hex()
         words = [str(program), method, str(step), block, *map(str, times)]
-        found[name] = float(subprocess.run(words, capture_output=True, text=True).stdout) / 1e3
-    return found
+        seconds[name] = float(subprocess.run(words, capture_output=True, text=True).stdout) / 1e3
+    return seconds
 
 
 def gsl_flags():
     """Return the linker flags for GSL if the library was built with GSL."""
     if "gsl_bsimp" not in kr.methods:
         return []
-    asked = subprocess.run(["pkg-config", "--libs", "gsl"], capture_output=True, text=True)
-    return asked.stdout.split()
+    result = subprocess.run(["pkg-config", "--libs", "gsl"], capture_output=True, text=True)
+    return result.stdout.split()
 
 
 def time_call(interpreter, call, folder):
     """Return the run time [us] of a function call, measured in a separate process."""
     code = TIMED.format(call=call, row=ROW)
-    done = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(done.stderr)
-    return float(done.stdout)
+    result = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
+    if result.returncode:
+        raise SystemExit(result.stderr)
+    return float(result.stdout)
 
 
 def main(argv=None):
@@ -110,9 +110,9 @@ def main(argv=None):
         for name, call in calls.items():
             samples = [[] for _ in interpreters]
             for _ in range(words.rounds):
-                for interpreter, got in zip(interpreters, samples, strict=True):
-                    got.append(time_call(interpreter, call, folder))
-            print(format_row(name, own.get(name), [median(got) for got in samples]))
+                for interpreter, times in zip(interpreters, samples, strict=True):
+                    times.append(time_call(interpreter, call, folder))
+            print(format_row(name, own.get(name), [median(times) for times in samples]))
 
 
 def format_row(name, own, calls):

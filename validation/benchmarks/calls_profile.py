@@ -99,9 +99,9 @@ def main(words: list[str] | None = None) -> None:
         description=__doc__.splitlines()[0],
     )
     parser.add_argument("cases", nargs="*", choices=[*CASES, []], help="which cases; default: all")
-    chosen = parser.parse_args(words).cases or list(CASES)
+    names = parser.parse_args(words).cases or list(CASES)
     print(f"{'':<32}{'calls':>7}{'files':>7}{'returns':>9}")
-    for name in chosen:
+    for name in names:
         calls, files, returns = count_calls(CASES[name]())
         print(f"{name:<32}{calls:>7}{files:>7}{returns:>9}")
 

@@ -54,9 +54,19 @@ def compile_core(folder, source, isas=ISAS, options=("-DKR_WITH_AVX2", "-DKR_WIT
     jobs = [(file, (*options, *size_options(file, options))) for file in (*core_files(), source)]
     jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in isa_files()]
     objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]
-    for (file, more), to in zip(jobs, objects, strict=True):
+    for (file, more), object_file in zip(jobs, objects, strict=True):
         loops = ["-ftree-vectorize"] if file.name == OF_LOOPS else []
-        command = [find_compiler(), *FLAGS, *loops, *more, f"-I{CSRC}", "-c", file, "-o", to]
+        command = [
+            find_compiler(),
+            *FLAGS,
+            *loops,
+            *more,
+            f"-I{CSRC}",
+            "-c",
+            file,
+            "-o",
+            object_file,
+        ]
         subprocess.run(command, check=True)
     library = Path(folder) / "core.so"
     subprocess.run([find_compiler(), "-shared", *objects, "-lm", "-o", library], check=True)

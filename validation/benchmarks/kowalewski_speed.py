@@ -18,8 +18,8 @@ def draw_top(rng, ratio):
     unit, order = 2.0 ** rng.integers(-3, 4), list(ORDERS[rng.integers(6)])
     inertia, com = np.empty(3), np.zeros(3)
     inertia[order] = ratio * unit, ratio * unit, unit
-    across = rng.normal(size=2) if rng.random() < 0.25 else np.eye(2)[rng.integers(2)]
-    com[order[:2]] = across * rng.choice([-1, 1]) * 2.0 ** rng.uniform(-2, 2)
+    direction = rng.normal(size=2) if rng.random() < 0.25 else np.eye(2)[rng.integers(2)]
+    com[order[:2]] = direction * rng.choice([-1, 1]) * 2.0 ** rng.uniform(-2, 2)
     gravity = float(rng.choice([1.0, 9.81, -2.5]))
     reference = unit if ratio == 2 else ratio * unit
     tau = float(np.sqrt(reference / (abs(gravity) * np.linalg.norm(com))))

@@ -45,9 +45,9 @@ class Top(NamedTuple):
 def draw_body(ratio, number, rng):
     """Return a random body with two equal principal moments, and a random gravity and attitude."""
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLE[number % 3]
-    across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
+    direction = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
     com = np.zeros(3)
-    com[list(odd[:2])] = across * rng.choice([-1, 1]) * 2.0 ** rng.uniform(-2, 2)
+    com[list(odd[:2])] = direction * rng.choice([-1, 1]) * 2.0 ** rng.uniform(-2, 2)
     inertia = np.empty(3)
     inertia[list(odd)] = ratio * unit, ratio * unit, unit
     gravity = float((1.0, 9.81, -2.5)[number % 5 % 3])
@@ -120,8 +120,8 @@ def follow(move, top):
         raise ArithmeticError(f"heyoka stopped before t = {top.time}: {outcome}")
     q, w = np.split(np.array([mp.mpf(str(x)) for x in move.state]), [4])
     back = [q[0], -q[1], -q[2], -q[3]]
-    seen = [mp.mpf(i) * x for i, x in zip(top.inertia, w, strict=True)]
-    return q, product(product(q, [0, *seen]), back)[1:]
+    momentum = [mp.mpf(i) * x for i, x in zip(top.inertia, w, strict=True)]
+    return q, product(product(q, [0, *momentum]), back)[1:]
 
 
 def main(words=None):

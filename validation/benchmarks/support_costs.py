@@ -69,7 +69,7 @@ def find_ratios(measure, plain, others, rounds):
             base = measure(plain)
             ratios[name].append(measure(other) / base)
             bases.append(base)
-    return {name: median(found) for name, found in ratios.items()}, median(bases)
+    return {name: median(samples) for name, samples in ratios.items()}, median(bases)
 
 
 def print_kind(kind, digits, rounds, share=1.0):

@@ -11,7 +11,7 @@ def median_times(calls, rounds=41):
     The estimate for each other function is the median time of the first function, multiplied by the
     median ratio of the two run times.
     """
-    about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
-    (first, *others), _ = timing.time_in_turn(calls, about, rounds)
+    estimates = [min(timing.time_once(call) for _ in range(2)) for call in calls]
+    (first, *others), _ = timing.time_in_turn(calls, estimates, rounds)
     ratios = (median(b / a for a, b in zip(first, other, strict=True)) for other in others)
     return [median(first), *(median(first) * ratio for ratio in ratios)]

@@ -97,30 +97,30 @@ def time_first_picture(browser):
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
     page.goto(_PAGE.as_uri())
-    took = page.evaluate(READY)
-    told = {
+    milliseconds = page.evaluate(READY)
+    metrics = {
         each["name"]: each["value"] for each in session.send("Performance.getMetrics")["metrics"]
     }
     page.context.close()
-    return took, 1e3 * told["TaskDuration"]
+    return milliseconds, 1e3 * metrics["TaskDuration"]
 
 
-def print_row(what, values, unit, digits):
-    print(f"{what:44} {median(values):8.{digits}f} {unit:9} largest {max(values):.{digits}f}")
+def print_row(title, values, unit, digits):
+    print(f"{title:44} {median(values):8.{digits}f} {unit:9} largest {max(values):.{digits}f}")
 
 
-def print_spread(what, took, worked):
-    nearly_all = sorted(took)[int(0.99 * len(took))]
+def print_spread(title, times, processor_times):
+    nearly_all = sorted(times)[int(0.99 * len(times))]
     print(
-        f"{what:44} {median(took):8.2f} ms        99 % {nearly_all:.2f} largest {max(took):.2f} "
-        f"worked {max(worked):.2f}"
+        f"{title:44} {median(times):8.2f} ms        99 % {nearly_all:.2f} largest {max(times):.2f} "
+        f"worked {max(processor_times):.2f}"
     )
 
 
-def time_drag_events(browser, page, *held):
+def time_drag_events(browser, page, *arguments):
     """Return the duration [ms] and the processor time [ms] of each mouse event."""
     browser.start_tracing(page=page, categories=["devtools.timeline"])
-    page.evaluate(HELD, [*held, EVENTS])
+    page.evaluate(HELD, [*arguments, EVENTS])
     events = [
         event
         for event in json.loads(browser.stop_tracing())["traceEvents"]
@@ -146,8 +146,8 @@ def time_drag(page):
 
 def print_size():
     text = _PAGE.read_bytes()
-    packed = len(gzip.compress(text, 9)) / 1e3
-    print(f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {packed:.1f} kB")
+    compressed_size = len(gzip.compress(text, 9)) / 1e3
+    print(f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {compressed_size:.1f} kB")
 
 
 def main(argv=None):
@@ -157,9 +157,9 @@ def main(argv=None):
     print_size()
     with sync_playwright() as tool:
         browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
-        took, worked = zip(*(time_first_picture(browser) for _ in range(7)), strict=True)
-        print_row("ready", took, "ms", 0)
-        print_row("ready, work of the viewer's thread", worked, "ms", 0)
+        times, processor_times = zip(*(time_first_picture(browser) for _ in range(7)), strict=True)
+        print_row("ready", times, "ms", 0)
+        print_row("ready, work of the viewer's thread", processor_times, "ms", 0)
         page = open_page(browser)
         page.evaluate(READY)
         for pair in PAIRS:
@@ -168,12 +168,12 @@ def main(argv=None):
         for name, part, top, number in DRAGS:
             page.evaluate(LOAD, name)
             page.evaluate("kreisel.page.setRunning(false)")
-            what = f"a drag event, {name}, {part}{f' of top {top}' if top else ''}"
-            print_spread(what, *time_drag_events(browser, page, part, top, number))
+            title = f"a drag event, {name}, {part}{f' of top {top}' if top else ''}"
+            print_spread(title, *time_drag_events(browser, page, part, top, number))
         page.evaluate(LOAD, "Lagrange's top")
-        frames, after = zip(*time_drag(page), strict=True)
+        frames, delays = zip(*time_drag(page), strict=True)
         print_row("a drag is drawn", frames, "frame(s)", 0)
-        print_row("a drag is drawn", after, "ms", 0)
+        print_row("a drag is drawn", delays, "ms", 0)
         browser.close()
     return 0
 

@@ -45,16 +45,16 @@ def compute_velocities(t, weight, parameters):
 
     start = np.concatenate((velocity, vertical))
     options = {"method": "DOP853", "t_eval": t, "rtol": TOLERANCE, "atol": TOLERANCE}
-    found = solve_ivp(derivative, (0.0, t[-1]), start, **options).y
-    return found[:3].T if found.shape[1] == len(t) else np.full((len(t), 3), 1e6)
+    states = solve_ivp(derivative, (0.0, t[-1]), start, **options).y
+    return states[:3].T if states.shape[1] == len(t) else np.full((len(t), 3), 1e6)
 
 
 def fit_by_scipy(scene, t, values, sigma):
     """Return the fitted parameters, their standard errors, and all warning messages."""
     weight = scene.body.mass * scene.gravity
-    with warnings.catch_warnings(record=True) as heard:
+    with warnings.catch_warnings(record=True) as caught_warnings:
         warnings.simplefilter("always")
-        found, covariance = curve_fit(
+        parameters, covariance = curve_fit(
             lambda t, *x: compute_velocities(t, weight, x).ravel(),
             t,
             values.ravel(),
@@ -62,7 +62,7 @@ def fit_by_scipy(scene, t, values, sigma):
             np.full(values.size, sigma),
             absolute_sigma=True,
         )
-    return found, np.sqrt(np.diag(covariance)), [str(one.message) for one in heard]
+    return parameters, np.sqrt(np.diag(covariance)), [str(one.message) for one in caught_warnings]
 
 
 def fit_by_lmfit(scene, t, values, sigma):
@@ -76,9 +76,9 @@ def fit_by_lmfit(scene, t, values, sigma):
         x = list(parameters.valuesdict().values())
         return ((compute_velocities(t, weight, x) - values) / sigma).ravel()
 
-    found = lmfit.minimize(residuals, start, scale_covar=False)
-    errors = [found.params[name].stderr for name in NAMES]
-    return np.array([found.params[name].value for name in NAMES]), errors, [found.message]
+    result = lmfit.minimize(residuals, start, scale_covar=False)
+    errors = [result.params[name].stderr for name in NAMES]
+    return np.array([result.params[name].value for name in NAMES]), errors, [result.message]
 
 
 def fit_by_kreisel(scene, t, values, sigma):

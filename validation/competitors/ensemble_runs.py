@@ -56,19 +56,19 @@ def make_batch_call(tops, setting, threads):
     own = [make_integrator(tops, setting) for _ in range(threads)]
     pool = ThreadPoolExecutor(threads)
 
-    def work(top, batches, found):
+    def work(top, batches, attitudes):
         for i in batches:
             top.set_time(0.0)
             top.state[:] = starts[:, i : i + BATCH]
             top.propagate_until(end)
             check_end_time(top.propagate_res)
-            found[:, i : i + BATCH] = top.state[:4]
+            attitudes[:, i : i + BATCH] = top.state[:4]
 
     def move():
-        found = np.empty((4, starts.shape[1]))
+        attitudes = np.empty((4, starts.shape[1]))
         batches = iter(range(0, starts.shape[1], BATCH))
-        list(pool.map(lambda top: work(top, batches, found), own))
-        return found[:, : len(tops)].T
+        list(pool.map(lambda top: work(top, batches, attitudes), own))
+        return attitudes[:, : len(tops)].T
 
     return move
 
@@ -82,12 +82,14 @@ def make_ensemble_call(tops, setting, threads):
 
     def move():
         iterations = starts.shape[1] // BATCH
-        done = hy.ensemble_propagate_until_batch(
+        results = hy.ensemble_propagate_until_batch(
             top, tops.end, iterations, begin, max_workers=threads
         )
-        for led, *_ in done:
-            check_end_time(led.propagate_res)
-        return np.concatenate([led.state[:4] for led, *_ in done], axis=1)[:, : len(tops)].T
+        for integrator, *_ in results:
+            check_end_time(integrator.propagate_res)
+        return np.concatenate([integrator.state[:4] for integrator, *_ in results], axis=1)[
+            :, : len(tops)
+        ].T
 
     return move
 
@@ -164,7 +166,7 @@ def select_movers(tops, each=1):
     """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [
-        replace(who, settings=who.settings[::-each][::-1])
-        for who in (*closed, SERIES, *PEERS)
-        if who.name in kr.methods or not who.name.startswith("gsl_")
+        replace(mover, settings=mover.settings[::-each][::-1])
+        for mover in (*closed, SERIES, *PEERS)
+        if mover.name in kr.methods or not mover.name.startswith("gsl_")
     ]

@@ -40,51 +40,53 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
     Errors are measured only for tops with a reference solution. Integrators that are timed once are
     timed while their errors are measured.
     """
-    asked = [
-        (place / len(who.settings), who, setting, who.tops(tops))
-        for who in movers
-        for place, setting in enumerate(who.settings)
+    settings = [
+        (place / len(mover.settings), mover, setting, mover.tops(tops))
+        for mover in movers
+        for place, setting in enumerate(mover.settings)
     ]
-    calls = [who.make(own, setting, threads) for _, who, setting, own in asked]
+    calls = [mover.make(own, setting, threads) for _, mover, setting, own in settings]
     errors, seconds = [], []
-    for call, (_, who, _, own) in zip(calls, asked, strict=True):
-        q, took = time_per_top(call, who, own, threads)
+    for call, (_, mover, _, own) in zip(calls, settings, strict=True):
+        q, seconds_once = time_per_top(call, mover, own, threads)
         errors.append(sample_errors(q, truths))
-        seconds.append([took] * rounds if who.is_timed_once else [])
-    in_turn = sorted(range(len(calls)), key=lambda i: asked[i][0])
+        seconds.append([seconds_once] * rounds if mover.is_timed_once else [])
+    in_turn = sorted(range(len(calls)), key=lambda i: settings[i][0])
     for _ in range(rounds):
         for i in in_turn:
-            _, who, _, own = asked[i]
-            if not who.is_timed_once:
-                seconds[i].append(time_per_top(calls[i], who, own, threads)[1])
+            _, mover, _, own = settings[i]
+            if not mover.is_timed_once:
+                seconds[i].append(time_per_top(calls[i], mover, own, threads)[1])
             tick()
     return [
-        Run(who.name, str(setting), len(own), *spread, took)
-        for (_, who, setting, own), spread, took in zip(asked, errors, seconds, strict=True)
+        Run(mover.name, str(setting), len(own), *spread, seconds_once)
+        for (_, mover, setting, own), spread, seconds_once in zip(
+            settings, errors, seconds, strict=True
+        )
     ]
 
 
 def sample_errors(q, truths):
     """Return the median, the 90 % quantile and the maximum of the attitude errors."""
-    known = min(len(q), len(truths))
-    sizes = attitude_errors(q[:known], truths[:known])
+    count = min(len(q), len(truths))
+    sizes = attitude_errors(q[:count], truths[:count])
     return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]
 
 
-def time_per_top(call, who, tops, threads):
+def time_per_top(call, mover, tops, threads):
     """Return the final attitudes and the run time [s] per top.
 
     The run time of a serial integrator is divided by the number of threads.
     """
-    found = []
+    results = []
     with timing.pause_gc():
-        seconds = timing.time_once(lambda: found.append(call()))
-    return found[0], seconds / len(tops) / (threads if who.is_serial else 1)
+        seconds = timing.time_once(lambda: results.append(call()))
+    return results[0], seconds / len(tops) / (threads if mover.is_serial else 1)
 
 
-def group_by_mover(found):
+def group_by_mover(runs):
     groups = {}
-    for run in found:
+    for run in runs:
         groups.setdefault(run.mover, []).append(run)
     return groups
 
@@ -100,11 +102,11 @@ def seconds_at(target, own):
     The result is nan if the integrator does not reach the error `target`.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
-    kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
+    indices = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
     if target < errors[-1]:
         return [nan] * len(own[0].seconds)
-    x = np.log(np.maximum(errors[kept], 1e-17))[::-1]
-    y = np.log([own[i].seconds for i in kept])[::-1]
+    x = np.log(np.maximum(errors[indices], 1e-17))[::-1]
+    y = np.log([own[i].seconds for i in indices])[::-1]
     return [float(np.exp(np.interp(np.log(target), x, row))) for row in y.T]
 
 

@@ -21,11 +21,11 @@ def processor_name():
         info = Path("/proc/cpuinfo").read_text()
     except OSError:
         info = ""
-    known = dict(re.findall(r"^(model name|cpu family|model)\s*:\s*(.+)$", info, re.M))
-    name = known.get("model name", "").strip()
-    if name and not re.search(r"\d", name) and {"cpu family", "model"} <= set(known):
+    fields = dict(re.findall(r"^(model name|cpu family|model)\s*:\s*(.+)$", info, re.M))
+    name = fields.get("model name", "").strip()
+    if name and not re.search(r"\d", name) and {"cpu family", "model"} <= set(fields):
         # a virtual machine may hide the number of the model
-        return f"{name} (family {known['cpu family']}, model {known['model']})"
+        return f"{name} (family {fields['cpu family']}, model {fields['model']})"
     return name or platform.processor() or platform.machine()
 
 
@@ -36,10 +36,10 @@ def describe_cores():
 
 def compiler_version():
     """Return the names and versions of the compilers that built the extension."""
-    made = re.findall(
+    compilers = re.findall(
         rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
     )
-    names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in made}
+    names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in compilers}
     return ", ".join(sorted(names)) or "not known"
 
 
@@ -57,16 +57,16 @@ def fingerprint(*more):
     The list contains the machine, the commit, the program versions, a hash of the code, and the
     arguments `more`.
     """
-    here = Path(__file__).parents[1]
+    folder = Path(__file__).parents[1]
     files = [
         compiled_core.FILE,
         *sorted(Path(kr.__file__).parent.rglob("*.py")),
-        *sorted(here.rglob("*.py")),
-        *sorted(here.rglob("*.json")),
+        *sorted(folder.rglob("*.py")),
+        *sorted(folder.rglob("*.json")),
     ]
     code = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-    about = describe_machine()
-    return [code, *(about[key] for key in ("machine", "commit", "versions")), *map(str, more)]
+    description = describe_machine()
+    return [code, *(description[key] for key in ("machine", "commit", "versions")), *map(str, more)]
 
 
 def describe_machine():
@@ -95,12 +95,12 @@ def describe_gsl():
     """Return a text that says whether GSL is included, with its version if known."""
     if not has_gsl():
         return GSL_MISSING
-    ask = ["pkg-config", "--modversion", "gsl"]
+    command = ["pkg-config", "--modversion", "gsl"]
     try:
-        asked = subprocess.run(ask, capture_output=True, text=True, check=True)
+        result = subprocess.run(command, capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError):
         return "included"
-    return f"included, version {asked.stdout.strip()}"
+    return f"included, version {result.stdout.strip()}"
 
 
 def is_of_gsl(name):

@@ -18,12 +18,16 @@ TITLES = {
 
 def group_methods():
     """Return a dictionary that maps the title of each figure to the methods shown in it."""
-    others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
+    others = [*filter(is_of_gsl, kr.methods), *(peer.name for peer in PEERS)]
     yardstick = [PEERS[0].name]
     return {
         title: (
-            [name for name, method in kr.methods.items() if within(method) and name not in others],
+            [
+                name
+                for name, method in kr.methods.items()
+                if is_member(method) and name not in others
+            ],
             others if i == 0 else yardstick,
         )
-        for i, (title, within) in enumerate(TITLES.items())
+        for i, (title, is_member) in enumerate(TITLES.items())
     }

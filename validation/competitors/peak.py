@@ -25,10 +25,10 @@ def measure_peak():
         program = Path(folder) / "peak"
         try:
             subprocess.run([compiler, *FLAGS, SOURCE, "-o", program], check=True)
-            made = subprocess.run([program], capture_output=True, text=True, check=True)
+            result = subprocess.run([program], capture_output=True, text=True, check=True)
         except (OSError, subprocess.CalledProcessError):
             return None
-    return float(made.stdout.split()[0])
+    return float(result.stdout.split()[0])
 
 
 def count_operations(path):

@@ -218,8 +218,8 @@ def list_contenders(problem):
     scene = problem.to_scene()
     for name, method in kr.methods.items():
         if method.suits(scene):
-            make = partial(KreiselRun, name)
-            yield Contender(name, method.text, control_of(method), make, peer=is_of_gsl(name))
+            factory = partial(KreiselRun, name)
+            yield Contender(name, method.text, control_of(method), factory, peer=is_of_gsl(name))
 
 
 PEERS = (

@@ -45,8 +45,8 @@ def time_in_turn(calls, seconds, rounds, tick=lambda: None):
     samples = [[] for _ in calls]
     try:
         for _ in range(rounds):
-            for call, about, got in zip(calls, seconds, samples, strict=True):
-                got.append(time_sample(call, about))
+            for call, estimate, times in zip(calls, seconds, samples, strict=True):
+                times.append(time_sample(call, estimate))
                 tick()
     except KeyboardInterrupt:
         return samples, True
@@ -58,11 +58,11 @@ def best_times(calls, rounds, trials=1):
 
     The shortest time is the best estimate, because other processes can only slow a function down.
     """
-    about = [min(time_once(call) for _ in range(trials)) for call in calls]
-    samples, interrupted = time_in_turn(calls, about, rounds)
-    if interrupted:
+    estimates = [min(time_once(call) for _ in range(trials)) for call in calls]
+    samples, is_interrupted = time_in_turn(calls, estimates, rounds)
+    if is_interrupted:
         raise KeyboardInterrupt
-    return [min(got) for got in samples]
+    return [min(times) for times in samples]
 
 
 def relative_spread(samples):

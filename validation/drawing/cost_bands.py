@@ -22,16 +22,16 @@ def draw_cost_bands(panels, own, label):
     """
     height = TOP + len(panels) * (PANEL + GAP) - GAP + BELOW
     with plt.rc_context(STYLE):
-        figure, shared = plt.figure(figsize=(WIDTH, height)), None
+        figure, first_axes = plt.figure(figsize=(WIDTH, height)), None
         for i, (title, bands) in enumerate(panels.items()):
             low = 1 - (TOP + i * (PANEL + GAP) + PANEL) / height
             place = (LEFT / WIDTH, low, 1 - (LEFT + RIGHT) / WIDTH, PANEL / height)
-            axes = figure.add_axes(place, sharex=shared, sharey=shared)
+            axes = figure.add_axes(place, sharex=first_axes, sharey=first_axes)
             axes.set_title(title, loc="left")
             axes.set_ylabel("run time [ms]")
-            if shared is None:
+            if first_axes is None:
                 axes.invert_xaxis()
-            shared = shared or axes
+            first_axes = first_axes or axes
             draw_bands(axes, bands, own)
         axes.set_xlabel(label)
         for axes in figure.axes:
@@ -48,12 +48,14 @@ def draw_bands(axes, bands, own):
     styles = choose_line_styles([own], [name for name in bands if name != own])
     for title, band in bands.items():
         errors, middle, low, high = map(np.array, band)
-        known = np.isfinite(high)
-        if known.any():
+        is_finite = np.isfinite(high)
+        if is_finite.any():
             style = styles[title]
             fill = {"color": style["color"], "alpha": 0.25 if title == own else 0.1}
-            axes.fill_between(errors[known], low[known], high[known], linewidth=0, **fill)
-            axes.loglog(errors[known], middle[known], markersize=4, markevery=2, **style)
+            axes.fill_between(
+                errors[is_finite], low[is_finite], high[is_finite], linewidth=0, **fill
+            )
+            axes.loglog(errors[is_finite], middle[is_finite], markersize=4, markevery=2, **style)
 
 
 def find_ends(bands, own):
@@ -61,7 +63,7 @@ def find_ends(bands, own):
     styles = choose_line_styles([own], [name for name in bands if name != own])
     ends = []
     for title, (errors, middle, _, high) in bands.items():
-        known = np.flatnonzero(np.isfinite(high))
-        if len(known):
-            ends.append((title, (errors[known[-1]], middle[known[-1]]), styles[title]))
+        indices = np.flatnonzero(np.isfinite(high))
+        if len(indices):
+            ends.append((title, (errors[indices[-1]], middle[indices[-1]]), styles[title]))
     return ends

@@ -24,7 +24,7 @@ def collect_lines(groups, quantity, cost):
     def cost_and_error(row):
         return 1e3 * row.seconds if cost == "seconds" else row.evaluations
 
-    known = {
+    points_by_name = {
         name: [
             (cost_and_error(row), max(getattr(row, quantity), LEAST))
             for row in rows
@@ -32,7 +32,9 @@ def collect_lines(groups, quantity, cost):
         ]
         for name, rows in groups.items()
     }
-    lines = {name: tuple(zip(*points, strict=True)) for name, points in known.items() if points}
+    lines = {
+        name: tuple(zip(*points, strict=True)) for name, points in points_by_name.items() if points
+    }
     if not lines:
         return lines, None
     x, y = ([value for points in lines.values() for value in points[i]] for i in (0, 1))
@@ -77,12 +79,13 @@ def draw_family(lines, family, peers, label, floor, limits, cost):
         for name, points in lines.items():
             if name not in styles:
                 axes.plot(*points, color=FAINT, linewidth=0.8, alpha=0.45)
-        shown = {name: style for name, style in styles.items() if name in lines}
-        for name, style in shown.items():
+        styles_by_name = {name: style for name, style in styles.items() if name in lines}
+        for name, style in styles_by_name.items():
             axes.plot(*lines[name], markersize=4, linewidth=1.4, **style)
         set_frame(axes, label, floor, limits, cost)
         label_ends(
-            axes, [(name, lowest_point(lines[name]), style) for name, style in shown.items()]
+            axes,
+            [(name, lowest_point(lines[name]), style) for name, style in styles_by_name.items()],
         )
         return figure_to_svg(figure)
 
@@ -111,24 +114,24 @@ def find_leaders(lines):
 
 def select_leaders(groups, methods, quantities_and_costs):
     """Return the fastest methods that are not closed forms."""
-    found = set()
+    leaders = set()
     for quantity, cost in quantities_and_costs:
         lines, _ = collect_lines(groups, quantity, cost)
-        found |= find_leaders(
+        leaders |= find_leaders(
             {name: lines[name] for name in methods if name in lines and len(lines[name][0]) > 1}
         )
-    return [name for name in methods if name in found]
+    return [name for name in methods if name in leaders]
 
 
-def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
-    """Draw the curves of all methods in one panel, highlighting the methods in `named`.
+def draw_overview(groups, leaders, peers, quantity, label, cost, floor=None):
+    """Draw the curves of all methods in one panel, highlighting the methods in `leaders`.
 
-    The list `named` determines the colour and the marker of each method.
+    The list `leaders` determines the colour and the marker of each method.
     """
     lines, limits = collect_lines(groups, quantity, cost)
     if not lines:
         return ""
-    styles = choose_line_styles(named, peers)
+    styles = choose_line_styles(leaders, peers)
     with plt.rc_context(STYLE):
         figure, axes = make_log_panel(2.7, 4.6)
         for name, points in lines.items():

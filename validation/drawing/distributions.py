@@ -26,8 +26,8 @@ def draw_distributions(errors, family, peers):
         styles = choose_line_styles(family, peers)
         for name, sizes in errors.items():
             part = np.arange(1, len(sizes) + 1) / len(sizes)
-            known = styles.get(name, {})
-            style = known and {"markersize": 4, "markevery": 0.25} | known
+            base_style = styles.get(name, {})
+            style = base_style and {"markersize": 4, "markevery": 0.25} | base_style
             axes.semilogx(
                 np.maximum(sizes, LEAST),
                 part,

@@ -9,7 +9,7 @@ def draw_field(values, extent, labels):
     `extent` is (left, right, bottom, top). `labels` contains the labels of the two axes and of the
     colour bar.
     """
-    across, up, of_values = labels
+    xlabel, ylabel, of_values = labels
     with plt.rc_context(STYLE | {"axes.spines.top": True, "axes.spines.right": True}):
         figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
         image = axes.imshow(
@@ -20,7 +20,7 @@ def draw_field(values, extent, labels):
             cmap="viridis",
             interpolation="nearest",
         )
-        axes.set(xlabel=across, ylabel=up)
+        axes.set(xlabel=xlabel, ylabel=ylabel)
         bar = figure.colorbar(image, ax=axes, label=of_values)
         bar.outline.set_edgecolor(INK)
         return figure_to_svg(figure)

@@ -22,10 +22,8 @@ def make_panels(rows, columns, height, **more):
     return figure, axes.flat
 
 
-def draw_dots(axes, across, up, colour, title, size=0.45):
-    axes.scatter(
-        across, up, c=colour, s=size, cmap="viridis", linewidths=0, rasterized=True, alpha=0.9
-    )
+def draw_dots(axes, x, y, colour, title, size=0.45):
+    axes.scatter(x, y, c=colour, s=size, cmap="viridis", linewidths=0, rasterized=True, alpha=0.9)
     axes.set_title(title)
     axes.set_xticks(*TURN)
     axes.set_xlim(-np.pi, np.pi)
@@ -72,17 +70,17 @@ def draw_regions(borders, points, greatest, highest, close):
     """
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
-        near = axes.inset_axes((0.5, 0.03, 0.48, 0.44))
+        inset = axes.inset_axes((0.5, 0.03, 0.48, 0.44))
         for g, h in borders:
             axes.plot(g, h, color=INK, linewidth=0.8)
-            near.plot(g, h, color=INK, linewidth=0.8)
+            inset.plot(g, h, color=INK, linewidth=0.8)
         (left, low), (right, high) = close
         for number, (g, h) in enumerate(points, 1):
-            where = near if left < g < right and low < h < high else axes
-            where.plot(g, h, ".", color=COLOURS[1], markersize=4)
-            where.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points")
-        near.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
-        axes.indicate_inset_zoom(near, edgecolor=FAINT)
+            panel = inset if left < g < right and low < h < high else axes
+            panel.plot(g, h, ".", color=COLOURS[1], markersize=4)
+            panel.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points")
+        inset.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
+        axes.indicate_inset_zoom(inset, edgecolor=FAINT)
         axes.set(xlim=(0.0, greatest), ylim=(-1.1, highest))
         axes.set(xlabel="vertical momentum g", ylabel="energy h")
         return figure_to_svg(figure)

@@ -14,8 +14,8 @@ def project(points, elevation=ELEVATION, azimuth=0.0):
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
-    across, away = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
-    return across, z * np.cos(e) + away * np.sin(e), z * np.sin(e) - away * np.cos(e)
+    horizontal, depth = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
+    return horizontal, z * np.cos(e) + depth * np.sin(e), z * np.sin(e) - depth * np.cos(e)
 
 
 def draw_outline(axes):

@@ -104,11 +104,11 @@ def spread_labels(heights, gap):
     heights = list(heights)
     for i in range(1, len(heights)):
         heights[i] = max(heights[i], heights[i - 1] + gap)
-    over = max(0.0, heights[-1] - 1) if heights else 0.0
+    excess = max(0.0, heights[-1] - 1) if heights else 0.0
     for i in reversed(range(len(heights))):
         is_last = i == len(heights) - 1
         most = 1 if is_last else heights[i + 1] - gap
-        heights[i] = min(heights[i] - (over if is_last else 0.0), most)
+        heights[i] = min(heights[i] - (excess if is_last else 0.0), most)
     return heights
 
 
@@ -119,13 +119,13 @@ def label_ends(axes, ends):
     repeated beside the label.
     """
     gap = 11.0 / (72 * axes.get_position().height * axes.figure.get_figheight())
-    placed = sorted(
+    labels = sorted(
         ((axes_height(axes, y), x, y, name, style) for name, (x, y), style in ends),
         key=lambda label: label[:4],
     )
-    heights = spread_labels((place[0] for place in placed), gap)
+    heights = spread_labels((place[0] for place in labels), gap)
     after_marker = 1.045 + 5 / (72 * axes.get_position().width * axes.figure.get_figwidth())
-    for height, (_, x, y, name, style) in zip(heights, placed, strict=True):
+    for height, (_, x, y, name, style) in zip(heights, labels, strict=True):
         colour, marker = style["color"], style.get("marker")
         if marker:
             key = {"color": colour, "marker": marker, "markersize": 4, "clip_on": False}
@@ -157,7 +157,7 @@ def choose_line_styles(family, peers):
     """
     own = [name for name in LEADERS if name in family]
     own += [name for name in family if name not in (*peers, *own)]
-    found = {
+    styles = {
         name: {
             "color": COLOURS[i % len(COLOURS)],
             "marker": MARKERS[i % len(MARKERS)],
@@ -166,7 +166,7 @@ def choose_line_styles(family, peers):
         for i, name in enumerate(own)
     }
     hollow = {"color": INK, "markerfacecolor": "none"}
-    return found | {
+    return styles | {
         name: {**hollow, "linestyle": STROKES[place][0], "marker": STROKES[place][1]}
         for name in peers
         if (place := PEER_STROKES.get(name)) is not None

@@ -29,8 +29,8 @@ def draw_time_series(lines, quantity, label, colours):
             kind: {"color": colour, "marker": marker}
             for (kind, colour), marker in zip(colours.items(), MARKERS, strict=False)
         }
-        known = [line for line in lines if len(line["t"]) > 1]
-        for line in known:
+        long_lines = [line for line in lines if len(line["t"]) > 1]
+        for line in long_lines:
             axes.semilogy(
                 line["t"][1:],
                 np.maximum(line[quantity][1:], LEAST),
@@ -43,12 +43,12 @@ def draw_time_series(lines, quantity, label, colours):
         axes.set_ylim(LEAST, 10)
         set_power_ticks(axes.yaxis, 9)
         axes.grid(True)
-        ends = [(line["t"][-1], max(line[quantity][-1], LEAST)) for line in known]
+        ends = [(line["t"][-1], max(line[quantity][-1], LEAST)) for line in long_lines]
         label_ends(
             axes,
             [
                 (line["method"], end, styles[line["kind"]])
-                for line, end in zip(known, ends, strict=True)
+                for line, end in zip(long_lines, ends, strict=True)
             ],
         )
         return figure_to_svg(figure)

@@ -37,13 +37,13 @@ def make_parser():
 
 
 def main(argv=None):
-    asked = make_parser().parse_args(argv)
-    return SIDES[asked.side](asked.tests)
+    options = make_parser().parse_args(argv)
+    return SIDES[options.side](options.tests)
 
 
-def run_command(*command, **how):
+def run_command(*command, **options):
     """Run a program without capturing its output, and return its exit status."""
-    return subprocess.run([str(word) for word in command], **how).returncode
+    return subprocess.run([str(word) for word in command], **options).returncode
 
 
 def measure_core(tests):
@@ -57,9 +57,9 @@ def measure_core(tests):
     ctest = ("ctest", "--test-dir", objects, "--parallel", jobs)
     run_command(*ctest, "--exclude-regex", "^fuzz$", **quiet)
     run_command(objects / "fuzz", *FUZZ, **quiet)  # takes about a minute
-    how = {"cwd": tree, "env": make_environment(tree)}
+    options = {"cwd": tree, "env": make_environment(tree)}
     words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE", *ON_ALL_PROCESSORS)
-    run_command(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
+    run_command(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **options)
     return report_branches(tree, objects)
 
 
@@ -86,8 +86,8 @@ def build_with_counters(tree, objects):
 
 
 def report_branches(tree, objects):
-    where = ("--root", tree, "--object-directory", objects, "--filter", f"{tree}/csrc/")
-    once = (
+    paths = ("--root", tree, "--object-directory", objects, "--filter", f"{tree}/csrc/")
+    rules = (
         "--exclude-directories",
         ".*CompilerId.*",
         "--merge-mode-functions",
@@ -95,16 +95,16 @@ def report_branches(tree, objects):
         "--gcov-ignore-parse-errors",
         "all",
     )
-    once += ("--exclude-branches-by-pattern", UNTAKEN)
+    rules += ("--exclude-branches-by-pattern", UNTAKEN)
     show = ("--txt-metric", "branch", "--txt", "-", "--json", objects / "coverage.json")
-    return run_command(sys.executable, "-m", "gcovr", *where, *once, *show, objects)
+    return run_command(sys.executable, "-m", "gcovr", *paths, *rules, *show, objects)
 
 
 def measure_package(tests):
     data = ROOT / "build/coverage-package"
     shutil.rmtree(data, ignore_errors=True)
     data.mkdir(parents=True)
-    how = {"cwd": ROOT, "env": os.environ | {"COVERAGE_FILE": str(data / "data")}}
+    options = {"cwd": ROOT, "env": os.environ | {"COVERAGE_FILE": str(data / "data")}}
     run = [sys.executable, "-m", "coverage"]
     words = (
         "pytest",
@@ -113,9 +113,9 @@ def measure_package(tests):
         *ON_ALL_PROCESSORS,
         *(tests or ("tests/python", "tests/report", "tests/viewer")),
     )
-    run_command(*run, "run", "-m", *words, **how)
-    run_command(*run, "combine", "-q", **how)
-    return run_command(*run, "report", "--show-missing", "--skip-covered", **how)
+    run_command(*run, "run", "-m", *words, **options)
+    run_command(*run, "combine", "-q", **options)
+    return run_command(*run, "report", "--show-missing", "--skip-covered", **options)
 
 
 SIDES = {"core": measure_core, "package": measure_package}

@@ -46,8 +46,8 @@ class ModuleUsage:
         A test that executes few lines is likely to check each of them thoroughly.
         """
         tests = self.lines.get(file, {}).items()
-        used = [test for test, own in tests if test != SET_UP and not lines.isdisjoint(own)]
-        return [(self.line_counts[test], self.module, test) for test in used]
+        names = [test for test, own in tests if test != SET_UP and not lines.isdisjoint(own)]
+        return [(self.line_counts[test], self.module, test) for test in names]
 
     def is_used_in_setup(self, file, lines):
         return not lines.isdisjoint(self.lines.get(file, {}).get(SET_UP, ()))
@@ -61,11 +61,11 @@ def measure_usage(root, modules, folder):
 
     def load_or_measure(module):
         file = folder / f"{module.replace('/', '-')}.json"
-        found = json.loads(file.read_text()) if file.exists() else {}
-        if found.get("text") != texts[module]:
-            found = measure_module(root, module) | {"text": texts[module]}
-            file.write_text(json.dumps(found))
-        return ModuleUsage(**found)
+        data = json.loads(file.read_text()) if file.exists() else {}
+        if data.get("text") != texts[module]:
+            data = measure_module(root, module) | {"text": texts[module]}
+            file.write_text(json.dumps(data))
+        return ModuleUsage(**data)
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         return list(pool.map(load_or_measure, modules))
@@ -74,8 +74,8 @@ def measure_usage(root, modules, folder):
 def compute_digests(root, modules):
     """Return a hash of each test module and the helper files."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
-    shared = [file for file in files if not file.name.startswith("test_")]
-    common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()
+    helpers = [file for file in files if not file.name.startswith("test_")]
+    common = hashlib.sha256(b"".join(file.read_bytes() for file in helpers)).digest()
     return {
         module: hashlib.sha256(common + (root / module).read_bytes()).hexdigest()
         for module in modules
@@ -85,16 +85,16 @@ def compute_digests(root, modules):
 def measure_module(root, module):
     data = root / "used" / module.replace("/", "-")
     data.mkdir(parents=True)
-    where = f"--data-file={data / 'data'}"
+    data_option = f"--data-file={data / 'data'}"
     coverage = [sys.executable, "-m", "coverage"]
     tests = ["--rcfile=site/coverage.ini", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
-    done = run_with_limits([*coverage, "run", where, *tests, module], root, 900, 3600)
-    if done.status:
-        raise TrialError(f"{module} fails with nothing changed: {done.said[-500:]}")
-    run_with_limits([*coverage, "combine", "-q", where, data], root, 300, 900)
+    result = run_with_limits([*coverage, "run", data_option, *tests, module], root, 900, 3600)
+    if result.status:
+        raise TrialError(f"{module} fails with nothing changed: {result.said[-500:]}")
+    run_with_limits([*coverage, "combine", "-q", data_option, data], root, 300, 900)
     return {
         "module": module,
-        "seconds": done.seconds,
+        "seconds": result.seconds,
         "lines": read_lines(data / "data", root, module),
     }
 
@@ -103,11 +103,11 @@ def read_lines(file, root, module):
     """Return the lines of each source file that the tests of a module execute."""
     data = CoverageData(str(file))
     data.read()
-    found = {}
+    lines = {}
     for source in data.measured_files():
-        of = found.setdefault(Path(source).relative_to(root).as_posix(), {})
+        tests = lines.setdefault(Path(source).relative_to(root).as_posix(), {})
         for line, contexts in data.contexts_by_lineno(source).items():
             for context in contexts:
                 name = context.rpartition(".")[2]
-                of.setdefault(f"{module}::{name}" if name else SET_UP, []).append(line)
-    return found
+                tests.setdefault(f"{module}::{name}" if name else SET_UP, []).append(line)
+    return lines

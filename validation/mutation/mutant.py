@@ -47,6 +47,6 @@ def draw_sample(mutants, seed, points):
 
     Smaller samples are prefixes of larger ones.
     """
-    drawn = list(mutants)
-    random.Random(seed).shuffle(drawn)
-    return drawn[:points]
+    sample = list(mutants)
+    random.Random(seed).shuffle(sample)
+    return sample[:points]

@@ -37,28 +37,28 @@ def make_parser():
 
 
 def main(argv=None):
-    asked = make_parser().parse_args(argv)
-    side, root = SIDES[asked.side], asked.root.resolve()
-    chosen = draw_sample(side.list_mutants(root, asked.only), asked.seed, asked.points)
-    ledger = TrialLog(root / "build/mutate" / f"{asked.side}.jsonl")
-    done = {"killed", "same", "unbuilt"} | (set() if asked.again else {"survived"})
-    left = [m for m in chosen if ledger.get_outcome(m) not in done]
-    print(f"{len(chosen)} mutants, {len(left)} to try", flush=True)
-    if left:
+    options = make_parser().parse_args(argv)
+    side, root = SIDES[options.side], options.root.resolve()
+    sample = draw_sample(side.list_mutants(root, options.only), options.seed, options.points)
+    ledger = TrialLog(root / "build/mutate" / f"{options.side}.jsonl")
+    final_outcomes = {"killed", "same", "unbuilt"} | (set() if options.again else {"survived"})
+    remaining = [m for m in sample if ledger.get_outcome(m) not in final_outcomes]
+    print(f"{len(sample)} mutants, {len(remaining)} to try", flush=True)
+    if remaining:
         try:
-            try_mutants(left, partial(side.Trial, root), asked, ledger)
-        except TrialError as refused:
-            raise SystemExit(f"kreisel: {refused}") from None
-    print("\n".join(format_table(ledger, chosen)))
+            try_mutants(remaining, partial(side.Trial, root), options, ledger)
+        except TrialError as error:
+            raise SystemExit(f"kreisel: {error}") from None
+    print("\n".join(format_table(ledger, sample)))
     return 0
 
 
-def try_mutants(mutants, trial, asked, ledger):
+def try_mutants(mutants, trial, options, ledger):
     """Run the tests on all mutants in parallel, and print each verdict."""
     copies = SimpleQueue()
-    folder = asked.root.resolve() / "build/mutate"
-    for number in range(min(asked.jobs, len(mutants))):
-        copies.put(trial(folder / f"{asked.side}-{number}"))
+    folder = options.root.resolve() / "build/mutate"
+    for number in range(min(options.jobs, len(mutants))):
+        copies.put(trial(folder / f"{options.side}-{number}"))
     begin = monotonic()
 
     def try_one(mutant):
@@ -68,12 +68,12 @@ def try_mutants(mutants, trial, asked, ledger):
         finally:
             copies.put(copy)
 
-    with ThreadPoolExecutor(asked.jobs) as pool:
+    with ThreadPoolExecutor(options.jobs) as pool:
         for count, (mutant, verdict) in enumerate(pool.map(try_one, mutants), 1):
             ledger.add(mutant, verdict.word, verdict.by, verdict.seconds)
-            took = f"{count}/{len(mutants)} {monotonic() - begin:6.0f} s"
+            progress = f"{count}/{len(mutants)} {monotonic() - begin:6.0f} s"
             print(
-                f"{took}  {verdict.word:9} {verdict.by:24} {mutant.file}:{mutant.line}  "
+                f"{progress}  {verdict.word:9} {verdict.by:24} {mutant.file}:{mutant.line}  "
                 f"{mutant.change}",
                 flush=True,
             )

@@ -53,14 +53,14 @@ def list_mutants(file, text):
 def mutate_operators(text, tokens):
     for token in tokens:
         sign, begin, end = token[0], token.start(), token.end()
-        around = text[begin - 1 : begin], text[end : end + 1]
+        neighbours = text[begin - 1 : begin], text[end : end + 1]
         if sign in ("++", "--"):
             yield begin, end, {"++": "--", "--": "++"}[sign]
-        elif sign in BINARY and all(a.isspace() for a in around):
+        elif sign in BINARY and all(a.isspace() for a in neighbours):
             yield begin, end, BINARY[sign]
             if sign in WRONG_WAY:
                 yield begin, end, WRONG_WAY[sign]
-        elif sign in ("-", "!") and not around[1].isspace():
+        elif sign in ("-", "!") and not neighbours[1].isspace():
             yield begin, end, ""
 
 
@@ -80,17 +80,17 @@ def mutate_numbers(text, tokens):
 def is_array_size(tokens, i):
     """Return True if the number at index `i` is the size of an array in a declaration."""
     words = [token[0] for token in tokens[max(0, i - 3) : i]]
-    declares = re.fullmatch(r"\w+|\*", words[0]) and words[0] != "return" if words else False
-    return len(words) == 3 and words[2] == "[" and bool(declares)
+    type_match = re.fullmatch(r"\w+|\*", words[0]) and words[0] != "return" if words else False
+    return len(words) == 3 and words[2] == "[" and bool(type_match)
 
 
 def negate_conditions(tokens):
     for i, token in enumerate(tokens[:-1]):
         if token[0] in ("if", "while") and tokens[i + 1][0] == "(":
             end = find_closing(tokens, i + 1)
-            begin, behind = tokens[i + 1].start(), tokens[end].end()
-            condition = token.string[begin:behind]
-            yield begin, behind, f"(!{condition})"
+            begin, condition_end = tokens[i + 1].start(), tokens[end].end()
+            condition = token.string[begin:condition_end]
+            yield begin, condition_end, f"(!{condition})"
 
 
 def find_closing(tokens, opening):
@@ -106,15 +106,15 @@ def find_closing(tokens, opening):
 def swap_arguments(text, tokens):
     """Yield mutations that swap the first two arguments of a function call."""
     for i, token in enumerate(tokens[:-1]):
-        behind = tokens[i + 1]
+        bracket = tokens[i + 1]
         if (
             COMMUTE.fullmatch(token[0])
             or token.lastgroup != "name"
-            or behind[0] != "("
-            or behind.start() != token.end()
+            or bracket[0] != "("
+            or bracket.start() != token.end()
         ):
             continue
-        ends, depth = [behind.end()], 0
+        ends, depth = [bracket.end()], 0
         for other in tokens[i + 2 : find_closing(tokens, i + 1) + 1]:
             if depth == 0 and other[0] in (",", ")"):
                 ends.append(other.start())
@@ -122,8 +122,10 @@ def swap_arguments(text, tokens):
         if len(ends) < 3:
             continue
         first, second = text[ends[0] : ends[1]], text[ends[1] + 1 : ends[2]].strip()
-        declared = any(re.match(r"(const\b|void\b|\w+ \**\w+$)", part) for part in (first, second))
-        if first != second and not declared:
+        is_declaration = any(
+            re.match(r"(const\b|void\b|\w+ \**\w+$)", part) for part in (first, second)
+        )
+        if first != second and not is_declaration:
             yield ends[0], ends[2], f"{second}, {first}"
 
 
@@ -143,9 +145,9 @@ def drop_statements(text, tokens):
             begins = None
 
 
-def is_line_start(text, at):
-    return not text[text.rfind("\n", 0, at) + 1 : at].strip()
+def is_line_start(text, position):
+    return not text[text.rfind("\n", 0, position) + 1 : position].strip()
 
 
-def is_indented(text, at):
-    return at - text.rfind("\n", 0, at) > 4
+def is_indented(text, position):
+    return position - text.rfind("\n", 0, position) > 4

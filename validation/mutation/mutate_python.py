@@ -38,10 +38,10 @@ def list_mutants(file, text):
     def span(node):
         return at(node.lineno, node.col_offset), at(node.end_lineno, node.end_col_offset)
 
-    typed = {id(node) for part in find_annotations(tree) for node in ast.walk(part)}
-    nodes = [node for node in ast.walk(tree) if id(node) not in typed]
-    found = {change for node in nodes for change in mutate_node(node, text, span)}
-    return [Mutant(file, text, *change) for change in sorted(found)]
+    annotations = {id(node) for part in find_annotations(tree) for node in ast.walk(part)}
+    nodes = [node for node in ast.walk(tree) if id(node) not in annotations]
+    changes = {change for node in nodes for change in mutate_node(node, text, span)}
+    return [Mutant(file, text, *change) for change in sorted(changes)]
 
 
 def find_annotations(tree):
@@ -81,10 +81,10 @@ def mutate_operator(op, begin, end, text):
         yield begin + found.start(), begin + found.end(), new
 
 
-def mutate_constant(value, written):
+def mutate_constant(value, literal):
     if isinstance(value, bool):
         return str(not value)
-    return str(value + 1) if isinstance(value, int) else f"({written} + 1.0)"
+    return str(value + 1) if isinstance(value, int) else f"({literal} + 1.0)"
 
 
 def mutate_call(node, text, span):
@@ -117,11 +117,11 @@ def is_docstring_or_yield(node):
 def lines_run_at_import(text):
     """Return the lines of a source file that are executed on import."""
     tree = ast.parse(text)
-    inside = {
+    body_lines = {
         line
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         for part in node.body
         for line in range(part.lineno, part.end_lineno + 1)
     }
-    return set(range(1, len(text.splitlines()) + 1)) - inside
+    return set(range(1, len(text.splitlines()) + 1)) - body_lines

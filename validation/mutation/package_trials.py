@@ -28,16 +28,16 @@ SLACK = 5  # time limit, as a multiple of the time without a mutation under line
 MOST_FIRST = 40  # number of the tests that run first
 
 
-def list_sources(root, only=""):
+def list_sources(root, prefix=""):
     files = sorted((root / "python").rglob("*.py"))
     names = [file.relative_to(root).as_posix() for file in files]
-    return [name for name in names if name.startswith(only) and "viewer" not in name]
+    return [name for name in names if name.startswith(prefix) and "viewer" not in name]
 
 
-def list_mutants(root, only=""):
+def list_mutants(root, prefix=""):
     return [
         mutant
-        for name in list_sources(root, only)
+        for name in list_sources(root, prefix)
         for mutant in mutate_python.list_mutants(name, (root / name).read_text())
     ]
 
@@ -48,19 +48,19 @@ def list_test_modules(root):
     Style tests are not used, because they check the source text rather than the behaviour.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
-    kept = [file for file in files if file.name not in SLOW + ELSEWHERE]
-    return [file.relative_to(root).as_posix() for file in kept]
+    modules = [file for file in files if file.name not in SLOW + ELSEWHERE]
+    return [file.relative_to(root).as_posix() for file in modules]
 
 
 class Trial:
     """A copy of the source tree in which tests are run on mutants."""
 
-    def __init__(self, root, to):
-        self.root = copy_tree(root, to)
+    def __init__(self, root, folder):
+        self.root = copy_tree(root, folder)
         for file in (root / "python").glob("*/_core*.so"):
             shutil.copy(file, self.root / file.relative_to(root))
         self.copy_core()
-        self.uses = measure_usage(self.root, list_test_modules(self.root), to.with_name("uses"))
+        self.uses = measure_usage(self.root, list_test_modules(self.root), folder.with_name("uses"))
 
     def copy_core(self):
         """Copy the compiled extension module of the installed package, if it exists."""
@@ -77,13 +77,13 @@ class Trial:
         begin = monotonic()
         if compile_code(mutant.text) == compile_code(self.apply_mutant(mutant)):
             return Verdict("same")
-        asked = self.select_tests(mutant)
+        groups = self.select_tests(mutant)
         mutant.write(self.root)
         try:
-            word, by = self.run_tests(asked)
+            word, test = self.run_tests(groups)
         finally:
             mutant.undo(self.root)
-        return Verdict(word, by, monotonic() - begin)
+        return Verdict(word, test, monotonic() - begin)
 
     def apply_mutant(self, mutant):
         return mutant.text[: mutant.begin] + mutant.new + mutant.text[mutant.end :]
@@ -99,20 +99,20 @@ class Trial:
         tests = sorted(t for uses in self.uses for t in uses.rank_tests(mutant.file, lines))
         # sorts the later tests by module, so that each module is set up once
         later = sorted((module, test) for _, module, test in tests[MOST_FIRST:])
-        around = [
+        setups = [
             (uses.module, uses.module)
             for uses in self.uses
             if is_general or uses.is_used_in_setup(mutant.file, lines)
         ]
         first = {test: module for _, module, test in tests[:MOST_FIRST]}
-        return first, {test: module for module, test in later + around}
+        return first, {test: module for module, test in later + setups}
 
     def run_tests(self, groups):
         seconds = {uses.module: uses.seconds for uses in self.uses}
         for tests in filter(None, groups):
             limit = int(SLACK * sum(seconds[module] for module in {*tests.values()})) + 60
-            done, test = run_pytest(self.root, tests, limit, limit)
-            if done.status:
+            result, test = run_pytest(self.root, tests, limit, limit)
+            if result.status:
                 return "killed", test
         return "survived", ""
 
@@ -120,12 +120,12 @@ class Trial:
 def compile_code(text):
     """Compile a Python source to bytecode without line numbers."""
     try:
-        made = compile(text, "source", "exec")
+        code = compile(text, "source", "exec")
     except SyntaxError:
         return text.encode()
-    return marshal.dumps(strip_positions(made))
+    return marshal.dumps(strip_positions(code))
 
 
-def strip_positions(made):
-    parts = tuple(strip_positions(c) if hasattr(c, "co_code") else c for c in made.co_consts)
-    return made.replace(co_linetable=b"", co_consts=parts, co_exceptiontable=b"")
+def strip_positions(code):
+    parts = tuple(strip_positions(c) if hasattr(c, "co_code") else c for c in code.co_consts)
+    return code.replace(co_linetable=b"", co_consts=parts, co_exceptiontable=b"")

@@ -38,13 +38,13 @@ class ProgramResult:
     seconds: float
 
 
-def copy_tree(root, to):
+def copy_tree(root, folder):
     """Copy the source tree without build products, and return the path of the copy."""
-    shutil.rmtree(to, ignore_errors=True)
-    shutil.copytree(root, to, ignore=make_ignore(root))
-    (to / "site").mkdir()
-    (to / "site/sitecustomize.py").write_text(SITE)
-    return to
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(root, folder, ignore=make_ignore(root))
+    (folder / "site").mkdir()
+    (folder / "site/sitecustomize.py").write_text(SITE)
+    return folder
 
 
 def make_ignore(root):
@@ -53,8 +53,8 @@ def make_ignore(root):
     at_the_top = shutil.ignore_patterns(*LEFT_OUT)
 
     def list_exclusions(folder, names):
-        left_out = (at_the_top if folder == str(root) else anywhere)(folder, names)
-        return left_out - {".clang-format", ".ci"}
+        ignored = (at_the_top if folder == str(root) else anywhere)(folder, names)
+        return ignored - {".clang-format", ".ci"}
 
     return list_exclusions
 
@@ -69,7 +69,7 @@ def run_with_limits(command, cwd, cpu, wall, memory=MEMORY):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
     begin = monotonic()
-    how = {
+    options = {
         "stdout": subprocess.PIPE,
         "stderr": subprocess.STDOUT,
         "text": True,
@@ -77,16 +77,21 @@ def run_with_limits(command, cwd, cpu, wall, memory=MEMORY):
     }
     words = [str(word) for word in command]
     process = subprocess.Popen(
-        words, cwd=cwd, env=make_environment(cwd), preexec_fn=limit, start_new_session=True, **how
+        words,
+        cwd=cwd,
+        env=make_environment(cwd),
+        preexec_fn=limit,
+        start_new_session=True,
+        **options,
     )
     try:
-        said, _ = process.communicate(timeout=wall)
+        output, _ = process.communicate(timeout=wall)
         status = process.returncode
     except subprocess.TimeoutExpired:
-        said, status = "", "no end"
+        output, status = "", "no end"
     finally:
         kill_group(process)
-    return ProgramResult(status, said, monotonic() - begin)
+    return ProgramResult(status, output, monotonic() - begin)
 
 
 def kill_group(process):
@@ -103,9 +108,9 @@ def make_environment(root):
 
 def run_pytest(root, words, cpu=600, wall=1800):
     """Run tests until one fails. Returns the result of pytest and the name of the failing test."""
-    how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
-    done = run_with_limits([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
-    failed = [
-        line.split()[1] for line in done.said.splitlines() if line.startswith(("FAILED", "ERROR"))
+    options = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
+    result = run_with_limits([sys.executable, "-m", "pytest", *options, *words], root, cpu, wall)
+    failures = [
+        line.split()[1] for line in result.said.splitlines() if line.startswith(("FAILED", "ERROR"))
     ]
-    return done, failed[0] if failed else str(done.status)
+    return result, failures[0] if failures else str(result.status)

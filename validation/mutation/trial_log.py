@@ -20,8 +20,8 @@ class TrialLog:
             file.write_text(text + "\n")  # ends a truncated last line
         self.rows = {row["name"]: row for row in map(parse_line, text.splitlines()) if row}
 
-    def add(self, mutant, word, by="", seconds=0.0):
-        row = {"name": mutant.name, "word": word, "by": by, "seconds": round(seconds, 1)}
+    def add(self, mutant, word, test="", seconds=0.0):
+        row = {"name": mutant.name, "word": word, "by": test, "seconds": round(seconds, 1)}
         self.rows[mutant.name] = row
         with self.file.open("a") as file:
             file.write(json.dumps(row) + "\n")
@@ -44,11 +44,11 @@ def format_table(ledger, mutants):
     words = {m.name: ledger.get_outcome(m) for m in mutants}
     counts = Counter(words.values())
     lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]
-    if left := counts[None]:
-        lines.append(f"{left:6} not tried yet")
-    tried = counts["killed"] + counts["survived"]
-    score = 100.0 * counts["killed"] / tried if tried else 0.0
-    lines.append(f"{score:6.1f} % of {tried} are killed")
+    if remaining := counts[None]:
+        lines.append(f"{remaining:6} not tried yet")
+    total = counts["killed"] + counts["survived"]
+    score = 100.0 * counts["killed"] / total if total else 0.0
+    lines.append(f"{score:6.1f} % of {total} are killed")
     seconds = sum(ledger.rows[m.name]["seconds"] for m in mutants if m.name in ledger.rows)
     lines.append(f"{seconds:6.0f} s it took, {seconds / max(1, len(mutants)):.1f} s each")
     survivors = sorted(

@@ -48,7 +48,7 @@ def describe_group(rows, method, problems):
     """Return a row of the table of recommended methods."""
     scenes = [problem.name for problem in problems]
     races = list(fastest.run_races(rows, scenes))
-    won = [own for *_, own, _ in races if own and own.method == method]
+    wins = [own for *_, own, _ in races if own and own.method == method]
     ratios = [
         peer.seconds / own.seconds
         for *_, own, peer in races
@@ -62,13 +62,13 @@ def describe_group(rows, method, problems):
         for scene, target, own, peer in races
         if not own and not peer
     ]
-    times = [format_milliseconds(bound(row.seconds for row in won)) for bound in (min, max)]
+    times = [format_milliseconds(bound(row.seconds for row in wins)) for bound in (min, max)]
     return {
         "kinds": describe_kinds(problems),
         "method": method,
         "scenes": join_words(scenes),
         "times": " to ".join(dict.fromkeys(times)),
-        "wins": len(won),
+        "wins": len(wins),
         "rivals": join_words(rivals),
         "unreached": join_words(missing) if missing else "",
         "cases": len(races),
@@ -97,19 +97,19 @@ def list_fixed_steps(comparison):
 
 def describe_late(comparison):
     """Return the range of run times for states at a large time, or None if none were measured."""
-    late = [found for found in comparison.late.values() if found]
+    late = [findings for findings in comparison.late.values() if findings]
     if not late:
         return None
 
     def span(values, form):
         return " to ".join(dict.fromkeys(form(bound(values)) for bound in (min, max)))
 
-    scenes = [scene for scene, found in comparison.late.items() if found]
+    scenes = [scene for scene, findings in comparison.late.items() if findings]
     times = {
-        name: span([found[name] for found in late], format_milliseconds)
+        name: span([findings[name] for findings in late], format_milliseconds)
         for name in ("exact", "taylor")
     }
-    ratios = [found["heyoka"] / found["taylor"] for found in late]
+    ratios = [findings["heyoka"] / findings["taylor"] for findings in late]
     return times | {
         "t": f"{late[0]['t']:g}".replace("e+0", "e"),
         "scenes": join_words(scenes),

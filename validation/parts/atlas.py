@@ -60,36 +60,36 @@ def list_tasks(problems, budget, store):
 
 
 def load_findings(problems, store):
-    known = [cell for of_case in store.under("atlas/") for cell in of_case]
-    return Atlas(known, stiff_needle.load_findings(store)) if known else None
+    cells = [cell for of_case in store.under("atlas/") for cell in of_case]
+    return Atlas(cells, stiff_needle.load_findings(store)) if cells else None
 
 
-def column_names(found):
+def column_names(cells):
     """Return the names of all methods and other integrators that have been tested."""
-    ran = {cell["method"] for cell in found}
-    return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
+    names = {cell["method"] for cell in cells}
+    return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in names]
 
 
 def make_square(cell):
     """Return the heat-map square that represents a result."""
-    ran = cell["verdict"] in verdicts.CAME_TO_THE_END
+    is_complete = cell["verdict"] in verdicts.CAME_TO_THE_END
     dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
         cell["case"],
         cell["method"],
-        cell["attitude_error"] if ran else None,
+        cell["attitude_error"] if is_complete else None,
         dot + cell["mark"],
         cell["verdict"] == verdicts.SILENT,
     )
 
 
-def family_contexts(found):
-    for name, (_, about) in atlas_cases.FAMILIES.items():
-        own = [cell for cell in found if cell["family"] == name]
+def family_contexts(cells):
+    for name, (_, description) in atlas_cases.FAMILIES.items():
+        own = [cell for cell in cells if cell["family"] == name]
         if own:
             yield {
                 "name": name,
-                "about": about,
+                "about": description,
                 "svg": heatmap.draw_heatmap(list(map(make_square, own)), column_names(own)),
                 "notes": list(collect_notes(own)),
             }
@@ -106,42 +106,45 @@ def describe_cell(cell):
         return verdict, cell["message"].split(f": {cell['method']}")[0]
     if verdict == verdicts.SILENT or (verdict == "lost" and cell["tol"]):
         word = "silently wrong" if verdict == verdicts.SILENT else verdict
-        off, apart = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
-        return word, f"error {off} rad; the finer run differs by {apart} rad"
+        error, difference = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
+        return word, f"error {error} rad; the finer run differs by {difference} rad"
     return None
 
 
-def collect_notes(found):
+def collect_notes(cells):
     """Yield the rows of the table of explanations.
 
     Test cases with the same explanation are combined in one row.
     """
-    said = {}
-    for cell in found:
+    explanations = {}
+    for cell in cells:
         if describe_cell(cell):
-            said.setdefault(describe_cell(cell), {}).setdefault(cell["case"], []).append(
+            explanations.setdefault(describe_cell(cell), {}).setdefault(cell["case"], []).append(
                 cell["method"]
             )
-    for (word, message), by_case in said.items():
-        whom = {}
+    for (word, message), by_case in explanations.items():
+        cases_by_methods = {}
         for case, methods in by_case.items():
-            whom.setdefault(", ".join(methods), []).append(case)
+            cases_by_methods.setdefault(", ".join(methods), []).append(case)
         yield {
             "verdict": word,
             "message": message,
-            "whom": [{"methods": who, "cases": "; ".join(own)} for who, own in whom.items()],
+            "whom": [
+                {"methods": methods_text, "cases": "; ".join(own)}
+                for methods_text, own in cases_by_methods.items()
+            ],
         }
 
 
-def count_verdicts(found):
+def count_verdicts(cells):
     """Yield the counts of all verdicts on each method."""
-    for name in column_names(found):
-        own = [cell for cell in found if cell["method"] == name]
-        known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
+    for name in column_names(cells):
+        own = [cell for cell in cells if cell["method"] == name]
+        errors = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
         yield {
             "method": name,
             "cells": len(own),
-            "middle": float(np.median(known)) if known else None,
+            "middle": float(np.median(errors)) if errors else None,
             "counts": [sum(cell["verdict"] == word for cell in own) for word in verdicts.VERDICTS],
             "marks": [sum(cell["mark"] == letter for cell in own) for letter in COUNTED],
         }
@@ -150,8 +153,8 @@ def count_verdicts(found):
 def draw_verdicts(counts):
     """Draw a bar chart of the verdicts on each method."""
     names = ["silently wrong" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
-    met = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
-    order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))
+    indices = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
+    order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in indices))
     return draw_verdict_bars({line["method"]: line["counts"] for line in order}, names)
 
 
@@ -189,33 +192,33 @@ def is_silent(cell):
 
 
 def conclude(atlas):
-    ran = [cell for cell in atlas.cells if cell["verdict"] in verdicts.CAME_TO_THE_END]
-    if not ran:
+    complete_cells = [cell for cell in atlas.cells if cell["verdict"] in verdicts.CAME_TO_THE_END]
+    if not complete_cells:
         return ""
     return join_sentences(
         describe_silent_cells(atlas.cells),
         describe_verdicts(atlas.cells),
-        describe_signs(ran),
+        describe_signs(complete_cells),
         describe_methods(atlas.cells),
-        describe_tolerance_failures(ran),
+        describe_tolerance_failures(complete_cells),
     )
 
 
-def describe_silent_cells(found):
-    silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
-    n, which = len(silent), f": {join_words(silent)}" if silent else ""
+def describe_silent_cells(cells):
+    silent = [f"{cell['method']} on {cell['case']}" for cell in cells if is_silent(cell)]
+    n, names = len(silent), f": {join_words(silent)}" if silent else ""
     return (
-        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} silently wrong{which}. "
+        f"{count_word(n).capitalize()} of {len(cells)} cells {verb_be(n)} silently wrong{names}. "
         "A cell is one method on one top. It is silently wrong if neither a finer run nor the step "
         "reveals its error."
     )
 
 
-def describe_verdicts(found):
-    n = Counter(cell["verdict"] for cell in found)
+def describe_verdicts(cells):
+    n = Counter(cell["verdict"] for cell in cells)
 
     def share(verdict):
-        return f"{100 * n[verdict] / len(found):.0f} %"
+        return f"{100 * n[verdict] / len(cells):.0f} %"
 
     return (
         f"{share('right')} are right: no error beyond rounding. {share('as asked')} are as asked: "
@@ -225,8 +228,8 @@ def describe_verdicts(found):
     )
 
 
-def describe_signs(ran):
-    n = Counter(cell.get("shown_by") for cell in ran)
+def describe_signs(cells):
+    n = Counter(cell.get("shown_by") for cell in cells)
     return (
         f"Of the degraded and lost cells, {n['second run']:,} are revealed by a finer run, and "
         f"{n['large step']} by the step itself; {n['tolerance']} lie within the tolerance times "
@@ -234,37 +237,37 @@ def describe_signs(ran):
     )
 
 
-def describe_methods(found):
-    met = Counter(cell["method"] for cell in found if cell["verdict"] in verdicts.MET)
-    ill = Counter(cell["method"] for cell in found if cell["verdict"] in ("lost", "stopped"))
-    (best, often), *_ = met.most_common(1) or [("none", 0)]
+def describe_methods(cells):
+    counts = Counter(cell["method"] for cell in cells if cell["verdict"] in verdicts.MET)
+    ill = Counter(cell["method"] for cell in cells if cell["verdict"] in ("lost", "stopped"))
+    (best, count), *_ = counts.most_common(1) or [("none", 0)]
     worst = join_words(f"{name} ({n})" for name, n in ill.most_common(3))
     return (
-        f"{best} is right or as asked most often ({often} cells); most often lost or stopped are "
+        f"{best} is right or as asked most often ({count} cells); most often lost or stopped are "
         f"{worst}."
     )
 
 
-def describe_tolerance_failures(ran):
-    beyond = [cell["method"] for cell in ran if cell["mark"] == verdicts.BEYOND]
-    if not beyond:
+def describe_tolerance_failures(cells):
+    methods = [cell["method"] for cell in cells if cell["mark"] == verdicts.BEYOND]
+    if not methods:
         return ""
     return (
         f"Errors more than {verdicts.PROMISED:g} times those explained by the tolerance: "
-        f"{join_counts(beyond)}."
+        f"{join_counts(methods)}."
     )
 
 
-def write_table(found):
+def write_table(cells):
     def format_value(value):
         return f"{value:.4g}" if isinstance(value, float) else value
 
     return write_csv(
-        COLUMNS, ({key: format_value(value) for key, value in cell.items()} for cell in found)
+        COLUMNS, ({key: format_value(value) for key, value in cell.items()} for cell in cells)
     )
 
 
-def list_files(atlas, about):
+def list_files(atlas, metadata):
     yield "stability.csv", write_table(atlas.cells)
     if atlas.needle_lines:
         yield "stiff.csv", stiff_needle.write_table(atlas.needle_lines)
@@ -274,8 +277,8 @@ def terminal_lines(atlas):
     silent = list(filter(is_silent, atlas.cells))
     yield f"atlas: {len(atlas.cells)} cells, silently wrong: {len(silent)}"
     for cell in silent:
-        where = f"{cell['method']}: {cell['family']}, {cell['case']}"
-        yield f"  {where}: {cell['attitude_error']:.0e} rad"
+        place = f"{cell['method']}: {cell['family']}, {cell['case']}"
+        yield f"  {place}: {cell['attitude_error']:.0e} rad"
 
 
 PART = Part(

@@ -226,8 +226,8 @@ def antipodal_cases():
     step is less than half a turn. The axis rotates by half a turn minus `gap` if h |w| / 2 =
     cot(gap / 2). Other methods rotate the axis by the angle h |w|.
     """
-    across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
-    light = scene_factory(lagrange, 1.0, momentum=across, gravity=1e-3)
+    momentum = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
+    light = scene_factory(lagrange, 1.0, momentum=momentum, gravity=1e-3)
     for gap in (1.0, 1e-1, 1e-2, 1e-4, 1e-8):
         turns = 1 / tan(gap / 2) / pi
         yield Case(
@@ -248,7 +248,7 @@ def antipodal_cases():
     yield Case(
         "antipodal",
         "half a turn a step, no gravity",
-        scene_factory(lagrange, 1.0, momentum=across, gravity=0.0),
+        scene_factory(lagrange, 1.0, momentum=momentum, gravity=0.0),
         4,
         2.0,
     )
@@ -398,6 +398,6 @@ FAMILIES = {
 
 def list_cases(quick=False):
     """Yield all test cases, or only two of each family."""
-    for make, _ in FAMILIES.values():
-        made = list(make())
-        yield from made[:2] if quick else made
+    for list_family, _ in FAMILIES.values():
+        cases = list(list_family())
+        yield from cases[:2] if quick else cases

@@ -57,29 +57,33 @@ def make_peer_candidate(name):
 
 def list_candidates(scene, radians):
     """Return all methods that can integrate a motion through a total angle of `radians`."""
-    found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
-    return found + [
-        who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
+    candidates = [
+        make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)
+    ]
+    return candidates + [
+        candidate
+        for candidate in map(make_peer_candidate, single_runs.RECORDERS)
+        if radians <= candidate.longest
     ]
 
 
-def choose_settings(case, who, step):
+def choose_settings(case, candidate, step):
     """Return two settings for a method: the requested one and a more accurate one."""
-    if who.steered == "tol":
+    if candidate.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]
-    return [{"step": step}, {"step": step / 2}] if who.steered else [{}, {}]
+    return [{"step": step}, {"step": step / 2}] if candidate.steered else [{}, {}]
 
 
 def has_drift(energies):
     """Return True if the energy drifts in one direction instead of oscillating."""
     half = len(energies) // 2
-    apart = abs(energies[half:].mean() - energies[:half].mean())
-    return bool(energies.max() > 1e-6 and apart > 0.4 * np.ptp(energies))
+    difference = abs(energies[half:].mean() - energies[:half].mean())
+    return bool(energies.max() > 1e-6 and difference > 0.4 * np.ptp(energies))
 
 
-def measure_run(problem, scene, who, times, setting, true):
-    q, m, steps, evaluations = who.run(problem, scene, times, setting)
+def measure_run(problem, scene, candidate, times, setting, true):
+    q, m, steps, evaluations = candidate.run(problem, scene, times, setting)
     energies = problem.energy_errors(q, m)
     return {
         "attitude_error": attitude_error(q[-1], true["attitude"]),
@@ -101,45 +105,52 @@ def describe_failure(error):
     return {"verdict": "stopped", "mark": mark, "message": str(error)}
 
 
-def make_cell(case, problem, scene, who, true, end, step):
+def make_cell(case, problem, scene, candidate, true, end, step):
     """Return the result of one method on one test case."""
-    asked, finer = choose_settings(case, who, step)
-    cell = {"method": who.name, "step": asked.get("step"), "tol": asked.get("tol"), "end": end}
+    setting, finer = choose_settings(case, candidate, step)
+    cell = {
+        "method": candidate.name,
+        "step": setting.get("step"),
+        "tol": setting.get("tol"),
+        "end": end,
+    }
     times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())
     try:
-        cell |= measure_run(problem, scene, who, times, asked, true)
-        again = measure_run(problem, scene, who, times, finer, true)
+        cell |= measure_run(problem, scene, candidate, times, setting, true)
+        again = measure_run(problem, scene, candidate, times, finer, true)
     except (kr.Error, ArithmeticError, ValueError) as error:
         return drop_attitude(cell) | describe_failure(error)
     cell["second_run"] = attitude_error(again["q"], cell["q"])
-    return drop_attitude(verdicts.judge_cell(cell, again["attitude_error"], problem, true, who))
+    return drop_attitude(
+        verdicts.judge_cell(cell, again["attitude_error"], problem, true, candidate)
+    )
 
 
 def drop_attitude(cell):
     return {key: value for key, value in cell.items() if key != "q"}
 
 
-def make_cells(case, who=list_candidates):
+def make_cells(case, find_candidates=list_candidates):
     """Return the results of all methods on one test case.
 
     If the scene is invalid, the result for each method contains the error message.
     """
-    about = {"family": case.family, "case": case.name, "turns": case.turns}
+    description = {"family": case.family, "case": case.name, "turns": case.turns}
     try:
         scene = case.scene()
     except ValueError as error:
-        return [{**about, "method": name, **describe_failure(error)} for name in kr.methods]
+        return [{**description, "method": name, **describe_failure(error)} for name in kr.methods]
     problem = problem_of_scene(case.key, scene)
     step = 2 * pi / (case.rate or problem.rate) / case.steps
     end = step * round(case.turns * case.steps)
-    trusted = reference.truth_by_quadrature if case.closed else reference.compute_truth
-    true = trusted(problem, end)
-    about |= {
+    compute_reference = reference.truth_by_quadrature if case.closed else reference.compute_truth
+    true = compute_reference(problem, end)
+    description |= {
         "conditioning": true["worst"],
         "truth_bits": true["bits"],
         "agreement": true["agreement"],
     }
     return [
-        about | make_cell(case, problem, scene, candidate, true, end, step)
-        for candidate in who(scene, problem.fastest_rate * end)
+        description | make_cell(case, problem, scene, candidate, true, end, step)
+        for candidate in find_candidates(scene, problem.fastest_rate * end)
     ]

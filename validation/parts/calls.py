@@ -109,8 +109,8 @@ def sample_in_turn(calls, rounds):
             for call in calls
         ]
         for _ in range(rounds):
-            for call, number, got in zip(calls, numbers, samples, strict=True):
-                got.append(processor_time(call, number))
+            for call, number, times in zip(calls, numbers, samples, strict=True):
+                times.append(processor_time(call, number))
     return samples
 
 
@@ -126,8 +126,8 @@ def make_ladder(runs, truth):
 def select_bracket(ladder, target):
     """Return the runs whose errors are just above and just below `target`."""
     i = next((i for i, (_, error) in enumerate(ladder) if error <= target), len(ladder) - 1)
-    above = ladder[i - 1][1] if i else None
-    return [*[step for step in ladder if step[1] == above][:1], ladder[i]]
+    previous = ladder[i - 1][1] if i else None
+    return [*[step for step in ladder if step[1] == previous][:1], ladder[i]]
 
 
 def interpolate(bracket, samples, target):
@@ -233,16 +233,16 @@ def count_paying_runs(band):
 def list_tasks(problems, budget, store):
     rounds = 3 * budget.rounds
     for name in QUICK if budget.quick else ENDS:
-        make = partial(measure_scene, name, rounds, quick=budget.quick)
-        yield Task(f"calls/{name}/{rounds}", make, 2.0 if budget.quick else 10.0, until=0.9)
+        measure = partial(measure_scene, name, rounds, quick=budget.quick)
+        yield Task(f"calls/{name}/{rounds}", measure, 2.0 if budget.quick else 10.0, until=0.9)
 
 
 def load_findings(problems, store):
     return store.under("calls/")
 
 
-def list_bands(found):
-    return [(scene, band) for scene in found for band in scene["bands"]]
+def list_bands(findings):
+    return [(scene, band) for scene in findings for band in scene["bands"]]
 
 
 def format_band(scene, band):
@@ -267,48 +267,48 @@ def format_band(scene, band):
     }
 
 
-def describe_payment(found):
+def describe_payment(findings):
     """Describe heyoka's compile time in relation to its run time."""
-    bands = [band for _, band in list_bands(found)]
+    bands = [band for _, band in list_bands(findings)]
     seconds = [band["compiling"] for band in bands]
     runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)
-    took = f"heyoka compiles an integrator for {min(seconds):.2f} to {max(seconds):.2f} s."
+    text = f"heyoka compiles an integrator for {min(seconds):.2f} to {max(seconds):.2f} s."
     if not runs:
-        return f"{took} This is never paid, since its runs take longer than kr.solve."
+        return f"{text} This is never paid, since its runs take longer than kr.solve."
     return (
-        f"{took} This is paid in {len(runs)} of {len(bands)} rows, after at least {runs[0]:.1e} "
+        f"{text} This is paid in {len(runs)} of {len(bands)} rows, after at least {runs[0]:.1e} "
         "runs; in the others kr.solve is faster."
     )
 
 
-def conclude(found):
-    bands = [band for _, band in list_bands(found)]
-    said = []
-    for name, what in ((SOLVE, "kr.solve"), (RUN, "a kr.Run used again")):
+def conclude(findings):
+    bands = [band for _, band in list_bands(findings)]
+    sentences = []
+    for name, title in ((SOLVE, "kr.solve"), (RUN, "a kr.Run used again")):
         ratios = [compare(band, name)[0] for band in bands]
-        said.append(
+        sentences.append(
             f"heyoka's integrator, used again, takes {format_brief(median(ratios))} times as long "
-            f"as {what} in the median of {len(bands)} rows, and {min(ratios):.2f} to "
+            f"as {title} in the median of {len(bands)} rows, and {min(ratios):.2f} to "
             f"{max(ratios):.2f} times in each."
         )
-    return join_sentences(*said, describe_payment(found))
+    return join_sentences(*sentences, describe_payment(findings))
 
 
-def build_context(found):
+def build_context(findings):
     return {
-        "rows": [format_band(*each) for each in list_bands(found)],
-        "processor": found[0]["processor"],
-        "rounds": found[0]["rounds"],
-        "peak": found[0]["peak"] and f"{1e-9 * found[0]['peak']:.0f}",
-        "payment": describe_payment(found),
+        "rows": [format_band(*each) for each in list_bands(findings)],
+        "processor": findings[0]["processor"],
+        "rounds": findings[0]["rounds"],
+        "peak": findings[0]["peak"] and f"{1e-9 * findings[0]['peak']:.0f}",
+        "payment": describe_payment(findings),
     }
 
 
-def list_rows(found):
-    for scene, band in list_bands(found):
-        known = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
+def list_rows(findings):
+    for scene, band in list_bands(findings):
+        columns = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
         for name, seconds in band["seconds"].items():
-            yield known | {
+            yield columns | {
                 "program": name,
                 "seconds_median": f"{median(seconds):.4g}",
                 "seconds_least": f"{min(seconds):.4g}",
@@ -318,7 +318,7 @@ def list_rows(found):
             }
         if band["function"] is not None:
             alone = f"{band['function']:.4g}"
-            yield known | {"program": FUNCTION, "seconds_median": alone, "seconds_least": alone}
+            yield columns | {"program": FUNCTION, "seconds_median": alone, "seconds_least": alone}
 
 
 PART = Part(
@@ -329,5 +329,5 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda found, about: [("calls.csv", write_csv(COLUMNS, list_rows(found)))],
+    list_files=lambda findings, metadata: [("calls.csv", write_csv(COLUMNS, list_rows(findings)))],
 )

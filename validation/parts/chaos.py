@@ -41,12 +41,12 @@ def choose_sizes(budget):
 
 def measure_energy_drift(size):
     """Add the largest relative energy drift and the number of states to a copy of `size`."""
-    found = []
+    findings = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
-        found.append(float(np.abs(section.energy / section_data.ENERGY - 1.0).max()))
+        findings.append(float(np.abs(section.energy / section_data.ENERGY - 1.0).max()))
     states = len(section_data.BODIES) * size["orbits"] * size["crossings"]
-    return size | {"energy": max(found), "states": states}
+    return size | {"energy": max(findings), "states": states}
 
 
 def measure_kowalewski(size):
@@ -108,8 +108,8 @@ def list_tasks(problems, budget, store):
 
 def load_findings(problems, store):
     names = "order", "kowalewski", "layer", "frequencies", "exponents"
-    known = {name: store.under(f"chaos/{name}/") for name in names}
-    return {name: values[-1] for name, values in known.items() if values}
+    findings = {name: store.under(f"chaos/{name}/") for name in names}
+    return {name: values[-1] for name, values in findings.items() if values}
 
 
 def body_panels(size):
@@ -167,27 +167,27 @@ def draw_exponents(rows):
 def build_context(findings):
     size = findings["order"]
     widest = max(g for g, _ in kowalewski.REGIONS) + 0.2
-    told = {"size": size, "seconds": None, "regions": None, "layer": None, "rotation": None}
-    told["exponents"] = findings.get("exponents")
-    told["order"] = drawing.draw_sections(dict(body_panels(size)), 3, 3.1)
+    context = {"size": size, "seconds": None, "regions": None, "layer": None, "rotation": None}
+    context["exponents"] = findings.get("exponents")
+    context["order"] = drawing.draw_sections(dict(body_panels(size)), 3, 3.1)
     if "kowalewski" in findings:
-        told["regions"] = drawing.draw_sections(dict(region_panels(size)), 5, 2.4)
-        told["plane"] = drawing.draw_regions(
+        context["regions"] = drawing.draw_sections(dict(region_panels(size)), 5, 2.4)
+        context["plane"] = drawing.draw_regions(
             kowalewski.region_borders(widest), kowalewski.REGIONS, widest, 4.6, CLOSE
         )
-        told["values"] = findings["kowalewski"]
+        context["values"] = findings["kowalewski"]
     if "layer" in findings:
-        told["layer"] = draw_layer(findings["layer"], size)
-        told["swings"] = findings["layer"]
+        context["layer"] = draw_layer(findings["layer"], size)
+        context["swings"] = findings["layer"]
     if "frequencies" in findings:
-        told["rotation"] = draw_rotation(findings["frequencies"]["rows"], size)
-        told["off"], told["near"] = findings["frequencies"]["off"], NEAR
-    if told["exponents"]:
-        told["map"] = draw_exponents(told["exponents"]["map"])
-        told["long"], told["times"] = lyapunov_exponents.LONG, lyapunov_exponents.TIMES
-        told["mapped"] = lyapunov_exponents.MAPPED
-        told["starts"] = number_word(lyapunov_exponents.STARTS)
-    return told
+        context["rotation"] = draw_rotation(findings["frequencies"]["rows"], size)
+        context["off"], context["near"] = findings["frequencies"]["off"], NEAR
+    if context["exponents"]:
+        context["map"] = draw_exponents(context["exponents"]["map"])
+        context["long"], context["times"] = lyapunov_exponents.LONG, lyapunov_exponents.TIMES
+        context["mapped"] = lyapunov_exponents.MAPPED
+        context["starts"] = number_word(lyapunov_exponents.STARTS)
+    return context
 
 
 def conclude(findings):
@@ -209,11 +209,11 @@ def build_lead(findings):
 def describe_regions(rows):
     if not rows:
         return ""
-    off = max(row["off"] for row in rows)
-    met = sum(row["greatest"] <= row["critical"][-1] * (1.0 + 1e-9) for row in rows)
+    error = max(row["off"] for row in rows)
+    count = sum(row["greatest"] <= row["critical"][-1] * (1.0 + 1e-9) for row in rows)
     return (
-        f"Kowalewski's integral is constant to {format_power(off)} of its maximum on all "
-        f"{number_word(len(rows))} kinds of sections, within the theoretical bounds on {met} of "
+        f"Kowalewski's integral is constant to {format_power(error)} of its maximum on all "
+        f"{number_word(len(rows))} kinds of sections, within the theoretical bounds on {count} of "
         f"{len(rows)}."
     )
 
@@ -222,40 +222,41 @@ def describe_layer(rows):
     if not rows:
         return ""
     finest = rows[0]
-    off = abs(finest["kick"] / finest["melnikov"] - 1.0)
+    error = abs(finest["kick"] / finest["melnikov"] - 1.0)
     ratios = [row["half_width"] / row["predicted"] for row in rows]
     decades = round(math.log10(rows[-1]["e"] / finest["e"]))
     return (
         "Along the separatrix of the upright top the change of axial momentum per swing agrees "
-        f"with Melnikov's integral to {format_power(off)} at e = {format_power(finest['e'])}. Over "
-        f"{number_word(decades)} decades the chaotic layer is {format_brief(min(ratios))} to "
+        f"with Melnikov's integral to {format_power(error)} at e = {format_power(finest['e'])}. "
+        f"Over {number_word(decades)} decades the chaotic layer is {format_brief(min(ratios))} to "
         f"{format_brief(max(ratios))} times as wide as by Chirikov's criterion."
     )
 
 
-def describe_frequencies(known):
+def describe_frequencies(frequencies):
     return (
-        known
-        and f"The largest frequency error of random Lagrange tops is {format_power(known['off'])}."
+        frequencies
+        and "The largest frequency error of random Lagrange tops is "
+        f"{format_power(frequencies['off'])}."
     )
 
 
-def describe_exponents(known):
+def describe_exponents(exponents):
     """Summarize the Lyapunov exponents in a sentence."""
-    if not known:
+    if not exponents:
         return ""
-    first, *_, last = known["table"]
-    called = str(first["chaotic"] or "none")
-    said = f"{called.capitalize()} of {first['starts']} starts of the Lagrange top are chaotic"
+    first, *_, last = exponents["table"]
+    number = str(first["chaotic"] or "none")
+    text = f"{number.capitalize()} of {first['starts']} starts of the Lagrange top are chaotic"
     if last["error"] is None:
-        return f"{said}."
+        return f"{text}."
     return (
-        f"{said}; of the last top {last['chaotic']} are, with an exponent of "
+        f"{text}; of the last top {last['chaotic']} are, with an exponent of "
         f"{last['exponent']:.4f} \N{PLUS-MINUS SIGN} {last['error']:.4f}."
     )
 
 
-def list_files(findings, about):
+def list_files(findings, metadata):
     rows = {"layer.csv": findings.get("layer"), "kowalewski.csv": findings.get("kowalewski")}
     rows["exponents.csv"] = findings.get("exponents", {}).get("table")
     return [(name, write_csv(FILES[name], rows[name])) for name in FILES if rows[name]]

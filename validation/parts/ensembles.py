@@ -50,8 +50,10 @@ def compute_sleeping_map(side):
 
 def measure_ensemble(kind, n, rounds, each):
     tops = draw_tops(kind, n)
-    who = ensemble_runs.select_movers(tops, each)
-    runs = equal_error.measure_runs(tops, who, compute_truths(tops.first(min(n, SAMPLE))), rounds)
+    movers = ensemble_runs.select_movers(tops, each)
+    runs = equal_error.measure_runs(
+        tops, movers, compute_truths(tops.first(min(n, SAMPLE))), rounds
+    )
     return {"kind": kind, "tops": n, "end": tops.end, "runs": [asdict(run) for run in runs]}
 
 
@@ -62,8 +64,8 @@ def time_sleeping_map():
 def list_tasks(problems, budget, store):
     n, each = 10 * budget.members, {"quick": 6, "default": 2}.get(budget.name, 1)
     for kind in SCENES:
-        make = partial(measure_ensemble, kind, n, budget.rounds, each)
-        yield Task(f"many/{kind}/{n}", make, 5.0 + 0.002 * n, until=0.9)
+        measure = partial(measure_ensemble, kind, n, budget.rounds, each)
+        yield Task(f"many/{kind}/{n}", measure, 5.0 + 0.002 * n, until=0.9)
     yield Task("many tops mapped", time_sleeping_map, 2.0)
 
 
@@ -84,12 +86,12 @@ def compare_at_equal_error(groups):
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
     for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):
-        told = [equal_error.time_ratio(runs, own, target) for runs in peers.values()]
+        ratios = [equal_error.time_ratio(runs, own, target) for runs in peers.values()]
         yield {
             "target": format_digits(target, ".1e"),
             "own": format_brief(1e6 * median(equal_error.seconds_at(target, own))),
             "others": [
-                format_digits(None) if isnan(value) else format_brief(value) for value, *_ in told
+                format_digits(None) if isnan(value) else format_brief(value) for value, *_ in ratios
             ],
         }
 
@@ -145,17 +147,17 @@ def describe_kind(each):
     """Describe the throughput of kreisel, and compare it with that of heyoka."""
     groups, kind = each["groups"], each["kind"]
     target, seconds, ratio = compare_movers(groups, ensemble_runs.SERIES.name, TARGETS[1])
-    said = (
+    text = (
         f"In one second, {ensemble_runs.SERIES.name} moves {format_large(1 / seconds)} {kind} tops "
         f"from t = 0 to {each['end']:g} with a median error of {format_power(target)} rad, "
         f"{format_brief(ratio)} times as many as heyoka in batches of eight."
     )
     if ensemble_runs.CLOSED.name not in groups:
-        return said
+        return text
     target, seconds, ratio = compare_movers(groups, ensemble_runs.CLOSED.name, TARGETS[1])
     smallest = groups[ensemble_runs.CLOSED.name][0].middle
     return join_sentences(
-        said,
+        text,
         f"The closed form moves {format_large(1 / seconds)}, {format_brief(ratio)} times as many "
         f"as heyoka with {format_power(target)} rad; its own error is {format_power(smallest)} "
         "rad.",
@@ -194,7 +196,7 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda findings, about: [
+    list_files=lambda findings, metadata: [
         ("ensembles.csv", write_csv(COLUMNS, table_rows(findings)))
     ],
     list_methods=lambda findings: {

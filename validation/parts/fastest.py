@@ -34,12 +34,12 @@ def fastest_reaching(rows, target):
     return min(good, key=lambda row: row.seconds, default=None)
 
 
-def fastest_row(rows, scene, target, wanted):
-    """Return the fastest run that reaches the target error and satisfies the condition `wanted`."""
+def fastest_row(rows, scene, target, is_candidate):
+    """Return the fastest run that reaches the target error and satisfies `is_candidate`."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()
-        if wanted(own[0]) and (hit := fastest_reaching(own, target))
+        if is_candidate(own[0]) and (hit := fastest_reaching(own, target))
     ]
     return min(hits, key=lambda row: row.seconds, default=None)
 
@@ -83,7 +83,7 @@ def list_references(methods):
 
 def summarize_races(rows, scenes):
     """Yield the run times of kreisel and other integrators for each scene and target error."""
-    known = list_references({row.method for row in rows})
+    references = list_references({row.method for row in rows})
 
     def seconds(scene, target, name):
         hit = fastest_row(rows, scene, target, lambda row: row.method == name)
@@ -95,7 +95,7 @@ def summarize_races(rows, scenes):
             "target": format_power(target),
             "own": format_milliseconds(own and own.seconds),
             "method": own.method if own else "",
-            "others": [seconds(scene, target, name) for name in known],
+            "others": [seconds(scene, target, name) for name in references],
         }
 
 

@@ -49,14 +49,14 @@ def measure_fit(name, times, rounds):
     seconds = min(
         time_once(lambda: results.append(fit(guess, times, values, NOISE))) for _ in range(rounds)
     )
-    found, errors, messages = results[0]
+    parameters, errors, messages = results[0]
     error = errors[MOMENT]
     return {
         "name": name,
         "seconds": seconds,
-        "moment": float(found[MOMENT]),
+        "moment": float(parameters[MOMENT]),
         "error": None if error is None or not math.isfinite(error) else float(error),
-        "ratio": float(found[MOMENT] / found[LAST]),
+        "ratio": float(parameters[MOMENT] / parameters[LAST]),
         "messages": messages,
     }
 
@@ -102,5 +102,5 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda rows, about: [("fits.csv", write_csv(COLUMNS, rows))],
+    list_files=lambda rows, metadata: [("fits.csv", write_csv(COLUMNS, rows))],
 )

@@ -60,7 +60,7 @@ def join_words(words):
 
 def join_counts(names):
     """Format a count of each name, as in 'exact (12) and taylor (8)'."""
-    return join_words(f"{name} ({often})" for name, often in Counter(names).most_common())
+    return join_words(f"{name} ({count})" for name, count in Counter(names).most_common())
 
 
 def join_sentences(*sentences):

@@ -26,15 +26,19 @@ def measure_rotation(orbits, name):
     spin, axial = (
         values.reshape(orbits, -1) for values in (section.spin_angle, section.axial_momentum)
     )
-    at = np.abs(spin).argmin(axis=1)
+    indices = np.abs(spin).argmin(axis=1)
     paths = kr.solve(tops, np.linspace(0.0, LONG, STATES))
     half = STATES // 2
     first, second = (
-        np.array([turns_per_nutation(paths[i][some]) for i in range(orbits)])
-        for some in (slice(half), slice(half, None))
+        np.array([turns_per_nutation(paths[i][half_range]) for i in range(orbits)])
+        for half_range in (slice(half), slice(half, None))
     )
-    away = first - second
-    return axial[np.arange(orbits), at], first - np.round(first), np.abs(away - np.round(away))
+    drift = first - second
+    return (
+        axial[np.arange(orbits), indices],
+        first - np.round(first),
+        np.abs(drift - np.round(drift)),
+    )
 
 
 def turns_per_nutation(path):
@@ -42,8 +46,8 @@ def turns_per_nutation(path):
 
     The number of whole turns is arbitrary.
     """
-    found = kr.frequencies(path, 1)
-    return found.lines[0] / found.nutation
+    frequencies = kr.frequencies(path, 1)
+    return frequencies.lines[0] / frequencies.nutation
 
 
 def largest_frequency_error(n):
@@ -54,16 +58,16 @@ def largest_frequency_error(n):
     worst, rng = 0.0, np.random.default_rng(11)
     for _ in range(n):
         i1 = rng.uniform(0.5, 2.0)
-        made = kr.Body.symmetric(1.0, i1, rng.uniform(0.1, 2.0 * i1), 1.0, unphysical=True)
+        body = kr.Body.symmetric(1.0, i1, rng.uniform(0.1, 2.0 * i1), 1.0, unphysical=True)
         q = rng.normal(size=4)
-        scene = kr.Scene(made, 2.0 * rng.normal(size=3), q / np.linalg.norm(q))
+        scene = kr.Scene(body, 2.0 * rng.normal(size=3), q / np.linalg.norm(q))
         exact = kr.exact(scene)
         path = kr.solve(scene, np.linspace(0.0, 40.0 * min(exact.period, 10.0), 4096), "taylor")
-        found, nutation = kr.frequencies(path), 2.0 * np.pi / exact.period
+        frequencies, nutation = kr.frequencies(path), 2.0 * np.pi / exact.period
         pairs = (
-            (found.precession, exact.precession),
-            (found.nutation, nutation),
-            (found.spin, exact.spin),
+            (frequencies.precession, exact.precession),
+            (frequencies.nutation, nutation),
+            (frequencies.spin, exact.spin),
         )
         worst = max(worst, *(abs(one / other - 1.0) for one, other in pairs))
     return worst

@@ -60,21 +60,21 @@ def measure_late_state(problem, quick):
     }
 
 
-def describe_late_state(found):
+def describe_late_state(entry):
     """Describe the run times for computing the state at a large time."""
-    if not found:
+    if not entry:
         return ""
-    times = {name: found[name] for name in ("exact", "state", "taylor", "heyoka")}
-    shown = {name: format_milliseconds(seconds) for name, seconds in times.items()}
-    whole = " and ".join(format_large(found[name] / found["exact"]) for name in INTEGRATORS)
-    state = " and ".join(format_large(found[name] / found["state"]) for name in INTEGRATORS)
+    times = {name: entry[name] for name in ("exact", "state", "taylor", "heyoka")}
+    texts = {name: format_milliseconds(seconds) for name, seconds in times.items()}
+    whole = " and ".join(format_large(entry[name] / entry["exact"]) for name in INTEGRATORS)
+    state = " and ".join(format_large(entry[name] / entry["state"]) for name in INTEGRATORS)
     return (
-        f"One state at t = {found['t']:g}: the closed form takes {shown['exact']} ms with its "
-        f"preparation and {shown['state']} ms without, taylor {shown['taylor']} ms, and heyoka "
-        f"about {shown['heyoka']} ms, scaled from a run to {PART:g} of this time. The integrators "
+        f"One state at t = {entry['t']:g}: the closed form takes {texts['exact']} ms with its "
+        f"preparation and {texts['state']} ms without, taylor {texts['taylor']} ms, and heyoka "
+        f"about {texts['heyoka']} ms, scaled from a run to {PART:g} of this time. The integrators "
         f"take {whole} times as long as the closed form with its preparation, and {state} times "
         "as long as without. The closed form assumes an exact ratio of the moments. Those of this "
-        f"body miss the ratio by {found['mismatch']:.0e}, so the error grows in proportion to the "
-        f"time. At t = {EARLY * found['t']:g} it is {found['error']:.0e} rad relative to heyoka in "
+        f"body miss the ratio by {entry['mismatch']:.0e}, so the error grows in proportion to the "
+        f"time. At t = {EARLY * entry['t']:g} it is {entry['error']:.0e} rad relative to heyoka in "
         "128 bit."
     )

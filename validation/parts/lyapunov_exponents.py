@@ -28,15 +28,15 @@ def map_exponents(side):
     body, values = section_data.make_body(MAPPED), np.full(side * side, np.nan)
     energies, verticals = np.linspace(*ENERGIES, side), np.linspace(*VERTICALS, side)
     grid = [(energy, vertical) for energy in energies for vertical in verticals]
-    found = [draw_starts(body, *at, seed) for seed, at in enumerate(grid)]
-    there = [k for k, tops in enumerate(found) if tops is not None]
-    together = kr.Ensemble(
+    ensembles = [draw_starts(body, *parameters, seed) for seed, parameters in enumerate(grid)]
+    indices = [k for k, tops in enumerate(ensembles) if tops is not None]
+    ensemble = kr.Ensemble(
         body,
-        momentum=np.concatenate([found[k].momentum for k in there]),
-        attitude=np.concatenate([found[k].attitude for k in there]),
+        momentum=np.concatenate([ensembles[k].momentum for k in indices]),
+        attitude=np.concatenate([ensembles[k].attitude for k in indices]),
     )
-    exponents = kr.lyapunov(together, [MAPPED_LONG]).value.reshape(-1, STARTS)
-    values[there] = exponents.max(axis=1)
+    exponents = kr.lyapunov(ensemble, [MAPPED_LONG]).value.reshape(-1, STARTS)
+    values[indices] = exponents.max(axis=1)
     return values.reshape(side, side)
 
 
@@ -52,8 +52,8 @@ def summarize_exponents(name, n):
         n=n,
         seed=2,
     )
-    found = kr.lyapunov(tops, [LONG])
-    chaotic = found.value[found.value > TIMES * np.log(LONG) / LONG]
+    indicator = kr.lyapunov(tops, [LONG])
+    chaotic = indicator.value[indicator.value > TIMES * np.log(LONG) / LONG]
     count = len(chaotic)
     return {
         "top": name,
@@ -61,5 +61,5 @@ def summarize_exponents(name, n):
         "chaotic": count,
         "exponent": float(chaotic.mean()) if count else None,
         "error": float(chaotic.std(ddof=1) / np.sqrt(count)) if count > 1 else None,
-        "certificate": float(np.max(found.certificate)),
+        "certificate": float(np.max(indicator.certificate)),
     }

@@ -51,8 +51,8 @@ COLUMNS = ("scene", "start", "program", "tol", "seconds", "attitude_error")
 
 def list_programs():
     """Return a dictionary that maps the name of each program to its title."""
-    known = {*kr.methods, *(peer.name for peer in PEERS)}
-    return {OWN: OWN} | fastest.list_references(known)
+    names = {*kr.methods, *(peer.name for peer in PEERS)}
+    return {OWN: OWN} | fastest.list_references(names)
 
 
 def rotate_start(problem, random):
@@ -80,22 +80,24 @@ def draw_starts(problem, number):
 def make_runs(starts, end, tol):
     """Yield each integrator with its runs for all initial states and its compile time [s]."""
     setting = Setting(tol=tol)
-    compiled = HeyokaRun(starts[0], end, setting)
+    compiled_run = HeyokaRun(starts[0], end, setting)
     for name in list_programs():
         if name == OWN:
             yield name, [KreiselRun("auto", start, end, setting) for start in starts], None
         elif name in kr.methods:
             yield name, [KreiselRun(name, start, end, setting) for start in starts], None
         elif name == PEERS[0].name:
-            yield name, [restart(compiled, start) for start in starts], compiled.setup
+            yield name, [restart(compiled_run, start) for start in starts], compiled_run.setup
         elif tol >= SCIPY_LEAST:
             yield name, [ScipyRun(start, end, setting) for start in starts], None
 
 
-def restart(compiled, start):
+def restart(compiled_run, start):
     """Return a run that reuses the compiled integrator for another initial state."""
     run = object.__new__(HeyokaRun)
-    vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
+    vars(run).update(
+        vars(compiled_run), start=equations.round_to(equations.start_state(start), float)
+    )
     return run
 
 
@@ -125,18 +127,18 @@ def measure_scene(problem, budget):
         attitude_error(kr.solve(start.to_scene(), end, digits=DIGITS).q[-1], truth)
         for start, truth in zip(starts, truths, strict=True)
     ]
-    found, compiling = [], []
+    results, compiling = [], []
     for tol in QUICK if budget.quick else TOLERANCES:
         programs = list(make_runs(starts, end, tol))
         compiling += [setup for *_, setup in programs if setup is not None]
         for i, truth in enumerate(truths):
             for name, runs, _ in programs:
-                if (measured := measure_run(runs[i], truth)) is not None:
-                    known = dict(zip(COLUMNS, (problem.name, i, name, tol), strict=False))
-                    seconds, error = measured
-                    found.append(known | {"seconds": seconds, "attitude_error": error})
-    counted = {"scene": problem.name, "starts": len(starts)}
-    return counted | {"compiling": compiling, "precise": precise, "runs": found}
+                if (measurement := measure_run(runs[i], truth)) is not None:
+                    columns = dict(zip(COLUMNS, (problem.name, i, name, tol), strict=False))
+                    seconds, error = measurement
+                    results.append(columns | {"seconds": seconds, "attitude_error": error})
+    header = {"scene": problem.name, "starts": len(starts)}
+    return header | {"compiling": compiling, "precise": precise, "runs": results}
 
 
 def list_tasks(problems, budget, store):
@@ -149,10 +151,10 @@ def load_findings(problems, store):
     return store.under("starts/")
 
 
-def times_to_error(found, program, target):
+def times_to_error(findings, program, target):
     """Return the run time [s] of one program for each initial state, or infinity if it fails."""
-    times = {(each["scene"], i): np.inf for each in found for i in range(each["starts"])}
-    for run in (run for each in found for run in each["runs"]):
+    times = {(each["scene"], i): np.inf for each in findings for i in range(each["starts"])}
+    for run in (run for each in findings for run in each["runs"]):
         if run["program"] == program and run["attitude_error"] <= target:
             place = run["scene"], run["start"]
             times[place] = min(times[place], run["seconds"])
@@ -164,24 +166,24 @@ def compute_quantile(times, part):
     return float(np.quantile(times, part, method="higher"))
 
 
-def group_starts(found):
+def group_starts(findings):
     """Return the results separately for symmetric tops and for all other tops."""
     groups = {SYMMETRIC: [], OTHERS: []}
-    for each in found:
+    for each in findings:
         is_symmetric = load_problem(each["scene"]).symmetric
         groups[SYMMETRIC if is_symmetric else OTHERS].append(each)
     return {title: own for title, own in groups.items() if own}
 
 
-def count_starts(found):
-    return sum(each["starts"] for each in found)
+def count_starts(findings):
+    return sum(each["starts"] for each in findings)
 
 
-def make_bands(found):
+def make_bands(findings):
     """Return the median and quantiles of each program's run time for several errors."""
     bands = {}
     for program, title in list_programs().items():
-        times = [times_to_error(found, program, target) for target in CURVE]
+        times = [times_to_error(findings, program, target) for target in CURVE]
         bands[title] = (
             CURVE,
             *(
@@ -192,18 +194,18 @@ def make_bands(found):
     return bands
 
 
-def draw_groups(found):
+def draw_groups(findings):
     panels = {
         f"{title} ({count_starts(own)} starts)": make_bands(own)
-        for title, own in group_starts(found).items()
+        for title, own in group_starts(findings).items()
     }
     return draw_cost_bands(panels, OWN, "attitude error at the end [rad]")
 
 
-def summarize_programs(found):
+def summarize_programs(findings):
     """Yield a table row with the median run times of all programs for each target error."""
     for target in SHOWN:
-        times = {name: times_to_error(found, name, target) for name in list_programs()}
+        times = {name: times_to_error(findings, name, target) for name in list_programs()}
         yield {
             "target": format_power(target),
             "cells": [
@@ -225,24 +227,24 @@ def finite_or_none(x):
     return x if np.isfinite(x) else None
 
 
-def compare_medians(found, target):
+def compare_medians(findings, target):
     """Return kreisel's median run time [s], and the other programs' medians relative to it.
 
     A program is omitted if it fails to reach the error for more than a quarter of the initial
     states. If kreisel is omitted, the median run time is None.
     """
-    known = {}
+    medians = {}
     for program, title in list_programs().items():
-        times = times_to_error(found, program, target)
+        times = times_to_error(findings, program, target)
         if np.isfinite(compute_quantile(times, BAND[1])):
-            known[title] = compute_quantile(times, 0.5)
-    own = known.pop(list_programs()[OWN], None)
-    return own, {title: middle / own for title, middle in known.items()} if own else {}
+            medians[title] = compute_quantile(times, 0.5)
+    own = medians.pop(list_programs()[OWN], None)
+    return own, {title: middle / own for title, middle in medians.items()} if own else {}
 
 
-def describe_group(title, found, target):
+def describe_group(title, findings, target):
     """Compare in one sentence the run times of all programs at a given error."""
-    own, ratios = compare_medians(found, target)
+    own, ratios = compare_medians(findings, target)
     if own is None:
         return ""
     slower = [f"{name} {format_large(ratio)} times" for name, ratio in ratios.items()]
@@ -252,65 +254,66 @@ def describe_group(title, found, target):
     )
 
 
-def describe_reached(found, target):
+def describe_reached(findings, target):
     """Describe how often each program reaches a given error."""
     shares = [
-        f"{title} on {format_share(times_to_error(found, program, target))}"
+        f"{title} on {format_share(times_to_error(findings, program, target))}"
         for program, title in list_programs().items()
     ]
     return f"{format_power(target)} rad is reached by {join_words(shares)} of the starts."
 
 
-def describe_digits(found, target):
+def describe_digits(findings, target):
     """Describe the runs of kreisel in extended precision."""
-    errors = [error for each in found for error in each.get("precise", ())]
+    errors = [error for each in findings for error in each.get("precise", ())]
     if not errors:
         return ""
     times = [0.0 if error <= target else np.inf for error in errors]
     return f"With digits={DIGITS}, kreisel reaches it on {format_share(times)}."
 
 
-def describe_scenes(found):
-    return "one scene" if len(found) == 1 else f"{number_word(len(found))} scenes"
+def describe_scenes(findings):
+    return "one scene" if len(findings) == 1 else f"{number_word(len(findings))} scenes"
 
 
-def conclude(found):
+def conclude(findings):
     return join_sentences(
-        f"{count_starts(found)} random starts of {describe_scenes(found)}, {TURNS:g} turns each.",
-        *(describe_group(title, own, SHOWN[2]) for title, own in group_starts(found).items()),
+        f"{count_starts(findings)} random starts of {describe_scenes(findings)}, "
+        f"{TURNS:g} turns each.",
+        *(describe_group(title, own, SHOWN[2]) for title, own in group_starts(findings).items()),
         "These are the medians of the figure and their ratios, for programs that reach the error "
         "on three quarters of the starts.",
-        describe_reached(found, SHOWN[3]),
-        describe_digits(found, SHOWN[3]),
+        describe_reached(findings, SHOWN[3]),
+        describe_digits(findings, SHOWN[3]),
     )
 
 
-def find_tolerances(found):
+def find_tolerances(findings):
     """Return the largest and the smallest tolerance used."""
-    tolerances = {run["tol"] for each in found for run in each["runs"]}
+    tolerances = {run["tol"] for each in findings for run in each["runs"]}
     return max(tolerances), min(tolerances)
 
 
-def build_context(found):
-    compiling = [seconds for each in found for seconds in each["compiling"]]
+def build_context(findings):
+    compiling = [seconds for each in findings for seconds in each["compiling"]]
     return {
-        "figure": draw_groups(found),
+        "figure": draw_groups(findings),
         "programs": list(list_programs().values()),
         "groups": [
             {"title": title, "starts": count_starts(own), "rows": list(summarize_programs(own))}
-            for title, own in group_starts(found).items()
+            for title, own in group_starts(findings).items()
         ],
-        "starts": found[0]["starts"],
-        "scenes": describe_scenes(found),
-        "tops": count_starts(found),
+        "starts": findings[0]["starts"],
+        "scenes": describe_scenes(findings),
+        "tops": count_starts(findings),
         "digits": DIGITS,
         "turns": f"{TURNS:g}",
         "rotation": f"{ROTATION:g}",
-        "tolerances": [f"{tol:.0e}".replace("e-0", "e-") for tol in find_tolerances(found)],
+        "tolerances": [f"{tol:.0e}".replace("e-0", "e-") for tol in find_tolerances(findings)],
         "scales": [f"{factor:g}" for factor in SCALES],
         "compiling": f"{median(compiling):.2f}",
         "runs_in_compiling": format_brief(
-            median(compiling) / compute_quantile(times_to_error(found, OWN, SHOWN[2]), 0.5)
+            median(compiling) / compute_quantile(times_to_error(findings, OWN, SHOWN[2]), 0.5)
         ),
     }
 
@@ -323,8 +326,8 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda found, about: [
-        ("many_starts.csv", write_csv(COLUMNS, (run for each in found for run in each["runs"])))
+    list_files=lambda findings, metadata: [
+        ("many_starts.csv", write_csv(COLUMNS, (run for each in findings for run in each["runs"])))
     ],
     build_lead=build_context,
 )

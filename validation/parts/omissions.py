@@ -104,7 +104,7 @@ def list_omissions(problem, end):
 
     series = {"method": "taylor", "tol": TOL}
     whole = make_run(scene, **series)
-    level, turned = (
+    level, full = (
         make_run(scene, want=WANT, **series),
         make_run(scene, want=(*WANT, "q"), **series),
     )
@@ -114,7 +114,7 @@ def list_omissions(problem, end):
             make_run(top, end, method=SPLIT, step=step) for top in (make_asymmetric(problem), scene)
         )
         yield GENERAL_FORM, general, own
-    yield "attitude", turned, level
+    yield "attitude", full, level
     yield "intermediate states", whole, make_run(scene, end, **series)
     yield (
         "quantities not requested",
@@ -136,13 +136,13 @@ def measure_scene(problem, end, rounds):
             {
                 "kind": "scene",
                 "name": problem.name,
-                "case": what,
+                "case": omission,
                 "seconds": seconds[2 * i + 1],
                 "bytes": sizes[2 * i + 1],
                 "seconds_with": seconds[2 * i],
                 "bytes_with": sizes[2 * i],
             }
-            for i, (what, *_) in enumerate(cases)
+            for i, (omission, *_) in enumerate(cases)
         ],
     }
 
@@ -169,34 +169,34 @@ def group_seconds(rows):
     return lines
 
 
-def build_context(left):
+def build_context(findings):
     return {
         "forms": FORMS,
-        "lines": group_seconds(left.forms),
-        "omissions": left.scenes,
+        "lines": group_seconds(findings.forms),
+        "omissions": findings.scenes,
         "wanted": WANT,
         "states": STATES,
     }
 
 
-def compute_savings(left):
+def compute_savings(findings):
     """Return the speedups from each omission."""
-    lines = group_seconds(left.forms).values()
-    saved = {
-        what: [line[before] / line[after] for line in lines if before in line and after in line]
-        for what, (before, after) in SAVINGS.items()
+    lines = group_seconds(findings.forms).values()
+    speedups = {
+        omission: [line[before] / line[after] for line in lines if before in line and after in line]
+        for omission, (before, after) in SAVINGS.items()
     }
-    for row in (row for scene in left.scenes for row in scene["rows"]):
+    for row in (row for scene in findings.scenes for row in scene["rows"]):
         if row["case"] not in (GRAVITY, GENERAL_FORM):
-            saved.setdefault(row["case"], []).append(row["seconds_with"] / row["seconds"])
-    return {what: ratios for what, ratios in saved.items() if ratios}
+            speedups.setdefault(row["case"], []).append(row["seconds_with"] / row["seconds"])
+    return {omission: ratios for omission, ratios in speedups.items() if ratios}
 
 
-def conclude(left):
-    return join_sentences(*(describe_saving(*each) for each in compute_savings(left).items()))
+def conclude(findings):
+    return join_sentences(*(describe_saving(*each) for each in compute_savings(findings).items()))
 
 
-def describe_saving(what, ratios):
+def describe_saving(omission, ratios):
     """Describe a median speedup, as in '1.5 times as fast' or '18 % slower'."""
     middle = float(np.median(ratios))
     percent = round(100 * (1 / middle - 1))
@@ -209,7 +209,7 @@ def describe_saving(what, ratios):
     else:
         effect = f"makes a run {format_brief(middle)} times as fast"
     return (
-        f"Leaving out {what} {effect} in the median "
+        f"Leaving out {omission} {effect} in the median "
         f"({format_brief(min(ratios))} to {format_brief(max(ratios))} times as fast)."
     )
 
@@ -222,6 +222,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda left, about: [("omissions.csv", write_csv(COLUMNS, left.rows))],
-    list_methods=lambda left: {row["name"] for row in left.forms},
+    list_files=lambda findings, metadata: [("omissions.csv", write_csv(COLUMNS, findings.rows))],
+    list_methods=lambda findings: {row["name"] for row in findings.forms},
 )

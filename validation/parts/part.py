@@ -29,7 +29,7 @@ class Part:
     load_findings: Callable  # (problems with their ends, store) -> findings
     build_context: Callable  # findings -> values for the template, by name
     conclude: Callable  # findings -> a paragraph
-    list_files: Callable = list_nothing  # (findings, about) -> (name, text) of each file
+    list_files: Callable = list_nothing  # (findings, metadata) -> (name, text) of each file
     terminal_lines: Callable = list_nothing  # findings -> lines for the terminal
     list_methods: Callable = list_nothing  # findings -> names of the methods that ran
     # findings -> values for the template NAME_lead.html, which is shown above all parts

@@ -114,8 +114,8 @@ def load_simo_wong(entry):
 def load_problems():
     entries = json.loads(PROBLEMS.read_text())["published"]
     return [
-        make(entries[name])
-        for name, make in (
+        make_problem(entries[name])
+        for name, make_problem in (
             ("bruels_cardona_heavy_top", load_bruels_cardona),
             ("gni_asymmetric_heavy_top", load_gni),
             ("simo_wong_fast_top", load_simo_wong),
@@ -123,10 +123,10 @@ def load_problems():
     ]
 
 
-def list_settings(who, steps, quick):
-    if who.steered == "step":
+def list_settings(contender, steps, quick):
+    if contender.steered == "step":
         return [Setting(step=h) for h in (steps[:1] if quick else steps)]
-    if who.steered == "tol":
+    if contender.steered == "tol":
         return [Setting(tol=tol) for tol in TOLERANCES[: 1 if quick else 2]]
     return [Setting()]
 
@@ -138,21 +138,24 @@ def energy_times(problem, setting):
     return step * np.arange(0, count + 1, max(1, count // 1000))
 
 
-def measure_run(published, problem, who, setting):
-    row = {"problem": published.name, "by": who.name, "setting": str(setting), "t": published.end}
+def measure_run(case, problem, contender, setting):
+    row = {
+        "problem": case.name,
+        "by": contender.name,
+        "setting": str(setting),
+        "t": case.end,
+    }
     try:
-        short = who.make(problem, published.end, setting)
-        q, m = short.record(np.array([0.0, published.end]))
-        row["attitude_error"] = attitude_error(q[-1], published.reference["q"])
+        short = contender.make(problem, case.end, setting)
+        q, m = short.record(np.array([0.0, case.end]))
+        row["attitude_error"] = attitude_error(q[-1], case.reference["q"])
         row["seconds"] = min(timing.time_once(short.solve) for _ in range(3))
-        if "w_space" in published.reference:
-            end = kr.Scene(published.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
-            row["velocity_error"] = abs(
-                initial_velocity(end)[1] - published.reference["w_space"][1]
-            )
-        long = who.make(problem, published.energy_end, setting)
+        if "w_space" in case.reference:
+            end = kr.Scene(case.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
+            row["velocity_error"] = abs(initial_velocity(end)[1] - case.reference["w_space"][1])
+        long = contender.make(problem, case.energy_end, setting)
         row["energy_error"] = relative_energy_error(
-            problem, *long.record(energy_times(published, setting))
+            problem, *long.record(energy_times(case, setting))
         )
     except (kr.Error, ValueError, ArithmeticError) as error:
         row["failure"] = str(error)
@@ -170,24 +173,23 @@ def relative_energy_error(problem, q, m):
     return float(abs(energies / energies[0] - 1).max())
 
 
-def measure_problem(published, quick=False):
-    problem = problem_of_scene(published.name, published.scene)
+def measure_problem(case, quick=False):
+    problem = problem_of_scene(case.name, case.scene)
     rows = [
-        {"problem": published.name} | row | {"by": f"{row['by']} (published)"}
-        for row in published.literature
+        {"problem": case.name} | row | {"by": f"{row['by']} (published)"} for row in case.literature
     ]
-    for who in (*single_runs.list_contenders(problem), *(() if quick else single_runs.PEERS)):
+    for contender in (*single_runs.list_contenders(problem), *(() if quick else single_runs.PEERS)):
         rows += [
-            measure_run(published, problem, who, setting)
-            for setting in list_settings(who, published.steps, quick)
+            measure_run(case, problem, contender, setting)
+            for setting in list_settings(contender, case.steps, quick)
         ]
     return rows
 
 
 def list_tasks(_, budget, store):
-    for published in load_problems():
-        make = partial(measure_problem, published, budget.quick)
-        yield Task(f"published/{published.name}", make, 0.3 if budget.quick else 4.0, until=1.0)
+    for case in load_problems():
+        measure = partial(measure_problem, case, budget.quick)
+        yield Task(f"published/{case.name}", measure, 0.3 if budget.quick else 4.0, until=1.0)
 
 
 def load_findings(_, store):
@@ -218,16 +220,18 @@ def problem_context(problem, rows):
 
 
 def conclude(rows):
-    said = [words for _, own in group_by_problem(rows) if (words := compare_with_literature(own))]
-    return "; ".join(said) + "." if said else ""
+    comparisons = [
+        words for _, own in group_by_problem(rows) if (words := compare_with_literature(own))
+    ]
+    return "; ".join(comparisons) + "." if comparisons else ""
 
 
 def compare_with_literature(rows):
     """Compare the energy errors of kreisel with published errors."""
-    known = [row for row in rows if row.get("energy_error") is not None]
-    literature = [row for row in known if "published" in row["by"]]
+    complete_rows = [row for row in rows if row.get("energy_error") is not None]
+    literature = [row for row in complete_rows if "published" in row["by"]]
     settings = {row["setting"] for row in literature}
-    ours = [row for row in known if row not in literature and row["setting"] in settings]
+    ours = [row for row in complete_rows if row not in literature and row["setting"] in settings]
     if not ours:
         return ""
     best = min(ours, key=lambda row: row["energy_error"])
@@ -247,6 +251,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda rows, about: [("published.csv", write_csv(COLUMNS, rows))],
+    list_files=lambda rows, metadata: [("published.csv", write_csv(COLUMNS, rows))],
     list_methods=lambda rows: {row["by"] for row in rows},
 )

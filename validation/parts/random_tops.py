@@ -57,9 +57,9 @@ def draw_body(kind, random):
 def draw_scene(kind, random):
     """Draw a random top of one kind, scaled to a typical angular velocity of one."""
     q = random.normal(size=4)
-    made = draw_body(kind, random)
-    momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
-    top = kr.Scene(made, momentum, q / np.linalg.norm(q))
+    body = draw_body(kind, random)
+    momentum = random.normal(0.0, 1.5, 3) * max(body.moments)
+    top = kr.Scene(body, momentum, q / np.linalg.norm(q))
     rate = problem_of_scene(kind, top).rate
     return top.replace(momentum=np.array(top.momentum) / rate, gravity=top.gravity / rate**2)
 
@@ -78,11 +78,11 @@ def time_solve(problems, name, setting):
         return (timing.perf_counter() - begin) / len(problems), paths
 
 
-def fit_setting(method, some):
+def fit_setting(method, scenes):
     """Find a step size or tolerance for which a run takes about the intended time."""
 
     def seconds(setting):
-        return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
+        return min(time_solve(scenes, method.name, setting)[0] for _ in range(TRIALS))
 
     if not control_of(method):
         return Setting()
@@ -91,9 +91,9 @@ def fit_setting(method, some):
         return Setting(step=END / count)
     fit = TOLERANCES[0]
     for tol in TOLERANCES:
-        took = seconds(Setting(tol=tol))
-        fit = tol if took <= GIVEN else fit
-        if took > FAR * GIVEN:
+        duration = seconds(Setting(tol=tol))
+        fit = tol if duration <= GIVEN else fit
+        if duration > FAR * GIVEN:
             break
     return Setting(tol=fit)
 
@@ -132,9 +132,9 @@ def measure_kind(kind, members):
     for first in range(0, members, PIECE):
         piece = slice(first, first + PIECE)
         for name, setting in settings.items():
-            known = {"kind": kind, "method": name, "setting": describe_setting(setting)}
-            found = measure_outcomes(problems[piece], truths[piece], name, setting)
-            runs += [known | {"top": first + i} | each for i, each in enumerate(found)]
+            columns = {"kind": kind, "method": name, "setting": describe_setting(setting)}
+            outcomes = measure_outcomes(problems[piece], truths[piece], name, setting)
+            runs += [columns | {"top": first + i} | each for i, each in enumerate(outcomes)]
     return runs
 
 
@@ -184,12 +184,12 @@ def summarize_methods(runs, kind):
 
 
 def kind_contexts(runs):
-    for kind, about in KINDS.items():
+    for kind, description in KINDS.items():
         errors = {name: sizes for name, (_, sizes) in group_by_method(runs, kind).items()}
         if errors:
             yield {
                 "kind": kind,
-                "about": about,
+                "about": description,
                 "panels": draw_panels(errors),
                 "tops": len(next(iter(errors.values()))),
                 "lines": summarize_methods(runs, kind),
@@ -209,20 +209,20 @@ def build_context(runs):
 
 
 def conclude(runs):
-    known = {kind: lines for kind in KINDS if (lines := summarize_methods(runs, kind))}
-    best = "; for ".join(f"{kind}: {describe_kind(lines)}" for kind, lines in known.items())
-    failed = sum("failure" in run for run in runs)
+    summaries = {kind: lines for kind in KINDS if (lines := summarize_methods(runs, kind))}
+    best = "; for ".join(f"{kind}: {describe_kind(lines)}" for kind, lines in summaries.items())
+    failures = sum("failure" in run for run in runs)
     return join_sentences(
         f"Smallest error in the given time: for {best}.",
-        f"{number_word(failed).capitalize() if failed else 'None'} of {len(runs)} runs failed.",
+        f"{number_word(failures).capitalize() if failures else 'None'} of {len(runs)} runs failed.",
     )
 
 
 def describe_kind(lines):
     first, *others = lines
-    said = f"{first['method']} (median {first['middle']:.0e} rad, 95 % below {first['bad']:.0e})"
-    then = [f"then {other['method']} ({other['middle']:.0e})" for other in others[:1]]
-    return ", ".join([said, *then])
+    text = f"{first['method']} (median {first['middle']:.0e} rad, 95 % below {first['bad']:.0e})"
+    runner_up = [f"then {other['method']} ({other['middle']:.0e})" for other in others[:1]]
+    return ", ".join([text, *runner_up])
 
 
 PART = Part(
@@ -233,6 +233,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    list_files=lambda runs, about: [("random_tops.csv", write_csv(COLUMNS, runs))],
+    list_files=lambda runs, metadata: [("random_tops.csv", write_csv(COLUMNS, runs))],
     list_methods=lambda runs: {run["method"] for run in runs},
 )

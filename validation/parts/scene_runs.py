@@ -83,20 +83,21 @@ class SceneRuns:
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
         self.contenders = {
-            who.name: who for who in (*single_runs.list_contenders(problem), *single_runs.PEERS)
+            contender.name: contender
+            for contender in (*single_runs.list_contenders(problem), *single_runs.PEERS)
         }
         self.runs = {}
 
     def run(self, row):
         if row.key not in self.runs:
-            who = self.contenders[row.method]
-            self.runs[row.key] = who.make(self.problem, self.end, row.setting)
+            contender = self.contenders[row.method]
+            self.runs[row.key] = contender.make(self.problem, self.end, row.setting)
         return self.runs[row.key]
 
-    def measure_errors(self, who, setting):
+    def measure_errors(self, contender, setting):
         """Measure the errors of one run, and estimate its run time."""
         row = Measurement(
-            self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol
+            self.problem.name, self.end, contender.name, contender.peer, setting.step, setting.tol
         )
         try:
             run = self.run(row)
@@ -109,20 +110,22 @@ class SceneRuns:
             row.failure = str(error)
         return row
 
-    def list_settings(self, who):
+    def list_settings(self, contender):
         powers, tolerances = QUICK if self.budget.quick else (TIGHTER, TOLERANCES)
-        if who.steered != "tol":
+        if contender.steered != "tol":
             turn = turn_length(self.problem)
-            return [Setting(step=turn / 2.0**k) for k in powers] if who.steered else [Setting()]
-        tightest = who.tightest or 0.0
-        kept = [Setting(tol=tol) for tol in tolerances if tol > tightest]
-        return [*kept, Setting(tol=tightest)] if tightest else kept
+            return (
+                [Setting(step=turn / 2.0**k) for k in powers] if contender.steered else [Setting()]
+            )
+        tightest = contender.tightest or 0.0
+        settings = [Setting(tol=tol) for tol in tolerances if tol > tightest]
+        return [*settings, Setting(tol=tightest)] if tightest else settings
 
-    def explore(self, who):
+    def explore(self, contender):
         """Run a method with increasing accuracy, and return the errors."""
         rows = []
-        for setting in self.list_settings(who):
-            rows.append(self.measure_errors(who, setting))
+        for setting in self.list_settings(contender):
+            rows.append(self.measure_errors(contender, setting))
             if is_enough(rows, self.budget.longest):
                 break
         return [asdict(row) for row in rows]
@@ -158,18 +161,18 @@ def truth_key(problem):
 def list_tasks(problem, end, budget, store):
     """Yield all tasks for a scene: the reference solution, the errors and the run times."""
     yield make_truth_task(problem, end)
-    made = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
-    for who in made.contenders.values():
-        key = f"runs/{problem.name}/{who.name}"
-        yield Task(key, partial(made.explore, who), 0.1 if budget.quick else 0.6)
+    scene_runs = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
+    for contender in scene_runs.contenders.values():
+        key = f"runs/{problem.name}/{contender.name}"
+        yield Task(key, partial(scene_runs.explore, contender), 0.1 if budget.quick else 0.6)
     for i in range(budget.rounds):
         yield Task(
             f"times/{problem.name}/{i}",
-            lambda: made.measure_times(load_runs(store, problem.name)),
+            lambda: scene_runs.measure_times(load_runs(store, problem.name)),
             0.1 if budget.quick else 1.5,
             None if i < budget.least_rounds else ROUNDS_UNTIL,
         )
-    yield Task(None, made.runs.clear)
+    yield Task(None, scene_runs.runs.clear)
 
 
 def load_runs(store, scene):
@@ -178,10 +181,10 @@ def load_runs(store, scene):
 
 def load_measurements(store, scene):
     """Return the errors and the run times that are stored for a scene."""
-    rounds, found = store.under(f"times/{scene}/"), load_runs(store, scene)
-    for row in found:
+    rounds, rows = store.under(f"times/{scene}/"), load_runs(store, scene)
+    for row in rows:
         row.samples = [times[row.key] for times in rounds if row.key in times]
-    return found
+    return rows
 
 
 def group_by_method(rows, scene):

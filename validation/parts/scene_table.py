@@ -43,8 +43,8 @@ def describe_scene(problem):
 
 def trace_path(problem, end):
     """Compute the path that is shown in the figure of a scene."""
-    shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
-    return kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
+    length = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
+    return kr.solve(problem.to_scene(), t=np.linspace(0, length, SEEN))
 
 
 def count_turns(path, end):

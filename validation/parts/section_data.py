@@ -18,8 +18,8 @@ BODIES = {  # bodies, in order of their deviation from a Lagrange top
 
 
 def make_body(name):
-    moments, aside = BODIES[name]
-    return kr.Body(1.0, moments, (aside, 0.0, 1.0), unphysical=True)
+    moments, offset = BODIES[name]
+    return kr.Body(1.0, moments, (offset, 0.0, 1.0), unphysical=True)
 
 
 def compute_section(name, orbits, crossings):
@@ -35,9 +35,9 @@ def compute_kowalewski_section(region, orbits, crossings):
         kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
     )
     K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0] ** 0.25
-    wanted = np.linspace(K.min(), K.max(), orbits)
-    chosen = np.abs(K[:, None] - wanted).argmin(axis=0)
-    return kr.section(tops[chosen], n=crossings).check()
+    levels = np.linspace(K.min(), K.max(), orbits)
+    indices = np.abs(K[:, None] - levels).argmin(axis=0)
+    return kr.section(tops[indices], n=crossings).check()
 
 
 def average_by_orbit(section, values):

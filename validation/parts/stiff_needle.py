@@ -35,7 +35,7 @@ KEPT = 1e-3  # relative energy error that counts as conservation
 
 
 def kind_of(method):
-    return next(words for words, within in KINDS.items() if within(method))
+    return next(words for words, is_member in KINDS.items() if is_member(method))
 
 
 def solve_or_stop(scene, times, method, step):
@@ -94,21 +94,21 @@ def conclude(lines):
     if not lines:
         return ""
     end = max(line["t"][-1] for line in lines if line["t"])
-    here = [line for line in lines if line["t"] and line["t"][-1] == end]
-    is_lost = {line["method"]: line["attitude"][-1] >= LOST for line in here}
-    energy = {line["method"]: max(line["energy"]) for line in here}
+    complete = [line for line in lines if line["t"] and line["t"][-1] == end]
+    is_lost = {line["method"]: line["attitude"][-1] >= LOST for line in complete}
+    energy = {line["method"]: max(line["energy"]) for line in complete}
     both = [name for name in energy if not is_lost[name] and energy[name] < KEPT]
     one = [name for name in energy if is_lost[name] and energy[name] < LOST]
-    none = [line["method"] for line in lines if line not in here]
-    said = [
+    incomplete = [line["method"] for line in lines if line not in complete]
+    sentences = [
         f"these methods keep both energy and attitude: {join_words(both)};" if both else "",
         f"these keep the relative energy error below {LOST:g} and lose the attitude: "
         f"{join_words(one)};"
         if one
         else "",
-        f"these do not reach the end: {join_words(none)};" if none else "",
+        f"these do not reach the end: {join_words(incomplete)};" if incomplete else "",
     ]
-    return join_sentences("In these runs", *said).removesuffix(";") + "."
+    return join_sentences("In these runs", *sentences).removesuffix(";") + "."
 
 
 def write_table(lines):

@@ -59,33 +59,33 @@ def summarize_agreement(lines):
     Each difference is divided by the conditioning of the motion.
     """
     for line in lines:
-        apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]
-        many = [angle for angle, way in apart if has_many_digits(way)]
-        others = [each for each in apart if not has_many_digits(each[1])]
+        ratios = [(angle / line["conditioning"], way) for way, angle in line["ways"]]
+        many = [angle for angle, way in ratios if has_many_digits(way)]
+        others = [each for each in ratios if not has_many_digits(each[1])]
         yield line["scene"], max(many, default=0.0), max(others, default=(0.0, ""))
 
 
 def conclude(lines):
-    known = list(summarize_agreement(lines))
+    summary = list(summarize_agreement(lines))
     return (
-        join_sentences(describe_high_precision(known), describe_double_precision(known))
-        if known
+        join_sentences(describe_high_precision(summary), describe_double_precision(summary))
+        if summary
         else ""
     )
 
 
-def describe_high_precision(known):
-    apart = [scene for scene, most, _ in known if most > 1.0]
-    where = f"all scenes but {join_words(apart)}" if apart else "every scene"
-    most = max(most for _, most, _ in known)
+def describe_high_precision(summary):
+    outliers = [scene for scene, most, _ in summary if most > 1.0]
+    scenes = f"all scenes but {join_words(outliers)}" if outliers else "every scene"
+    most = max(most for _, most, _ in summary)
     return (
-        f"On {where} the high-precision results agree within the conditioning. They differ by at "
+        f"On {scenes} the high-precision results agree within the conditioning. They differ by at "
         f"most {most:.0e} times the angle by which rounding the data to doubles moves the attitude."
     )
 
 
-def describe_double_precision(known):
-    scene, _, (worst, way) = max(known, key=lambda line: line[2][0])
+def describe_double_precision(summary):
+    scene, _, (worst, way) = max(summary, key=lambda line: line[2][0])
     if not way:
         return ""
     return (
@@ -95,7 +95,7 @@ def describe_double_precision(known):
     )
 
 
-def list_files(lines, about):
+def list_files(lines, metadata):
     rows = [
         (line["scene"], line["end"], line["conditioning"], *way)
         for line in lines

@@ -93,26 +93,26 @@ def estimate_error(second_run, order):
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
-def find_sign(error, shown, per_turn, explained):
+def find_sign(error, estimate, per_turn, thresholds):
     """Return the name of a sign that reveals an attitude error, or None if there is no sign.
 
-    The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
-    per turn, which is infinite for adaptive methods. The argument `explained` contains errors that
-    rounding or the tolerance can cause. An error that is equal in two runs cannot be noticed by
-    comparing them.
+    The argument `estimate` is an error estimate from a second run. `per_turn` is the number of
+    steps per turn, which is infinite for adaptive methods. The argument `thresholds` contains
+    errors that rounding or the tolerance can cause. An error that is equal in two runs cannot be
+    noticed by comparing them.
     """
-    random, aligned, tolerated = explained
-    seen = shown >= error / PART
-    if shown >= min(error / FACTOR, LOST):
+    random, aligned, tolerance_error = thresholds
+    is_visible = estimate >= error / PART
+    if estimate >= min(error / FACTOR, LOST):
         return "second run"
-    if per_turn < COARSE or (per_turn < RESOLVED * (1 - 1e-9) and seen):
+    if per_turn < COARSE or (per_turn < RESOLVED * (1 - 1e-9) and is_visible):
         return "large step"
-    if error <= tolerated:
+    if error <= tolerance_error:
         return "tolerance"
-    return "rounding" if error <= random or (error <= aligned and seen) else None
+    return "rounding" if error <= random or (error <= aligned and is_visible) else None
 
 
-def choose_verdict(error, rounding, shown_by, tol=None):
+def choose_verdict(error, rounding, sign, tol=None):
     """Return the verdict on a solution with a given attitude error [rad]."""
     if not isfinite(error):
         return SILENT
@@ -120,7 +120,7 @@ def choose_verdict(error, rounding, shown_by, tol=None):
         return RIGHT
     if tol and error <= tol and error < LOST:
         return AS_ASKED
-    return SILENT if shown_by is None else DEGRADED if error < LOST else "lost"
+    return SILENT if sign is None else DEGRADED if error < LOST else "lost"
 
 
 def has_order_reduction(order, error, finer, most):
@@ -141,27 +141,27 @@ def choose_mark(cell):
     return REDUCED if cell["reduced"] else DRIFT if cell["drift"] else ""
 
 
-def judge_cell(cell, finer, problem, true, who):
+def judge_cell(cell, finer, problem, true, candidate):
     """Add a verdict to the result of a method on a test case."""
-    rounding, most = rounding_angles(problem, true, cell, bool(who.steered))
-    order = who.order if who.steered == "step" else 0
-    error, shown = cell["attitude_error"], estimate_error(cell["second_run"], order)
+    rounding, most = rounding_angles(problem, true, cell, bool(candidate.steered))
+    order = candidate.order if candidate.steered == "step" else 0
+    error, estimate = cell["attitude_error"], estimate_error(cell["second_run"], order)
     rate = max(problem.rate, cell["fastest"])
     per_turn = 2 * pi / (rate * cell["step"]) if order else inf
     small = per_turn > RESOLVED * (1 - 1e-9)
-    tolerated = cell["tol"] * cell["steps"] if cell["tol"] else 0.0
-    shown_by = find_sign(error, shown, per_turn, (rounding, most, tolerated))
-    said = choose_verdict(error, rounding, shown_by, cell["tol"])
+    tolerance_error = cell["tol"] * cell["steps"] if cell["tol"] else 0.0
+    sign = find_sign(error, estimate, per_turn, (rounding, most, tolerance_error))
+    verdict = choose_verdict(error, rounding, sign, cell["tol"])
     cell = cell | {
-        "shown": shown,
-        "shown_by": "" if said in MET else shown_by,
+        "shown": estimate,
+        "shown_by": "" if verdict in MET else sign,
         "rounding": rounding,
-        "verdict": said,
+        "verdict": verdict,
         "promised": tolerance_angle(true, rounding, cell["tol"], cell["steps"])
         if cell["tol"]
         else None,
         "reduced": bool(
-            small and said not in MET and has_order_reduction(order, error, finer, most)
+            small and verdict not in MET and has_order_reduction(order, error, finer, most)
         ),
     }
     return cell | {"mark": choose_mark(cell)}

@@ -67,14 +67,14 @@ def list_tasks(problems, budget, store):
 
 
 def load_findings(problems, store):
-    known = {
+    rows_by_scene = {
         problem.name: scene_runs.load_measurements(store, problem.name) for problem, _ in problems
     }
-    ran = [(problem, end) for problem, end in problems if known[problem.name]]
-    truths = {problem.name: store.known[scene_runs.truth_key(problem)] for problem, _ in ran}
-    late = {problem.name: store.known.get(late_states.late_key(problem)) for problem, _ in ran}
-    rows = [row for rows in known.values() for row in rows]
-    return Comparison(ran, truths, rows, late) if ran else None
+    complete = [(problem, end) for problem, end in problems if rows_by_scene[problem.name]]
+    truths = {problem.name: store.known[scene_runs.truth_key(problem)] for problem, _ in complete}
+    late = {problem.name: store.known.get(late_states.late_key(problem)) for problem, _ in complete}
+    rows = [row for rows in rows_by_scene.values() for row in rows]
+    return Comparison(complete, truths, rows, late) if complete else None
 
 
 def describe_timing(rows):
@@ -88,10 +88,10 @@ def describe_timing(rows):
 
 def summarize_setup(rows):
     """Return the smallest, median and largest compile time [s] of heyoka."""
-    known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
-    if not known:
+    seconds = [row.setup_seconds for row in rows if row.setup_seconds is not None]
+    if not seconds:
         return None
-    return {"least": min(known), "middle": float(np.median(known)), "most": max(known)}
+    return {"least": min(seconds), "middle": float(np.median(seconds)), "most": max(seconds)}
 
 
 def describe_payment(rows, scenes):
@@ -109,12 +109,12 @@ def describe_payment(rows, scenes):
     ]
     if not runs:
         return ""
-    paid = [count for count in runs if math.isfinite(count)]
-    if not paid:
+    counts = [count for count in runs if math.isfinite(count)]
+    if not counts:
         return f"It is paid in none of {len(runs)} rows of the summary: kreisel's runs are faster."
-    least, most = (format_digits(count, ".2g") for count in (min(paid), max(paid)))
+    least, most = (format_digits(count, ".2g") for count in (min(counts), max(counts)))
     return (
-        f"It is paid in {len(paid)} of {len(runs)} rows of the summary, after {least} to {most} "
+        f"It is paid in {len(counts)} of {len(runs)} rows of the summary, after {least} to {most} "
         "runs; in the others kreisel's runs are faster."
     )
 
@@ -125,10 +125,10 @@ def scene_context(comparison, problem, end, groups_of):
     floors = {"attitude_error": comparison.truths[problem.name]["conditioning"]}
     main, *others = ((name, cost) for cost in cost_curves.COSTS for name in QUANTITIES)
     own = [name for family, _ in groups_of.values() for name in family]
-    named = cost_curves.select_leaders(groups, own, others)
+    leaders = cost_curves.select_leaders(groups, own, others)
 
-    def draw(how, name, cost, *which):
-        return how(groups, *which, name, QUANTITIES[name], cost, floors.get(name))
+    def draw(draw_panel, name, cost, *arguments):
+        return draw_panel(groups, *arguments, name, QUANTITIES[name], cost, floors.get(name))
 
     return scene_table.scene_context(problem, end) | {
         "advice": recommend_methods(rows, problem.name),
@@ -139,7 +139,7 @@ def scene_context(comparison, problem, end, groups_of):
         "overviews": [
             {
                 "label": f"{QUANTITIES[name]} against {cost_curves.COSTS[cost]}",
-                "svg": draw(cost_curves.draw_overview, name, cost, named, YARDSTICK),
+                "svg": draw(cost_curves.draw_overview, name, cost, leaders, YARDSTICK),
             }
             for name, cost in others
         ],
@@ -247,12 +247,12 @@ def describe_ratios(races):
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
-    beside = "In each of these cases at least one other program reaches the error too"
+    comparison = "In each of these cases at least one other program reaches the error too"
     if alone:
-        beside = f"In {count_word(alone)} of the cases no other program reaches the error"
+        comparison = f"In {count_word(alone)} of the cases no other program reaches the error"
     return (
         f"The fastest other program takes {format_brief(min(ratios))} to "
-        f"{format_brief(max(ratios))} times as long. {beside}."
+        f"{format_brief(max(ratios))} times as long. {comparison}."
     )
 
 
@@ -274,7 +274,7 @@ def describe_missing(races):
     return f"No program reaches {join_words(places)}." if places else ""
 
 
-def write_table(comparison, about):
+def write_table(comparison, metadata):
     """Format all runs as CSV, below a header with the conditions of the measurement."""
 
     def format_row(row):
@@ -290,13 +290,14 @@ def write_table(comparison, about):
         }
 
     head = (
-        f"# {key}: {value}\n" for key, value in (about | describe_timing(comparison.rows)).items()
+        f"# {key}: {value}\n"
+        for key, value in (metadata | describe_timing(comparison.rows)).items()
     )
     return "".join(head) + write_csv(COLUMNS, map(format_row, comparison.rows))
 
 
-def list_files(comparison, about):
-    yield "workprecision.csv", write_table(comparison, about)
+def list_files(comparison, metadata):
+    yield "workprecision.csv", write_table(comparison, metadata)
     yield "readme_table.md", fastest.write_markdown(comparison.rows, comparison.scenes)
     yield "readme_figure.svg", draw_readme_figure(comparison)
 

@@ -33,10 +33,10 @@ def _add_as_decimals(high: Array, low: Array | None = None) -> Decimals:
 
 
 def _to_decimals(numbers: Array) -> Decimals:
-    given = np.asarray(numbers, dtype=float)
-    made = np.empty(given.shape, dtype=object)
-    made.ravel()[:] = [Decimal(number) for number in given.ravel().tolist()]
-    return made
+    array = np.asarray(numbers, dtype=float)
+    decimals = np.empty(array.shape, dtype=object)
+    decimals.ravel()[:] = [Decimal(number) for number in array.ravel().tolist()]
+    return decimals
 
 
 def _rotation_matrix(q: Decimals) -> Decimals:
@@ -88,16 +88,16 @@ class _Body(NamedTuple):
         body = scene.body
         moments, com = np.array(body.moments), _to_decimals(np.array(body.principal_com))
         lever = com * (Decimal(body.mass) * Decimal(scene.gravity))
-        near = [
+        is_equal = [
             np.isclose(np.roll(moments, -i - 1)[0], np.roll(moments, -i - 2)[0], 1e-14, 0.0)
             for i in range(3)
         ]
         axis = None
-        if all(near):
+        if all(is_equal):
             reach = (com @ com).sqrt()
             axis = com / reach if reach else _to_decimals(_AXES[2])
-        elif any(near):
-            axis = _to_decimals(_AXES[near.index(True)])
+        elif any(is_equal):
+            axis = _to_decimals(_AXES[is_equal.index(True)])
         return cls(
             _to_decimals(moments), lever, axis, _rotation_matrix(_to_decimals(np.array(body.axes)))
         )
@@ -149,8 +149,8 @@ class _Point(NamedTuple):
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum
-        crossed = _cross(vertical, self.momentum) + _cross(self.vertical, momentum)
-        return np.array([axis @ vertical, axis @ crossed], dtype=object)
+        product = _cross(vertical, self.momentum) + _cross(self.vertical, momentum)
+        return np.array([axis @ vertical, axis @ product], dtype=object)
 
 
 def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
@@ -158,18 +158,20 @@ def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimal
     if axis is None:
         return _to_decimals(_AXES)
     pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
-    crossed = [(_cross(axis, a), _cross(axis, b)) for a, b in pairs]
+    products = [(_cross(axis, a), _cross(axis, b)) for a, b in pairs]
     sizes = [
         float((a @ a) / (v @ v)) if v @ v else 0.0
-        for (a, _), (v, _) in zip(crossed, pairs, strict=True)
+        for (a, _), (v, _) in zip(products, pairs, strict=True)
     ]
-    a, b = crossed[int(np.argmax(sizes))]
+    a, b = products[int(np.argmax(sizes))]
     if max(sizes) < 1e-28:
         return _to_decimals(_AXES)
     size = ((a @ a) * (b @ b)).sqrt()
     cosine, sine = (a @ b) / size, (axis @ _cross(a, b)) / size
-    along = np.outer(axis, axis)
-    turn: Decimals = along + (_to_decimals(_AXES) - along) * cosine + _cross_matrix(axis) * sine
+    projection = np.outer(axis, axis)
+    turn: Decimals = (
+        projection + (_to_decimals(_AXES) - projection) * cosine + _cross_matrix(axis) * sine
+    )
     return turn
 
 
@@ -186,10 +188,10 @@ class Floquet(NamedTuple):
 def _tangents_in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, i: int) -> Decimals:
     """Return the derivatives of a state with respect to the initial state, in principal axes."""
     phi = _add_as_decimals(path.tangents[i], path.tangents_low[i])
-    inside: Decimals = (
+    tangents: Decimals = (
         _block_matrix(body.frame.T, point.turn.T) @ phi @ _block_matrix(body.frame, start.turn)
     )
-    return inside
+    return tangents
 
 
 def _find_steady_rate(point: _Point, body: _Body) -> float | None:
@@ -209,8 +211,8 @@ def _find_steady_rate(point: _Point, body: _Body) -> float | None:
     largest = float(max(body.moments))
     spin = float(np.abs(np.array(point.momentum / body.moments, dtype=float)).max())
     fastest = max(spin, math.sqrt(math.sqrt(float(body.lever @ body.lever)) / largest))
-    moved = max(np.abs(rates[0]).max() / fastest, np.abs(rates[1]).max() / (largest * fastest**2))
-    return rate if moved <= _STEADY else None
+    change = max(np.abs(rates[0]).max() / fastest, np.abs(rates[1]).max() / (largest * fastest**2))
+    return rate if change <= _STEADY else None
 
 
 def _oscillation_period(point: _Point, body: _Body, rate: float, fastest: float) -> float:
@@ -238,12 +240,12 @@ def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float)
     """
     turning = _find_steady_rate(start, body)
     if turning is not None:
-        about = _oscillation_period(start, body, turning, scene._rotation_rate)
+        estimate = _oscillation_period(start, body, turning, scene._rotation_rate)
     else:
-        about = period * (1.0 if body.axis is not None else 2.0)
-    if not math.isfinite(about):
+        estimate = period * (1.0 if body.axis is not None else 2.0)
+    if not math.isfinite(estimate):
         raise _make_separatrix_error(scene)
-    return about
+    return estimate
 
 
 def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
@@ -256,32 +258,32 @@ def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floqu
     body = _Body.of(scene)
     start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)
     turning = _find_steady_rate(start, body)
-    about = _estimate_period(scene, body, start, period)
-    if longest < about:
+    estimate = _estimate_period(scene, body, start, period)
+    if longest < estimate:
         return Floquet(
             body,
-            Decimal(-about if back else about),
+            Decimal(-estimate if back else estimate),
             _to_decimals(_AXES),
             _to_decimals(np.eye(6)),
             start,
         )
-    tau = -about if back else about
+    tau = -estimate if back else estimate
     path = _solve(scene, [0.0, tau])
     end = _Point.of(body, path, 1)
     phi, late = _tangents_in_body(end, start, body, path, 1), Decimal(0)
     if turning is None:
-        rate, missed = end.phase_rate(body, body.axis), end.phase(body, body.axis)
+        rate, phase = end.phase_rate(body, body.axis), end.phase(body, body.axis)
         speed = rate @ rate or Decimal(1)
-        late = -(rate @ (missed - start.phase(body, body.axis))) / speed
+        late = -(rate @ (phase - start.phase(body, body.axis))) / speed
         if not abs(late) <= _LATE * abs(tau):
             raise _make_separatrix_error(scene)
         phi = phi + late * (end.generator(body) @ phi)
         vertical, momentum = end.rates(body)
         end = _Point(end.vertical + late * vertical, end.momentum + late * momentum, end.turn)
     turn = _find_symmetry(body.axis, start, end)
-    away = turn @ start.momentum - end.momentum
+    difference = turn @ start.momentum - end.momentum
     size = end.momentum @ end.momentum + max(body.moments) * (body.lever @ body.lever).sqrt()
-    if not float(away @ away) <= _LATE**2 * float(size):
+    if not float(difference @ difference) <= _LATE**2 * float(size):
         raise _make_separatrix_error(scene)
     return Floquet(body, Decimal(tau) + late, turn, _block_matrix(turn.T) @ phi, start)
 
@@ -296,19 +298,21 @@ def floquet_tangents(scene: kr.Scene, times: object) -> Array:
     closed = kr.exact(scene)
     path = closed(times)
     period, t, q = closed.period, path.t, path.q
-    out = np.empty((t.size, 6, 6))
+    tangents = np.empty((t.size, 6, 6))
     with localcontext() as context:
         context.prec = _PRECISION
         context.traps[Overflow] = context.traps[InvalidOperation] = False
         for back in (False, True):
-            chosen = np.flatnonzero(t < 0.0 if back else t >= 0.0)
-            if chosen.size:
-                longest = float(np.abs(t[chosen]).max())
-                _fill_tangents(scene, floquet(scene, period, back, longest), t, q, chosen, out)
-    endless = ~np.isfinite(out).all(axis=(1, 2))
+            indices = np.flatnonzero(t < 0.0 if back else t >= 0.0)
+            if indices.size:
+                longest = float(np.abs(t[indices]).max())
+                _fill_tangents(
+                    scene, floquet(scene, period, back, longest), t, q, indices, tangents
+                )
+    endless = ~np.isfinite(tangents).all(axis=(1, 2))
     if endless.any():
         raise _make_range_error(float(t[endless][0]))
-    return out
+    return tangents
 
 
 def _make_range_error(t: float) -> ValueError:
@@ -322,34 +326,42 @@ def _solve(scene: kr.Scene, times: list[float]) -> kr.Path:
     """
     try:
         return kr.solve(scene, times, digits=30, tangents="start")
-    except kr.Error as stopped:
-        if stopped.status != "ERR_TANGENT":
+    except kr.Error as error:
+        if error.status != "ERR_TANGENT":
             raise
         raise _make_range_error(times[-1]) from None
 
 
 def _fill_tangents(
-    scene: kr.Scene, of: Floquet, t: Array, q: Array, chosen: npt.NDArray[np.intp], out: Array
+    scene: kr.Scene,
+    solution: Floquet,
+    t: Array,
+    q: Array,
+    indices: npt.NDArray[np.intp],
+    out: Array,
 ) -> None:
-    times = [Decimal(float(t[i])) for i in chosen]
-    counts = [int(time / of.tau) for time in times]
-    rests = [time - count * of.tau for time, count in zip(times, counts, strict=True)]
+    times = [Decimal(float(t[i])) for i in indices]
+    counts = [int(time / solution.tau) for time in times]
+    rests = [time - count * solution.tau for time, count in zip(times, counts, strict=True)]
     order = np.argsort([abs(float(rest)) for rest in rests], kind="stable")
     path = _solve(scene, [float(rests[j]) for j in order])
     powers: dict[int, tuple[Any, Any]] = {}
     for k, j in enumerate(order.tolist()):
-        count, point = counts[j], _Point.of(of.body, path, k)
+        count, point = counts[j], _Point.of(solution.body, path, k)
         if count not in powers:
-            turned = np.linalg.matrix_power(of.symmetry, count)
-            powers[count] = _block_matrix(turned), np.linalg.matrix_power(of.period, count)
-        turned, grown = powers[count]
-        phi = _tangents_in_body(point, of.start, of.body, path, k)
+            turn_power = np.linalg.matrix_power(solution.symmetry, count)
+            powers[count] = (
+                _block_matrix(turn_power),
+                np.linalg.matrix_power(solution.period, count),
+            )
+        turn_power, period_power = powers[count]
+        phi = _tangents_in_body(point, solution.start, solution.body, path, k)
         late = rests[j] - Decimal(float(rests[j]))
-        phi = turned @ (phi + late * (point.generator(of.body) @ phi)) @ grown
-        here = _rotation_matrix(_to_decimals(q[chosen[j]])) @ of.body.frame
-        told = (
-            _block_matrix(of.body.frame, here)
+        phi = turn_power @ (phi + late * (point.generator(solution.body) @ phi)) @ period_power
+        frame = _rotation_matrix(_to_decimals(q[indices[j]])) @ solution.body.frame
+        tangents = (
+            _block_matrix(solution.body.frame, frame)
             @ phi
-            @ _block_matrix(of.body.frame.T, of.start.turn.T)
+            @ _block_matrix(solution.body.frame.T, solution.start.turn.T)
         )
-        out[chosen[j]] = told.astype(float)
+        out[indices[j]] = tangents.astype(float)

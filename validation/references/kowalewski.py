@@ -46,26 +46,26 @@ def critical_values(g, h):
     Each critical value is paired with the number of its formula, from 1 to 3.
     """
     parabola = (h - g * g) ** 2
-    found = [(0.0, 1)] if h > g * g else []
+    values = [(0.0, 1)] if h > g * g else []
     if g * g / 2.0 - 1.0 <= h and 2.0 * g * g * (h - g * g) <= 1.0:
-        found.append((parabola, 2))
+        values.append((parabola, 2))
     for t in np.roots((0.5, 0.0, -h, -g)):
         if abs(t.imag) < 1e-9 and (t.real < 0.0 or t.real > g):
-            found.append((float(1.0 + t.real * g + t.real**4 / 4.0), 3))
+            values.append((float(1.0 + t.real * g + t.real**4 / 4.0), 3))
     least = 0.0 if h > g * g else parabola
-    return sorted(value for value in found if value[0] >= least)
+    return sorted(value for value in values if value[0] >= least)
 
 
 def region_borders(greatest):
     """Return the curves that divide the plane of g and h into regions, up to g = `greatest`."""
     g = np.linspace(1e-3, greatest, 400)
     t = np.linspace(0.3, np.sqrt(2.0), 200)
-    kept = g**2 > 1e-2
+    is_outside = g**2 > 1e-2
     curves = [
         (g, g**2 / 2.0 - 1.0),
         (g, g**2 / 2.0 + 1.0),
         (g, g**2),
-        (g[kept], g[kept] ** 2 + 1.0 / (2.0 * g[kept] ** 2)),
+        (g[is_outside], g[is_outside] ** 2 + 1.0 / (2.0 * g[is_outside] ** 2)),
         (g[g < 0.75**-0.75], 1.5 * g[g < 0.75**-0.75] ** (2.0 / 3.0)),
         ((1.0 + t**4 / 4.0) / t, 0.75 * t**2 + 1.0 / t**2),
     ]

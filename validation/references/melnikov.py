@@ -34,17 +34,17 @@ def make_body(e):
 def lowest_scene():
     """Return the top at the lowest point of its motion along the separatrix."""
     tilt = acos(VERTICAL**2 / (2.0 * I1) - 1.0)
-    across = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
+    transverse = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
     attitude = (cos(tilt / 2.0), sin(tilt / 2.0), 0.0, 0.0)
-    return kr.Scene(make_body(0.0), body_momentum=(0.0, across, VERTICAL), attitude=attitude)
+    return kr.Scene(make_body(0.0), body_momentum=(0.0, transverse, VERTICAL), attitude=attitude)
 
 
 @cache
 def melnikov_amplitude():
     """Return the Melnikov amplitude A, computed from the second half of the separatrix."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
-    across = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
-    return -2.0 * float(np.trapezoid((across**2).real, t)) / I1
+    transverse = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
+    return -2.0 * float(np.trapezoid((transverse**2).real, t)) / I1
 
 
 def layer_half_width():
@@ -59,14 +59,14 @@ def measure_swings(e, n):
     shapes (tops, n) and (tops, n + 1).
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
-    across = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)
-    tops = kr.Ensemble(make_body(e), body_momentum=np.stack(across, axis=1))
+    transverse = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)
+    tops = kr.Ensemble(make_body(e), body_momentum=np.stack(transverse, axis=1))
     section = kr.section(tops, kr.events.nutation(), n=2 * n + 3).check()
     spin, axial, tilt = (
         values.reshape(PUSHES, -1)
         for values in (section.spin_angle, section.axial_momentum, section.nutation)
     )
     first = (tilt[:, 0] > tilt[:, 1]).astype(int)  # index of the first highest point
-    at = first[:, None] + 2 * np.arange(n + 1)
-    high = np.take_along_axis(axial, at, axis=1)
-    return np.take_along_axis(spin, at[:, :-1] + 1, axis=1), high
+    indices = first[:, None] + 2 * np.arange(n + 1)
+    high = np.take_along_axis(axial, indices, axis=1)
+    return np.take_along_axis(spin, indices[:, :-1] + 1, axis=1), high

@@ -38,18 +38,18 @@ class MultiprecisionIntegrator:
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q
-        turned = product(product(conjugate(q), [to_real(0), *to_reals(scene.momentum)]), q)
+        momentum = product(product(conjugate(q), [to_real(0), *to_reals(scene.momentum)]), q)
         moments, weight = to_reals(body.moments), to_real(body.mass) * to_real(scene.gravity)
         self.top.pars[:] = coefficients_from(moments, weight * to_reals(body.principal_com))
-        self.top.state[:] = [*normalize(q), *(np.array(turned[1:]) / square / moments)]
+        self.top.state[:] = [*normalize(q), *(np.array(momentum[1:]) / square / moments)]
         self.top.time = to_real(0)
-        at = []
+        attitudes = []
         for t in times:
             outcome = self.top.propagate_until(to_real(t))[0]
             if outcome != hy.taylor_outcome.time_limit:
                 raise ArithmeticError(f"heyoka stopped before t = {t}: {outcome}")
-            at.append(self.top.state[:4].copy())
-        return at
+            attitudes.append(self.top.state[:4].copy())
+        return attitudes
 
 
 def conjugate(q):
@@ -72,9 +72,9 @@ def path_attitudes(path):
 
 def rotation_angles(one, other):
     """Return the angles [rad] between pairs of attitudes; even small angles are accurate."""
-    found = []
+    angles = []
     for p, q in zip(one, other, strict=True):
         turn = np.array(product(conjugate(p), q))
         sine, cosine = (turn[1:] @ turn[1:]) ** to_real(0.5), abs(float(turn[0]))
-        found.append(2.0 * np.arctan2(float(sine), cosine))
-    return np.array(found)
+        angles.append(2.0 * np.arctan2(float(sine), cosine))
+    return np.array(angles)

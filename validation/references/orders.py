@@ -35,8 +35,8 @@ def compute_errors(path, truth):
 
     The error at a single time may vanish by coincidence.
     """
-    apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
-    return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])
+    momentum_error = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
+    return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), momentum_error])
 
 
 def measure_order(name, body):
@@ -54,9 +54,9 @@ def measure_order(name, body):
     errors = np.array(
         [compute_errors(kr.solve(top, times, method=name, step=h), truth) for h in steps]
     )
-    kept = body == "free" and errors[:, 1].max() < 1e-11
+    is_conserved = body == "free" and errors[:, 1].max() < 1e-11
     return {
-        what: fit_slope(steps, errors[:, i], rounding[i])
-        for i, what in enumerate("qm")
-        if not (kept and what == "m")
+        quantity: fit_slope(steps, errors[:, i], rounding[i])
+        for i, quantity in enumerate("qm")
+        if not (is_conserved and quantity == "m")
     }

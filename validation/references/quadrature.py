@@ -205,8 +205,8 @@ class Lagrange:
             return (product([0, -1, 0, 0], q), [m[0], -m[1], -m[2]]) if self.lower_bound else (q, m)
 
     def _momentum(self, alpha, beta, climb):
-        u, across = abs(alpha) ** 2 - abs(beta) ** 2, mp.mpc(0, -2) * alpha * beta
-        horizontal = mp.mpc(self.w3 - self.wz * u, -climb) / (1 - u * u) * across
+        u, apex_xy = abs(alpha) ** 2 - abs(beta) ** 2, mp.mpc(0, -2) * alpha * beta
+        horizontal = mp.mpc(self.w3 - self.wz * u, -climb) / (1 - u * u) * apex_xy
         return [self.i1 * horizontal.real, self.i1 * horizontal.imag, self.i1 * self.wz]
 
 
@@ -293,9 +293,9 @@ class Euler:
 
     def __call__(self, t):
         with mp.workdps(self.digits):
-            here, angle = self._angles(t)
+            rotation, angle = self._angles(t)
             first = product(
                 product(self.upright, product(self.q, self.relabel)), conjugate(self.start[0])
             )  # a first rotation about e3
-            q = product([mp.cos(angle), 0, 0, mp.sin(angle)], product(first, here))
+            q = product([mp.cos(angle), 0, 0, mp.sin(angle)], product(first, rotation))
             return product(product(conjugate(self.upright), q), conjugate(self.relabel)), self.m

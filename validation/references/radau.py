@@ -103,18 +103,18 @@ class TopEquations:
         states, turning = states.astype(float), self.turning.astype(float)
         inertia, damping = self.inertia.astype(float), self.damping.astype(float)
         levers = self.levers(times).astype(float)
-        found = np.zeros((len(states), SIZE, SIZE))
+        matrices = np.zeros((len(states), SIZE, SIZE))
         q, w = states[:, :4], states[:, 4:]
         up, own = ((q @ forms).reshape(-1, 4, 3) for forms in (self.up_forms, self.turning_forms))
         torque = cross(up, levers[:, None]) + damping * own
-        found[:, 4:, :4] = (torque / inertia).transpose(0, 2, 1)
-        found[:, 0, 1:4], found[:, 1:4, 0] = (turning - w) / 2, (w - turning) / 2
-        found[:, 1:4, 1:4] = -cross_matrix(w + turning) / 2
-        found[:, 0, 4:] = -q[:, 1:] / 2
-        found[:, 1:4, 4:] = (q[:, :1, None] * np.eye(3) + cross_matrix(q[:, 1:])) / 2
+        matrices[:, 4:, :4] = (torque / inertia).transpose(0, 2, 1)
+        matrices[:, 0, 1:4], matrices[:, 1:4, 0] = (turning - w) / 2, (w - turning) / 2
+        matrices[:, 1:4, 1:4] = -cross_matrix(w + turning) / 2
+        matrices[:, 0, 4:] = -q[:, 1:] / 2
+        matrices[:, 1:4, 4:] = (q[:, :1, None] * np.eye(3) + cross_matrix(q[:, 1:])) / 2
         push = cross_matrix(inertia * w + self.rotor.astype(float)) - cross_matrix(w) * inertia
-        found[:, 4:, 4:] = (push - np.diag(damping)) / inertia[:, None]
-        return found
+        matrices[:, 4:, 4:] = (push - np.diag(damping)) / inertia[:, None]
+        return matrices
 
 
 def cross(a, b):
@@ -125,8 +125,8 @@ def cross(a, b):
 def fixed_in_space(q, v):
     """Return q* v q for quaternions of any length."""
     size = (q[:, :1] ** 2 - (q[:, 1:] ** 2).sum(1)[:, None]) * v
-    along = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
-    return size + along - 2 * q[:, :1] * cross(q[:, 1:], v)
+    projection = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
+    return size + projection - 2 * q[:, :1] * cross(q[:, 1:], v)
 
 
 def derive_fixed_in_space(v):
@@ -140,9 +140,9 @@ def derive_fixed_in_space(v):
 
 def cross_matrix(v):
     """Return the matrices of the cross products with the vectors `v`."""
-    found = np.zeros((len(v), 3, 3))
-    found[:, 0, 1], found[:, 0, 2], found[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    return found - found.transpose(0, 2, 1)
+    matrices = np.zeros((len(v), 3, 3))
+    matrices[:, 0, 1], matrices[:, 0, 2], matrices[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
+    return matrices - matrices.transpose(0, 2, 1)
 
 
 def solve_stages(top, start, t, step):
@@ -184,23 +184,25 @@ def integrate(problem, times, tol=TOL, **effects):
     becomes too small.
     """
     top, (_, last) = TopEquations(problem, **effects), radau_table()
-    state, t, step, found = top.start, Real(0), first_step(top), []
+    state, t, step, states = top.start, Real(0), first_step(top), []
     for end in map(Real, times):
         while t < end:
             h = min(step, end - t)
-            taken = solve_stages(top, state, t, h)
-            error = np.inf if taken is None else truncation_size(top, last @ taken, taken)
+            stages = solve_stages(top, state, t, h)
+            error = np.inf if stages is None else truncation_size(top, last @ stages, stages)
             if error > tol:
-                step = h / 4 if taken is None else h * max(0.2, 0.8 * (tol / error) ** (1 / STAGES))
+                step = (
+                    h / 4 if stages is None else h * max(0.2, 0.8 * (tol / error) ** (1 / STAGES))
+                )
                 if t + step == t:
                     raise ArithmeticError(f"no step is small enough at t = {float(t):g}")
                 continue
-            state, t = taken[-1], t + h if h < end - t else end
+            state, t = stages[-1], t + h if h < end - t else end
             growth = 0.8 * (tol / max(error, 1e-30)) ** (1 / STAGES)
             step = max(step, h * min(GROWTH, growth)) if h < step else h * min(GROWTH, growth)
         q = state[:4] / np.sqrt((state[:4] ** 2).sum())
-        found.append(np.concatenate([q, state[4:] * top.inertia + top.rotor]))
-    return np.array(found)[:, :4], np.array(found)[:, 4:]
+        states.append(np.concatenate([q, state[4:] * top.inertia + top.rotor]))
+    return np.array(states)[:, :4], np.array(states)[:, 4:]
 
 
 def truncation_size(top, term, stages):

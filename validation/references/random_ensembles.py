@@ -52,8 +52,8 @@ class TopEnsemble:
 
 def draw_tops(kind, n, end=END):
     problem = load_problem(SCENES[kind])
-    scattered = np.random.default_rng(SEED).normal(problem.momentum, SCATTER, (n, 3))
-    return TopEnsemble(problem, scattered, end)
+    momenta = np.random.default_rng(SEED).normal(problem.momentum, SCATTER, (n, 3))
+    return TopEnsemble(problem, momenta, end)
 
 
 def solve_end(scene, end, digits):

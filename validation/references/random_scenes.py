@@ -83,8 +83,8 @@ def middle_axis(rng):
 
 def near_a_rod(rng):
     """Draw a slow top with one very small moment of inertia and two almost equal ones."""
-    least, apart = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
-    body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), unphysical=True)
+    least, asymmetry = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
+    body = kr.Body(1.0, (1.0, 1.0 + asymmetry * least, least), (0.0, 0.0, 1.0), unphysical=True)
     speed = 10 ** rng.uniform(-8, 0)
     q = rng.normal(size=4)
     momentum = rng.normal(size=3) * (1.0, 1.0, least)
@@ -111,15 +111,15 @@ def nearly_symmetric(rng):
     The relative deviation from an exactly symmetric body is between 1e-16 and 1e-11.
     """
     first, second = 10 ** rng.uniform(-16, -11, 2) * rng.choice([-1.0, 1.0], 2)
-    off = (first, 0.0), (0.0, second), (first, second)
-    apart, beside = off[rng.integers(3)]
+    deviations = (first, 0.0), (0.0, second), (first, second)
+    difference, offset = deviations[rng.integers(3)]
     if rng.random() < 0.3:
         body = kr.Body(
             1.0, (1.0, 1.0 + first, 1.0 + second), tuple(rng.normal(size=3)), unphysical=True
         )
     else:
         body = kr.Body(
-            1.0, (1.0, 1.0 + apart, rng.uniform(0.1, 1.9)), (beside, 0.0, 1.0), unphysical=True
+            1.0, (1.0, 1.0 + difference, rng.uniform(0.1, 1.9)), (offset, 0.0, 1.0), unphysical=True
         )
     q = rng.normal(size=4) * (1.0, *(10 ** rng.uniform(-8, 0, 2)), 1.0)
     gravity = float(rng.choice([1.0, 0.0], p=[0.8, 0.2]))

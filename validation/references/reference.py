@@ -86,7 +86,7 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
     top = build_integrator(fp, len(coefficients))
     top.pars[:] = coefficients
     top.state[:] = equations.round_to(equations.start_state(model, variables), fp)
-    top.time, found = fp(0), []
+    top.time, states = fp(0), []
     for t in times:
         outcome = top.propagate_until(fp(t) * fp(rate))[0]
         if outcome != hy.taylor_outcome.time_limit:
@@ -98,8 +98,8 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
             )
             q, m = variables_at_t[:4], variables_at_t[4:]
             norm = mp.sqrt(sum(x * x for x in q))
-            found.append([x / norm for x in q] + [x * moment * rate for x in m])
-    return found
+            states.append([x / norm for x in q] + [x * moment * rate for x in m])
+    return states
 
 
 def rotation_angle(p, q):
@@ -139,11 +139,11 @@ def perturb_data(problem, nudge):
             numbers = getattr(problem, word)
             for i in range(3):
                 both = word == "inertia" and problem.symmetric and i < 2
-                moved = tuple(
+                values = tuple(
                     x * more if j == i or (both and j < 2) else x for j, x in enumerate(numbers)
                 )
                 if numbers[i] and not (both and i):
-                    yield replace(problem, **{word: moved})
+                    yield replace(problem, **{word: values})
         for i in range(3):
             little = [mp.mpf(1)] + [mp.mpf(nudge * ROUNDING / 2 * (j == i)) for j in range(3)]
             yield replace(
@@ -156,11 +156,13 @@ def compute_conditioning(problem, times, form, fp=FINER):
     """Return the change in attitude [rad] if each parameter and initial value is rounded once."""
     own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
-    here = integrate_states(own, times, form, fp)
-    moved = [integrate_states(near, times, form, fp) for near in perturb_data(own, NUDGES[fp])]
+    states = integrate_states(own, times, form, fp)
+    neighbours = [
+        integrate_states(neighbour, times, form, fp) for neighbour in perturb_data(own, NUDGES[fp])
+    ]
     return [
-        sum(rotation_angle(state, near[i]) for near in moved) / NUDGES[fp]
-        for i, state in enumerate(here)
+        sum(rotation_angle(state, neighbour[i]) for neighbour in neighbours) / NUDGES[fp]
+        for i, state in enumerate(states)
     ]
 
 
@@ -172,11 +174,11 @@ def conditioning_by_tangents(problem, times):
     data = np.concatenate(
         [np.ones(3), scene.momentum, scene.body.moments, scene.body.principal_com]
     )
-    moved = turns * data
+    changes = turns * data
     if problem.symmetric:  # keeps the moments equal
-        moved[:, :, 6] += moved[:, :, 7]
-        moved[:, :, 7] = 0.0
-    return (np.linalg.norm(moved, axis=1).sum(axis=1) * ROUNDING).tolist()
+        changes[:, :, 6] += changes[:, :, 7]
+        changes[:, :, 7] = 0.0
+    return (np.linalg.norm(changes, axis=1).sum(axis=1) * ROUNDING).tolist()
 
 
 def compute_truth(problem, end):
@@ -194,13 +196,13 @@ def compute_truth(problem, end):
     (finer,) = integrate_states(problem, [end], form, FINER)
     state = integrate_states(problem, [end], form)[0] if brief else finer
     again = finer if brief else integrate_states(problem, [end], form, float)[0]
-    moved = conditioning_by_tangents(problem, np.linspace(0, end, LOOKS + 1)[1:])
+    conditioning = conditioning_by_tangents(problem, np.linspace(0, end, LOOKS + 1)[1:])
     return {
         "attitude": [mp.nstr(x, 34) for x in state[:4]],
         "agreement": rotation_angle(state, again),
         "bits": 128 if brief else 80,
-        "conditioning": moved[-1],
-        "worst": max(moved),
+        "conditioning": conditioning[-1],
+        "worst": max(conditioning),
     }
 
 
@@ -208,19 +210,19 @@ def truth_of_damped(problem, end):
     """Return the reference solution of a damped top, computed by collocation."""
     (q,), _ = radau.integrate(problem, [end])
     (again,), _ = radau.integrate(problem, [end], radau.FINER_TOL)
-    moved = conditioning_by_differences(problem, np.linspace(0, end, FEW + 1)[1:])
+    conditioning = conditioning_by_differences(problem, np.linspace(0, end, FEW + 1)[1:])
     return {
         "attitude": [np.format_float_scientific(x, precision=21, unique=False) for x in q],
         "agreement": attitude_error(q, again),
         "bits": 64,
-        "conditioning": moved[-1],
-        "worst": max(moved),
+        "conditioning": conditioning[-1],
+        "worst": max(conditioning),
     }
 
 
 def conditioning_by_differences(problem, times):
     """Return the conditioning [rad] of a problem, computed from finite differences."""
-    here = replace(problem, user=None)
+    original = replace(problem, user=None)
     nudge = NUDGES[float]
 
     def attitudes(top):
@@ -229,9 +231,11 @@ def conditioning_by_differences(problem, times):
         path = kr.solve(replace(top, **doubles).to_scene(), times, digits=20)
         return np.array(path.q, np.longdouble) + path.q_low
 
-    truth = attitudes(here)
-    moved = [attitude_errors(attitudes(near), truth) for near in perturb_data(here, nudge)]
-    return (np.sum(moved, axis=0) / nudge).tolist()
+    truth = attitudes(original)
+    errors = [
+        attitude_errors(attitudes(neighbour), truth) for neighbour in perturb_data(original, nudge)
+    ]
+    return (np.sum(errors, axis=0) / nudge).tolist()
 
 
 def truth_by_quadrature(problem, end):
@@ -252,14 +256,16 @@ def truth_by_quadrature(problem, end):
 
     own, _, rate = problem.scale_to_internal_units()
     times = [rate * end * (i + 1) / FEW for i in range(FEW)]
-    here = [state(own, t) for t in times]
-    moved = [[state(near, t) for t in times] for near in perturb_data(own, NUDGES[FINER])]
+    attitudes = [state(own, t) for t in times]
+    neighbours = [
+        [state(neighbour, t) for t in times] for neighbour in perturb_data(own, NUDGES[FINER])
+    ]
     angles = [
-        sum(rotation_angle(q, near[i]) for near in moved) / NUDGES[FINER]
-        for i, q in enumerate(here)
+        sum(rotation_angle(q, neighbour[i]) for neighbour in neighbours) / NUDGES[FINER]
+        for i, q in enumerate(attitudes)
     ]
     return {
-        "attitude": [mp.nstr(x, 34) for x in here[-1]],
+        "attitude": [mp.nstr(x, 34) for x in attitudes[-1]],
         "agreement": None,
         "bits": int(DIGITS * 3.32),
         "conditioning": angles[-1],
@@ -273,10 +279,10 @@ def rotate_vector(q, v):
         return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
 
 
-def compare_computations(problem, end, kept):
+def compare_computations(problem, end, entry):
     """Yield the name of each independent computation and its deviation [rad] from the reference."""
     with mp.workdps(DIGITS):
-        true = [mp.mpf(x) for x in kept["attitude"]]
+        true = [mp.mpf(x) for x in entry["attitude"]]
     yield (
         "heyoka, 128 bit, momentum",
         rotation_angle(true, integrate_states(problem, [end], "momentum")[0]),
@@ -308,8 +314,8 @@ def compare_computations(problem, end, kept):
 def compute_entry(problem, times):
     """Return reference solutions at several times, together with estimates of their accuracy."""
     form = "symmetric" if problem.symmetric else "velocity"
-    found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
-    moved = compute_conditioning(problem, times, form)
+    states, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
+    conditioning = compute_conditioning(problem, times, form)
     return {
         f"{t:g}": {
             "attitude": [mp.nstr(x, 34) for x in state[:4]],
@@ -318,7 +324,7 @@ def compute_entry(problem, times):
             "energy_error": energy_error(problem, state),
             "conditioning": condition,
         }
-        for t, state, other, condition in zip(times, found, again, moved, strict=True)
+        for t, state, other, condition in zip(times, states, again, conditioning, strict=True)
     }
 
 
@@ -329,10 +335,10 @@ def load_truth(name, t):
 
 def truth_of(problem, end):
     """Load a reference solution from reference.json, or compute it."""
-    known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
+    truths = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
-        known[f"{end:g}"]
-        if f"{end:g}" in known and not problem.user
+        truths[f"{end:g}"]
+        if f"{end:g}" in truths and not problem.user
         else compute_truth(problem, end)
     )
 
@@ -344,7 +350,7 @@ def main(argv=None):
     truths = {
         name: compute_entry(load_problem(name), [SHORT, end]) for name, end in HORIZONS.items()
     }
-    about = {
+    header = {
         "command": "python -m validation.references.reference",
         "by": f"heyoka {hy.__version__}, real128, tolerance {TOLERANCES[hy.real128]}",
         "attitude": "principal axes -> space, scalar first",
@@ -353,9 +359,9 @@ def main(argv=None):
         "energy_error": "relative, at this time",
         "conditioning": "angle [rad] by which roundings (2^-53) of all the data move it",
     }
-    FILE.write_text(json.dumps({**about, "truths": truths}, indent=1) + "\n")
-    for name, found in truths.items():
-        for t, truth in found.items():
+    FILE.write_text(json.dumps({**header, "truths": truths}, indent=1) + "\n")
+    for name, entries in truths.items():
+        for t, truth in entries.items():
             print(
                 f"{name:20} t = {t:>4}  two ways agree to {truth['agreement']:.0e} rad, energy to "
                 f"{truth['energy_error']:.0e}; one rounding of the data moves it by "

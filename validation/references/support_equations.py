@@ -64,24 +64,24 @@ class _Equations:
             for x, y, z in zip(_cross(M, w), _cross(P, _block(LEVER)), drag, strict=True)
         ]
         # The derivative of w - u along a, without friction: u' = u x (w - u).
-        moved = _cross(u, relative)
-        change = _dot(apex, [x / j - y for x, j, y in zip(free, moments, moved, strict=True)])
-        needed = -change / _dot(apex, [x / j for x, j in zip(apex, moments, strict=True)])
-        held = hy.par[HOLD]
-        k = held * needed + (FP(1.0) - held) * hy.par[FRICTION]
-        turned = product(q, [hy.expression(FP(0.0)), *[FP(0.5) * x for x in relative]])
-        rates = [*turned, *[x + k * a for x, a in zip(free, apex, strict=True)]]
+        transport = _cross(u, relative)
+        change = _dot(apex, [x / j - y for x, j, y in zip(free, moments, transport, strict=True)])
+        torque = -change / _dot(apex, [x / j for x, j in zip(apex, moments, strict=True)])
+        hold = hy.par[HOLD]
+        k = hold * torque + (FP(1.0) - hold) * hy.par[FRICTION]
+        attitude_rate = product(q, [hy.expression(FP(0.0)), *[FP(0.5) * x for x in relative]])
+        rates = [*attitude_rate, *[x + k * a for x, a in zip(free, apex, strict=True)]]
         self.system = list(zip([*q, *M], rates, strict=True))
         self.spin = _dot(apex, relative)
-        self.needed = needed
-        self.slip = needed * needed - hy.par[FRICTION] * hy.par[FRICTION]
+        self.needed = torque
+        self.slip = torque * torque - hy.par[FRICTION] * hy.par[FRICTION]
 
 
 class SupportIntegrator:
     """A compiled integrator that computes attitudes and momenta for any scene."""
 
     def __init__(self):
-        made = _Equations()
+        equations = _Equations()
         common = {
             "state": np.array([FP(1)] + [FP(0)] * 6),
             "tol": FP(TOLERANCE),
@@ -91,20 +91,20 @@ class SupportIntegrator:
         }
         # An event is used only to notice a change; both integrators share the equations.
         self.sliding = hy.taylor_adaptive(
-            made.system, t_events=[hy.t_event(made.spin, fp_type=FP)], **common
+            equations.system, t_events=[hy.t_event(equations.spin, fp_type=FP)], **common
         )
         self.held = hy.taylor_adaptive(
-            made.system, t_events=[hy.t_event(made.slip, fp_type=FP)], **common
+            equations.system, t_events=[hy.t_event(equations.slip, fp_type=FP)], **common
         )
-        self.smooth = hy.taylor_adaptive(made.system, **common)
-        variables = [name for name, _ in made.system]
-        self._spin = hy.cfunc([made.spin, made.needed], vars=variables, fp_type=FP)
+        self.smooth = hy.taylor_adaptive(equations.system, **common)
+        variables = [name for name, _ in equations.system]
+        self._spin = hy.cfunc([equations.spin, equations.needed], vars=variables, fp_type=FP)
         self.stops = []
 
     def _measure(self, top):
         """Return the spin and the friction torque that would keep a zero spin at zero."""
-        spin, needed = self._spin(top.state, pars=top.pars[:FRICTION], time=top.time)
-        return float(spin), float(needed)
+        spin, torque = self._spin(top.state, pars=top.pars[:FRICTION], time=top.time)
+        return float(spin), float(torque)
 
     def __call__(self, scene, t):
         """Return the attitude of the principal axes, and the momentum in the space frame, at `t`.
@@ -129,15 +129,15 @@ class SupportIntegrator:
     def _with_friction(self, friction, state, pars, t):
         """Integrate from each change between sliding and rest to the next change."""
         self.smooth.state[:], self.smooth.pars[:], self.smooth.time = state, pars, FP(0)
-        spin, needed = self._measure(self.smooth)
+        spin, torque = self._measure(self.smooth)
         begin = FP(0)
         while True:
-            is_held = spin == 0.0 and abs(needed) <= friction
+            is_held = spin == 0.0 and abs(torque) <= friction
             if is_held and t < 0.0:
                 return None
             # A top that friction cannot hold slides against the friction that would be needed or,
             # backward in time, has come from there.
-            sign = math.copysign(1.0, spin if spin else needed if t < 0.0 else -needed)
+            sign = math.copysign(1.0, spin if spin else torque if t < 0.0 else -torque)
             pars[HOLD] = FP(HELD if is_held else SLIDING)
             pars[FRICTION] = FP(friction) if is_held else FP(-friction * sign)
             if begin != FP(0):  # leave the event behind
@@ -147,15 +147,15 @@ class SupportIntegrator:
             if is_done:
                 return _to_space(state)
             self.stops.append(float(begin))
-            spin, needed = 0.0, self._measure(top)[1]
+            spin, torque = 0.0, self._measure(top)[1]
             if is_held:  # the event is the beginning of a slip
-                needed = math.copysign(2.0 * friction, needed)
+                torque = math.copysign(2.0 * friction, torque)
 
     def _leave(self, state, pars, begin, t):
         """Return the state and the time shortly after a change between sliding and rest."""
-        left = float(FP(t) - begin)
-        soon = begin + FP(math.copysign(min(LEAVE, 0.5 * abs(left)), left))
-        top, _ = self._run(self.smooth, state, pars, begin, soon)
+        remaining = float(FP(t) - begin)
+        restart = begin + FP(math.copysign(min(LEAVE, 0.5 * abs(remaining)), remaining))
+        top, _ = self._run(self.smooth, state, pars, begin, restart)
         return top.state.copy(), top.time
 
 
@@ -199,13 +199,13 @@ def _to_space(state):
 def find_attitude_error(path, q):
     """Return the angle [rad] between the last attitude of a path and `q`."""
     low = path.q_low[-1] if path.digits in (20, 30) else np.zeros(4)
-    there = np.array(product(_exact(path.q[-1]) + _exact(low), _exact(path.scene.body.axes)))
-    off = product([q[0], -q[1], -q[2], -q[3]], there / (there @ there) ** FP(0.5))
-    return 2.0 * math.asin(min(1.0, math.sqrt(sum(float(x) ** 2 for x in off[1:]))))
+    attitude = np.array(product(_exact(path.q[-1]) + _exact(low), _exact(path.scene.body.axes)))
+    difference = product([q[0], -q[1], -q[2], -q[3]], attitude / (attitude @ attitude) ** FP(0.5))
+    return 2.0 * math.asin(min(1.0, math.sqrt(sum(float(x) ** 2 for x in difference[1:]))))
 
 
 def find_momentum_error(path, m):
     """Return the distance between the last momentum of a path and `m` [M L^2 T^-1]."""
     low = path.m_low[-1] if path.digits in (20, 30) else np.zeros(3)
-    off = _exact(path.m[-1]) + _exact(low) - m
-    return math.sqrt(sum(float(x) ** 2 for x in off))
+    difference = _exact(path.m[-1]) + _exact(low) - m
+    return math.sqrt(sum(float(x) ** 2 for x in difference))

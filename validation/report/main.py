@@ -24,11 +24,13 @@ OF_OWN_SCENES = ",".join(part.name for part in PARTS if part.accepts_user_scenes
 
 
 def parse_parts(names):
-    known = {part.name: part for part in PARTS}
+    parts_by_name = {part.name: part for part in PARTS}
     for name in names.split(","):
-        if name not in known:
-            raise argparse.ArgumentTypeError(f"unknown part {name!r}; parts are {', '.join(known)}")
-    return [known[name] for name in names.split(",")]
+        if name not in parts_by_name:
+            raise argparse.ArgumentTypeError(
+                f"unknown part {name!r}; parts are {', '.join(parts_by_name)}"
+            )
+    return [parts_by_name[name] for name in names.split(",")]
 
 
 def make_parser():
@@ -113,42 +115,44 @@ def run_parts(out, problems, parts, budget, console):
         return store, run_tasks(tasks, store, budget, bar)
 
 
-def write_report(out, findings, about):
+def write_report(out, findings, metadata):
     """Write the HTML page and the tables, and return the names of all files."""
-    texts = {"index.html": page.render_page(findings, about)}
-    for part, found in findings:
-        texts |= dict(part.list_files(found, about))
+    texts = {"index.html": page.render_page(findings, metadata)}
+    for part, part_findings in findings:
+        texts |= dict(part.list_files(part_findings, metadata))
     for name, text in texts.items():
         write_atomic(out / name, text)
     return list(texts)
 
 
 def print_summary(console, findings):
-    for part, found in findings:
-        for line in part.terminal_lines(found):
+    for part, part_findings in findings:
+        for line in part.terminal_lines(part_findings):
             console.print(line)
     if not machine.has_gsl():
         console.print(f"GSL is {machine.GSL_MISSING}")
 
 
-def make_report(asked):
+def make_report(options):
     """Generate the report, and return the exit status of the program."""
-    console, begin, budget = Console(), time.perf_counter(), BUDGETS[asked.budget]
+    console, begin, budget = Console(), time.perf_counter(), BUDGETS[options.budget]
     try:
-        problems = load_problems(asked.scenes, budget)
+        problems = load_problems(options.scenes, budget)
     except (OSError, TypeError, ValueError) as error:
         console.print(f"Error: {error}", markup=False)
         return 2
-    parts = asked.only or (parse_parts(OF_OWN_SCENES) if asked.scenes else PARTS)
-    store, missing = run_parts(asked.out, problems, parts, budget, console)
-    about = machine.describe_machine() | {"budget": "; ".join(filter(None, (budget.name, missing)))}
-    known = [(part, part.load_findings(problems, store)) for part in PARTS]
-    findings = [(part, found) for part, found in known if found]
-    written = write_report(asked.out, findings, about)
+    parts = options.only or (parse_parts(OF_OWN_SCENES) if options.scenes else PARTS)
+    store, missing = run_parts(options.out, problems, parts, budget, console)
+    metadata = machine.describe_machine() | {
+        "budget": "; ".join(filter(None, (budget.name, missing)))
+    }
+    findings_by_part = [(part, part.load_findings(problems, store)) for part in PARTS]
+    findings = [(part, part_findings) for part, part_findings in findings_by_part if part_findings]
+    files = write_report(options.out, findings, metadata)
     print_summary(console, findings)
     if missing:
         console.print(missing)
-    names = ", ".join(str(asked.out / name) for name in written)
+    names = ", ".join(str(options.out / name) for name in files)
     console.print(f"{names} in {time.perf_counter() - begin:.0f} s")
     return 130 if missing.startswith("interrupted") else 0
 

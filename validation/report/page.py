@@ -31,28 +31,30 @@ def load_template(name, *folders):
     return environment.get_template(name)
 
 
-def cite_peers(svg, about):
+def cite_peers(svg, metadata):
     """Return a note with versions and date if a figure shows other integrators, or else ""."""
     if not any(name in svg for name in (*(peer.name for peer in PEERS), "gsl_")):
         return ""
-    return markupsafe.Markup("<small>{}</small>").format(about["peers"])
+    return markupsafe.Markup("<small>{}</small>").format(metadata["peers"])
 
 
-def render_section(part, found, about):
+def render_section(part, findings, metadata):
     """Return the HTML code of one part of the report."""
-    text = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
-    shown, mark, folded = text.partition(FOLD)
+    text = load_template(f"{part.name}.html").render(about=metadata, **part.build_context(findings))
+    summary, mark, details = text.partition(FOLD)
     lead = ""
     if part.build_lead:
-        lead = load_template(f"{part.name}_lead.html").render(about=about, **part.build_lead(found))
-    bodies = {"shown": shown, "body": folded} if mark else {"shown": "", "body": text}
-    return {"part": part, "conclusion": part.conclude(found), "lead": lead, **bodies}
+        lead = load_template(f"{part.name}_lead.html").render(
+            about=metadata, **part.build_lead(findings)
+        )
+    bodies = {"shown": summary, "body": details} if mark else {"shown": "", "body": text}
+    return {"part": part, "conclusion": part.conclude(findings), "lead": lead, **bodies}
 
 
-def describe_methods(ran):
+def describe_methods(names):
     """Yield the name, the order, a description and a reference for each method."""
     for name, method in kr.methods.items():
-        if name in ran:
+        if name in names:
             yield {
                 "name": name,
                 "order": method.order or "varies",
@@ -60,7 +62,7 @@ def describe_methods(ran):
                 "reference": method.reference,
             }
     for peer in PEERS:
-        if peer.name in ran:
+        if peer.name in names:
             yield {
                 "name": peer.name,
                 "order": peer.order,
@@ -69,12 +71,14 @@ def describe_methods(ran):
             }
 
 
-def render_page(findings, about):
+def render_page(findings, metadata):
     """Return the HTML code of the report."""
-    ran = {name for part, found in findings for name in part.list_methods(found)}
+    names = {name for part, part_findings in findings for name in part.list_methods(part_findings)}
     return load_template("report.html").render(
-        about=about,
-        references=list(fastest.list_references(ran).values()),
-        sections=[render_section(part, found, about) for part, found in findings],
-        methods=list(describe_methods(ran)),
+        about=metadata,
+        references=list(fastest.list_references(names).values()),
+        sections=[
+            render_section(part, part_findings, metadata) for part, part_findings in findings
+        ],
+        methods=list(describe_methods(names)),
     )

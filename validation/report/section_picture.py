@@ -24,19 +24,19 @@ TARGET = Path(__file__).with_name("section.png")
 
 def compute_sections(tops=80, points=800):
     """Compute the Poincare sections for each value of gravity."""
-    found = {}
+    sections = {}
     for gravity in GRAVITIES:
         starts = kr.starts(BODY, energy=2.0, vertical=1.0, n=tops, seed=3, gravity=gravity)
-        found[gravity] = kr.section(starts, n=points)
-    return found
+        sections[gravity] = kr.section(starts, n=points)
+    return sections
 
 
-def draw_sections(found, target=TARGET):
+def draw_sections(sections, target=TARGET):
     with plt.rc_context({"font.size": 9, "savefig.dpi": 110}):
         figure, axes = plt.subplots(
-            1, len(found), figsize=(8.0, 3.2), sharex=True, sharey=True, layout="constrained"
+            1, len(sections), figsize=(8.0, 3.2), sharex=True, sharey=True, layout="constrained"
         )
-        for chart, (gravity, cuts) in zip(axes, found.items(), strict=True):
+        for chart, (gravity, cuts) in zip(axes, sections.items(), strict=True):
             cuts.plot(chart, indicator=kr.megno(cuts.tops, TIME))
             chart.get_legend().remove()
             chart.set_title(f"gravity {gravity}")

@@ -57,7 +57,7 @@ def estimate_ratio(scene, times, truth, way):
 def collect_ratios(scenes, seed):
     """Return the ratios of estimated to true errors, grouped by kind of top and method."""
     rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
-    found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
+    ratios = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
     for i in range(scenes):
         family = FAMILIES[i % len(FAMILIES)]
         t = float(10 ** rng.uniform(-1.0, 1.5)) * rng.choice([1.0, -1.0])
@@ -65,16 +65,16 @@ def collect_ratios(scenes, seed):
         truth = exactly(scene, times)
         for way in WAYS:
             ratio = estimate_ratio(scene, times, truth, way)
-            found[family.__name__, way] += [] if ratio is None else [ratio]
-    return found
+            ratios[family.__name__, way] += [] if ratio is None else [ratio]
+    return ratios
 
 
 def print_row(name, ratios):
     """Print a summary of the ratios, and return how many are too large."""
-    beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
+    count = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
-    print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{beyond:8}", flush=True)
-    return beyond
+    print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{count:8}", flush=True)
+    return count
 
 
 def main(argv=None):
@@ -83,19 +83,19 @@ def main(argv=None):
     )
     parser.add_argument("--scenes", type=int, default=100)
     parser.add_argument("--seed", type=int, default=5)
-    asked = parser.parse_args(argv)
-    found = collect_ratios(asked.scenes, asked.seed)
+    options = parser.parse_args(argv)
+    ratios_by_way = collect_ratios(options.scenes, options.seed)
     print(
         f"  {'path.error / true error':30}{'paths':>6}{'least':>9}{'median':>9}{'most':>9}  beyond"
     )
-    for (family, way), ratios in found.items():
+    for (family, way), ratios in ratios_by_way.items():
         print_row(f"{family}, {way}", ratios)
-    kept = True
+    is_good = True
     for way in WAYS:
-        ratios = [r for (_, w), some in found.items() if w == way for r in some]
-        kept &= print_row(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
+        ratios = [r for (_, w), values in ratios_by_way.items() if w == way for r in values]
+        is_good &= print_row(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
     print(f"  beyond: not within a factor of {FACTOR:g}; errors at rounding level are left out")
-    return int(not kept)
+    return int(not is_good)
 
 
 if __name__ == "__main__":

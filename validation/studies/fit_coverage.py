@@ -71,9 +71,9 @@ def symmetric_case(records):
 
 
 def symmetric_ratios(scene):
-    across = scene.body.moments[0]
-    along = kr.solve(scene, [0.0]).axial_momentum[0]
-    return np.array((scene.body.com[2] * scene.gravity / across, along / across))
+    transverse = scene.body.moments[0]
+    axial = kr.solve(scene, [0.0]).axial_momentum[0]
+    return np.array((scene.body.com[2] * scene.gravity / transverse, axial / transverse))
 
 
 def add_noise(rng, values):
@@ -167,8 +167,8 @@ def turning(rng):
     path = kr.solve(truth, t)
     values, sigma = add_noise(rng, path.inertial_velocity)
     turns = compute_rotation_quaternions(NOISE * rng.normal(size=(len(t), 3)))
-    seen = {"q": multiply_quaternions(path.q, turns), "inertial_velocity": values}
-    record = kr.Record(t, seen, {"q": NOISE, "inertial_velocity": sigma})
+    measurements = {"q": multiply_quaternions(path.q, turns), "inertial_velocity": values}
+    record = kr.Record(t, measurements, {"q": NOISE, "inertial_velocity": sigma})
     return environment_case([record], truth, "turning", lambda scene: scene.turning)
 
 
@@ -230,7 +230,7 @@ class Coverage(NamedTuple):
 
 def measure_coverage(kind, seeds):
     """Simulate measurements with different random seeds, and fit them."""
-    deviations, chi2, times, lost, dof = [], [], [], 0, 1
+    deviations, chi2, times, failures, dof = [], [], [], 0, 1
     for seed in range(seeds):
         case = KINDS[kind](np.random.default_rng(seed))
         begin = time.perf_counter()
@@ -238,12 +238,12 @@ def measure_coverage(kind, seeds):
         times.append(1e3 * (time.perf_counter() - begin))
         dof = fit.dof
         if fit.chi2 > LOST * dof:
-            lost += 1
+            failures += 1
             continue
-        found, error = fit.error_of(case.compare)
-        deviations.append((found - case.compare(case.truth)) / error)
+        values, error = fit.error_of(case.compare)
+        deviations.append((values - case.compare(case.truth)) / error)
         chi2.append(fit.chi2 / dof)
-    return Coverage(np.array(deviations), np.array(chi2), np.array(times), dof, lost)
+    return Coverage(np.array(deviations), np.array(chi2), np.array(times), dof, failures)
 
 
 def main():
@@ -251,14 +251,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("kinds", nargs="*", choices=[*KINDS, []])
     parser.add_argument("--seeds", type=int, default=1000)
-    given = parser.parse_args()
-    for kind in given.kinds or KINDS:
-        found = measure_coverage(kind, given.seeds)
-        shares = " ".join(f"{share:.4f}" for share in found.shares())
+    options = parser.parse_args()
+    for kind in options.kinds or KINDS:
+        result = measure_coverage(kind, options.seeds)
+        shares = " ".join(f"{share:.4f}" for share in result.shares())
         print(
-            f"{kind:<23} lost {found.lost}; within 1, 2, 3 sigma {shares}; "
-            f"chi2 {found.chi2.mean():.4f} +- {found.chi2.std():.4f} "
-            f"({np.sqrt(2.0 / found.dof):.4f} expected); {np.median(found.milliseconds):.0f} ms",
+            f"{kind:<23} lost {result.lost}; within 1, 2, 3 sigma {shares}; "
+            f"chi2 {result.chi2.mean():.4f} +- {result.chi2.std():.4f} "
+            f"({np.sqrt(2.0 / result.dof):.4f} expected); {np.median(result.milliseconds):.0f} ms",
             flush=True,
         )
 

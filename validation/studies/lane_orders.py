@@ -33,10 +33,10 @@ def draw_families():
     rng = np.random.default_rng(1)
     unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
     skew = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.3, -0.5, -1.0))
-    about = np.array([0.172, -1.862, 1.46]) + 0.3 * rng.normal(size=(TOPS, 3))
-    yield "an unequal cuboid", [kr.Scene(unlike, m) for m in about], 100.0
-    yield "off its axes", [kr.Scene(skew, m) for m in about], 100.0
-    yield "fast", [kr.Scene(unlike, 10.0 * m) for m in about], 100.0
+    momenta = np.array([0.172, -1.862, 1.46]) + 0.3 * rng.normal(size=(TOPS, 3))
+    yield "an unequal cuboid", [kr.Scene(unlike, m) for m in momenta], 100.0
+    yield "off its axes", [kr.Scene(skew, m) for m in momenta], 100.0
+    yield "fast", [kr.Scene(unlike, 10.0 * m) for m in momenta], 100.0
     bodies = [
         kr.Body.cuboid(rng.uniform(0.05, 2.05, 3), pivot=rng.normal(size=3)) for _ in range(TOPS)
     ]
@@ -61,7 +61,7 @@ class LaneRunner:
 
         The total number of steps is stored in `steps`.
         """
-        out = np.empty((len(scenes), 8))
+        states = np.empty((len(scenes), 8))
         steps = ctypes.c_int64() if steps is None else steps
         blocks = b"".join(scene._block for scene in scenes)
 
@@ -69,10 +69,10 @@ class LaneRunner:
             if self.library.kr_bench_lanes(
                 *(ctypes.c_size_t(len(scenes)), ctypes.c_char_p(blocks), isa, order),
                 *(ctypes.c_double(log2_tol), ctypes.c_double(t)),
-                *(ctypes.c_void_p(out.ctypes.data), ctypes.byref(steps)),
+                *(ctypes.c_void_p(states.ctypes.data), ctypes.byref(steps)),
             ):
                 raise RuntimeError("the run failed")
-            return out[:, 1:5]
+            return states[:, 1:5]
 
         return run
 
@@ -94,9 +94,9 @@ def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
-        found = error_quantiles(run(), truth)
-        if (found <= most).all():
-            return less, run, found
+        errors = error_quantiles(run(), truth)
+        if (errors <= most).all():
+            return less, run, errors
     return None
 
 
@@ -106,18 +106,18 @@ def orders(lanes):
         for log2_tol in (-12, -20, -27, -33, -40, -47, -52):
             single = error_quantiles(solve_states(scenes, t, tol=2.0**log2_tol), truth)
             most = single * (1.05, 1.15)
-            here = (fit_tolerance(lanes, scenes, t, truth, log2_tol, n, most) for n in ORDERS)
-            found = [(n, *row) for n, row in zip(ORDERS, here, strict=True) if row]
-            used = lanes.run(scenes, t, log2_tol)
-            gives = error_quantiles(used(), truth) / single
-            *times, own = median_times([*(run for _, _, run, _ in found), used], ROUNDS)
+            trials = (fit_tolerance(lanes, scenes, t, truth, log2_tol, n, most) for n in ORDERS)
+            rows = [(n, *row) for n, row in zip(ORDERS, trials, strict=True) if row]
+            lane_run = lanes.run(scenes, t, log2_tol)
+            ratios = error_quantiles(lane_run(), truth) / single
+            *times, own = median_times([*(run for _, _, run, _ in rows), lane_run], ROUNDS)
             print(
                 f"{name}, tol 2^{log2_tol}, single {single[0]:.1e} {single[1]:.1e}; used: "
-                f"{own / TOPS * 1e6:.1f} us, {gives[0]:.2f} {gives[1]:.2f} times these"
+                f"{own / TOPS * 1e6:.1f} us, {ratios[0]:.2f} {ratios[1]:.2f} times these"
             )
-            for (order, less, _, error), time in zip(found, times, strict=True):
-                us = time / TOPS * 1e6
-                print(f"    order {order:2} less {less:4.1f} {us:7.1f} us {error[0]:.1e}")
+            for (order, less, _, error), time in zip(rows, times, strict=True):
+                microseconds = time / TOPS * 1e6
+                print(f"    order {order:2} less {less:4.1f} {microseconds:7.1f} us {error[0]:.1e}")
 
 
 def isas(lanes):
@@ -153,11 +153,11 @@ def main(argv=None):
     parts = {"orders": orders, "isas": isas, "limits": limits}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", default=list(parts), metavar="|".join(parts))
-    wanted = parser.parse_args(argv).parts
-    if unknown := set(wanted) - set(parts):
+    names = parser.parse_args(argv).parts
+    if unknown := set(names) - set(parts):
         parser.error(f"no {', '.join(sorted(unknown))}")
     lanes = LaneRunner()
-    for name in wanted:
+    for name in names:
         parts[name](lanes)
 
 

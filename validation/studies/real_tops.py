@@ -145,17 +145,17 @@ class Nudged:
 
 def differ(one, other, scale):
     """Return the larger of the angle and the scaled momentum difference of two states (q, m)."""
-    p, q, moved = one[0], other[0], one[1] - other[1]
-    near = min(abs(float((p - q) @ (p - q))), abs(float((p + q) @ (p + q))))
-    return max(2.0 * math.sqrt(near), math.sqrt(abs(float(moved @ moved))) / scale)
+    p, q, difference = one[0], other[0], one[1] - other[1]
+    square = min(abs(float((p - q) @ (p - q))), abs(float((p + q) @ (p + q))))
+    return max(2.0 * math.sqrt(square), math.sqrt(abs(float(difference @ difference))) / scale)
 
 
 def bound_conditioning(scene, t, scale):
     """Return the largest change of the state if every parameter and initial value is rounded."""
     numbers = collect_scene_numbers(scene)
-    by = tuple(name for name, values in numbers.items() if any(values))
-    path = kr.solve(scene, [t], "taylor", tangents=by)
-    sizes = np.abs([number for name in by for number in numbers[name]])
+    parameters = tuple(name for name, values in numbers.items() if any(values))
+    path = kr.solve(scene, [t], "taylor", tangents=parameters)
+    sizes = np.abs([number for name in parameters for number in numbers[name]])
     momenta = np.sqrt((path.tangents[0, 3:] ** 2).sum(axis=0)) / scale
     return max(path.conditioning[0], 2.0**-53 * momenta @ sizes, 2.0**-53)
 
@@ -195,15 +195,15 @@ class Tally:
     faults: list = field(default_factory=list)
     changes: list = field(default_factory=list)  # of the reference, over the conditioning
 
-    def add(self, how, ratio, top):
-        self.counts[how] += 1
-        if not ratio <= self.worst.get(how, (0.0,))[0]:
-            self.worst[how] = ratio, top.index
+    def add(self, way, ratio, top):
+        self.counts[way] += 1
+        if not ratio <= self.worst.get(way, (0.0,))[0]:
+            self.worst[way] = ratio, top.index
         if not ratio <= LIMIT:
-            self.fail(how, f"{ratio:.3g} times the conditioning", top)
+            self.fail(way, f"{ratio:.3g} times the conditioning", top)
 
-    def fail(self, how, why, top):
-        self.faults.append(f"{how}, top {top.index}: {why}, t = {top.t!r}, {top.scene!r}")
+    def fail(self, way, reason, top):
+        self.faults.append(f"{way}, top {top.index}: {reason}, t = {top.t!r}, {top.scene!r}")
 
 
 def resume_midway(scene, t):
@@ -222,13 +222,13 @@ def check_top(top, tally):
         ways["exact"] = lambda: kr.solve(scene, [t], "exact")
     for digits in (20, 30):
         ways[f"{digits} digits"] = lambda d=digits: kr.solve(scene, [t], "taylor", digits=d)
-    for how, solve in ways.items():
+    for way, solve in ways.items():
         try:
             path = solve()
         except kr.Error as error:
-            tally.fail(how, error.status, top)
+            tally.fail(way, error.status, top)
             continue
-        tally.add(how, top.ratio(path, path.digits or 16), top)
+        tally.add(way, top.ratio(path, path.digits or 16), top)
 
 
 def check_refusal(scene, t, index, tally):

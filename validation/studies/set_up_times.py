@@ -38,9 +38,9 @@ def measure_speed(scene: kr.Scene, end: float) -> float:
     """Return the run time of the Taylor method relative to that of 'auto'."""
     best = {"auto": np.inf, "taylor": np.inf}
     for name in ("auto", "taylor") * REPEATS:
-        begun = time.perf_counter()
+        begin = time.perf_counter()
         kr.solve(scene, [end], name)
-        best[name] = min(best[name], time.perf_counter() - begun)
+        best[name] = min(best[name], time.perf_counter() - begin)
     return best["taylor"] / best["auto"]
 
 
@@ -61,22 +61,22 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("tops", type=int, help="number of tops of each kind")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--errors", type=int, default=20, help="number of tops with an error")
-    asked = parser.parse_args(argv)
+    options = parser.parse_args(argv)
     for kind in RATIOS:
         set_up = closed_form_choice._FORMS[kind].set_up
         speeds, errors = [], []
-        for i, scene in enumerate(draw_scenes(kind, asked.tops, asked.seed)):
+        for i, scene in enumerate(draw_scenes(kind, options.tops, options.seed)):
             end = 1.02 * set_up / closed_form_choice._estimate_taylor_steps(scene, 1.0)
             if kr.plan(scene, [end]).method != "exact":
                 continue
             speeds.append(measure_speed(scene, end))
-            if i < asked.errors:
+            if i < options.errors:
                 errors.append(measure_accuracy(scene, end))
         least, low, median = np.quantile(speeds, [0.0, 0.01, 0.5])
         print(
-            f"{kind}: {len(speeds)} of {asked.tops} tops by closed form; time of the series / time "
-            f"of auto: least {least:.2f}, 1 % below {low:.2f}, median {median:.1f}; error of the "
-            f"series / error of auto: least {min(errors):.0f}, median {np.median(errors):.0f}",
+            f"{kind}: {len(speeds)} of {options.tops} tops by closed form; time of the series / "
+            f"time of auto: least {least:.2f}, 1 % below {low:.2f}, median {median:.1f}; error of "
+            f"the series / error of auto: least {min(errors):.0f}, median {np.median(errors):.0f}",
             flush=True,
         )
 

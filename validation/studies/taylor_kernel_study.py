@@ -117,21 +117,21 @@ DEPTHS_30 = (
 def depth():
     """Print the run times and errors of 20-digit and 30-digit computations."""
     for head, last in DEPTHS_20:
-        kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
-        print_depth(kernels, 0, what, (-66, -70, -74), 2e4)
+        kernels, title = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
+        print_depth(kernels, 0, title, (-66, -70, -74), 2e4)
     for head, last in DEPTHS_30:
-        kernels, what = TaylorKernels((8, 28, head, last)), f"30 digits: head {head} of {last}"
-        print_depth(kernels, 1, what, (-96, -100, -104), 100.0)
+        kernels, title = TaylorKernels((8, 28, head, last)), f"30 digits: head {head} of {last}"
+        print_depth(kernels, 1, title, (-96, -100, -104), 100.0)
 
 
-def print_depth(kernels, deep, what, tolerances, t):
+def print_depth(kernels, deep, title, tolerances, t):
     for log2_tol in tolerances:
-        print(f"{what} tol 2^{log2_tol}", end="")
+        print(f"{title} tol 2^{log2_tol}", end="")
         for name in ("thesis", "asymmetric_regular"):
             run = kernels.run(problem_bytes(name), 0, len(kernels.orders) + deep, log2_tol, t)
-            off = attitude_error(solve_truth(name, t, bool(deep)), run())
+            error = attitude_error(solve_truth(name, t, bool(deep)), run())
             seconds = min(timing.time_once(run) for _ in range(5))
-            print(f"   {name} {seconds * 1e3:.2f} ms {off:.1e}", end="")
+            print(f"   {name} {seconds * 1e3:.2f} ms {error:.1e}", end="")
         print(flush=True)
 
 

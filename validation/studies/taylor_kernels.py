@@ -24,12 +24,12 @@ def compile_library(folder, terms):
     return compile_core(folder, SOURCE)
 
 
-def read_list(give):
+def read_list(get_number):
     """Return the values of `give(i)` for i = 0, 1, 2 and so on, before the first false value."""
-    found = []
-    while this := give(len(found)):
-        found.append(this)
-    return found
+    numbers = []
+    while number := get_number(len(numbers)):
+        numbers.append(number)
+    return numbers
 
 
 class TaylorKernels:

@@ -40,9 +40,9 @@ LARGE_ERRORS = (1e-13, 1e-12, 1e-11, 1e-10)
 def differ(one, other, scale):
     """Return the largest difference between two paths, in attitude or in scaled momentum."""
     p, q = one.q, other.q
-    near = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
-    apart = 4.0 * np.arcsin(np.minimum(near / 2.0, 1.0))
-    return float(np.max(np.maximum(apart, np.linalg.norm(one.m - other.m, axis=1) / scale)))
+    distance = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
+    angles = 4.0 * np.arcsin(np.minimum(distance / 2.0, 1.0))
+    return float(np.max(np.maximum(angles, np.linalg.norm(one.m - other.m, axis=1) / scale)))
 
 
 def largest_momentum(scene):
@@ -56,8 +56,11 @@ def nudge(scene, rng, scale):
     """Return the scene with a random perturbation of its initial state."""
     turn = np.array([1.0, *(0.5 * NUDGE * rng.normal(size=3))])
     w, x, y, z = scene.attitude
-    left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
-    attitude, momentum = left @ turn, np.array(scene.momentum) + NUDGE * scale * rng.normal(size=3)
+    matrix = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+    attitude, momentum = (
+        matrix @ turn,
+        np.array(scene.momentum) + NUDGE * scale * rng.normal(size=3),
+    )
     if scene.momentum[2] == 0.0:
         momentum[2] = 0.0
     return scene.replace(attitude=tuple(attitude / np.linalg.norm(attitude)), momentum=momentum)
@@ -108,26 +111,26 @@ def compare_restarted(scene, top, tau, rng, scale):
     The difference between the two solutions is divided by the conditioning. Returns None if the
     closed form is rejected for the second state.
     """
-    at = float(rng.uniform(1.0, 20.0) * tau)
-    begin = solve_with_30_digits(scene, [at])
+    start_time = float(rng.uniform(1.0, 20.0) * tau)
+    begin = solve_with_30_digits(scene, [start_time])
     momentum = (*begin.m[0, :2], scene.momentum[2])
-    moved = scene.replace(attitude=tuple(begin.q[0]), momentum=momentum)
+    later_scene = scene.replace(attitude=tuple(begin.q[0]), momentum=momentum)
     late = LATE * tau * float(rng.choice([-1, 1]))
     try:
-        other = kr.exact(moved)
-        sensitive = condition(moved, late, rng, scale, lambda s, t: kr.exact(s)(t))
+        other = kr.exact(later_scene)
+        sensitive = condition(later_scene, late, rng, scale, lambda s, t: kr.exact(s)(t))
     except ValueError:
         return None
-    return differ(top([late + at]), other([late]), scale) / (1e-15 + sensitive)
+    return differ(top([late + start_time]), other([late]), scale) / (1e-15 + sensitive)
 
 
 def describe(title, values, *limits):
     """Print the median, the 99 % quantile and the maximum of `values`."""
     values = np.array(values)
-    within = "".join(f", {np.mean(values <= x):.3%} within {x:.0e}" for x in limits)
+    fractions = "".join(f", {np.mean(values <= x):.3%} within {x:.0e}" for x in limits)
     print(
         f"{title}: median {np.median(values):.1e}, 99 % {np.quantile(values, 0.99):.1e}, "
-        f"worst {np.max(values):.1e}{within} ({len(values)} tops)",
+        f"worst {np.max(values):.1e}{fractions} ({len(values)} tops)",
         flush=True,
     )
 
@@ -144,41 +147,41 @@ class Findings:
     late: list = field(default_factory=list)
 
 
-def examine(number, scene, top, tau, chosen, limit, rng, found):
-    """Compute the errors of the closed form for one top, and append them to `found`."""
+def examine(number, scene, top, tau, options, limit, rng, findings):
+    """Compute the errors of the closed form for one top, and append them to `findings`."""
     scale = largest_momentum(scene)
-    found.certificates.append(top.certificate)
-    t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-1, np.log10(chosen.longest)) * tau)
+    findings.certificates.append(top.certificate)
+    t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-1, np.log10(options.longest)) * tau)
     error, sensitive = compare_with_series(scene, top, t, rng, scale, limit)
-    found.errors.append(error)
+    findings.errors.append(error)
     if error > limit:
-        found.excess.append((error, sensitive, top.certificate, t / tau, number))
-    found.integrals.append(drift_of_integrals(top, tau, rng, scale))
-    if number < chosen.restarted:
-        found.restarted.append(compare_restarted(scene, top, tau, rng, scale))
-    if number < chosen.late:
+        findings.excess.append((error, sensitive, top.certificate, t / tau, number))
+    findings.integrals.append(drift_of_integrals(top, tau, rng, scale))
+    if number < options.restarted:
+        findings.restarted.append(compare_restarted(scene, top, tau, rng, scale))
+    if number < options.late:
         t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(4, 6) * tau)
-        found.late.append(compare_with_series(scene, top, t, rng, scale, np.inf)[0])
+        findings.late.append(compare_with_series(scene, top, t, rng, scale, np.inf)[0])
 
 
-def print_findings(found, chosen, limit):
+def print_findings(findings, options, limit):
     """Print the distributions of all results, and the tops with large errors."""
-    describe("certificate", found.certificates)
-    describe(f"error up to {chosen.longest:g} tau", found.errors, limit, 10 * limit)
-    for error, sensitive, certificate, t, number in sorted(found.excess, reverse=True)[:20]:
+    describe("certificate", findings.certificates)
+    describe(f"error up to {options.longest:g} tau", findings.errors, limit, 10 * limit)
+    for error, sensitive, certificate, t, number in sorted(findings.excess, reverse=True)[:20]:
         print(
             f"  top {number} at {t:.3g} tau: error {error:.1e}, conditioning {sensitive:.1e}, "
             f"certificate {certificate:.1e}, ratio {error / sensitive:.2g}"
         )
     names = ("energy", "vertical momentum", "third integral")
-    for name, values in zip(names, np.transpose(found.integrals), strict=True):
+    for name, values in zip(names, np.transpose(findings.integrals), strict=True):
         describe(f"{name} up to {LATE:g} tau", values)
-    met = [x for x in found.restarted if x is not None]
-    if met:
-        describe(f"second plan at {LATE:g} tau, over the conditioning", met, 1.0, 10.0)
-    print(f"  {len(found.restarted) - len(met)} second plans refused")
-    if found.late:
-        describe(f"error at 1e4 to {LATE:g} tau", found.late, limit)
+    ratios = [x for x in findings.restarted if x is not None]
+    if ratios:
+        describe(f"second plan at {LATE:g} tau, over the conditioning", ratios, 1.0, 10.0)
+    print(f"  {len(findings.restarted) - len(ratios)} second plans refused")
+    if findings.late:
+        describe(f"error at 1e4 to {LATE:g} tau", findings.late, limit)
 
 
 def reason_of(refusal):
@@ -190,47 +193,47 @@ def count_above(values, limits):
     return ", ".join(f"{np.sum(np.array(values) > x)} above {x:.0e}" for x in limits)
 
 
-def plan_tops(kind, chosen):
+def plan_tops(kind, options):
     """Compute closed forms for many random tops of one kind, and print the errors."""
-    rng, refused, certificates, found = np.random.default_rng(chosen.seed), Counter(), [], []
-    for number in range(chosen.plans):
+    rng, refusals, certificates, rows = np.random.default_rng(options.seed), Counter(), [], []
+    for number in range(options.plans):
         scene, tau = draw_top(rng, KINDS[kind][0])
         t = float(rng.choice([-1, 1]) * rng.uniform(1.0, 10.0) * tau)
         try:
             top = kr.exact(scene)
         except ValueError as refusal:
-            refused[reason_of(refusal)] += 1
+            refusals[reason_of(refusal)] += 1
             continue
         certificates.append(top.certificate)
         size = float(np.linalg.norm(scene.momentum)) + max(scene.body.inertia) / tau
         error = differ(top([t]), kr.solve(scene, [t], method="taylor"), size)
-        found.append((error, top.certificate, t / tau, number))
-    print(f"{kind}: {chosen.plans} tops, {sum(refused.values())} refused: {dict(refused)}")
-    errors = [row[0] for row in found]
+        rows.append((error, top.certificate, t / tau, number))
+    print(f"{kind}: {options.plans} tops, {sum(refusals.values())} refused: {dict(refusals)}")
+    errors = [row[0] for row in rows]
     describe("certificate", certificates)
     print(f"  {count_above(certificates, LARGE_CERTIFICATES)}")
     describe("difference from the Taylor series of 16 digits at 1 to 10 tau", errors)
     print(f"  {count_above(errors, LARGE_ERRORS)}")
-    for error, certificate, t, number in sorted(found, reverse=True)[:10]:
+    for error, certificate, t, number in sorted(rows, reverse=True)[:10]:
         print(
             f"  top {number} at {t:.3g} tau: difference {error:.1e}, certificate {certificate:.1e}"
         )
 
 
-def measure(kind, chosen):
+def measure(kind, options):
     """Run the study for random tops of one kind, and print the errors."""
     ratio, limit = KINDS[kind]
-    rng, refused, found = np.random.default_rng(chosen.seed), Counter(), Findings()
-    for number in range(chosen.tops):
+    rng, refusals, findings = np.random.default_rng(options.seed), Counter(), Findings()
+    for number in range(options.tops):
         scene, tau = draw_top(rng, ratio)
         try:
             top = kr.exact(scene)
         except ValueError as refusal:
-            refused[reason_of(refusal)] += 1
+            refusals[reason_of(refusal)] += 1
             continue
-        examine(number, scene, top, tau, chosen, limit, rng, found)
-    print(f"{kind}: {chosen.tops} tops, {sum(refused.values())} refused: {dict(refused)}")
-    print_findings(found, chosen, limit)
+        examine(number, scene, top, tau, options, limit, rng, findings)
+    print(f"{kind}: {options.tops} tops, {sum(refusals.values())} refused: {dict(refusals)}")
+    print_findings(findings, options, limit)
 
 
 def main(argv=None):
@@ -244,9 +247,9 @@ def main(argv=None):
     parser.add_argument("--late", type=int, default=0)
     parser.add_argument("--plans", type=int, default=0)
     parser.add_argument("--seed", type=int, default=7)
-    chosen = parser.parse_args(argv)
-    for kind in [chosen.kind] if chosen.kind else KINDS:
-        (plan_tops if chosen.plans else measure)(kind, chosen)
+    options = parser.parse_args(argv)
+    for kind in [options.kind] if options.kind else KINDS:
+        (plan_tops if options.plans else measure)(kind, options)
 
 
 if __name__ == "__main__":

@@ -134,9 +134,9 @@ def discriminant_of_phi(scene):
 def separatrix(scene):
     """Return a function that vanishes on the separatrix of a Goryachev-Chaplygin top."""
     L, up = see_from_body(scene)
-    across = L[0] ** 2 + L[1] ** 2
-    H = (across + 4 * L[2] ** 2) / 2 + up[0]
-    G = abs(L[2] * across - L[0] * up[2])
+    transverse = L[0] ** 2 + L[1] ** 2
+    H = (transverse + 4 * L[2] ** 2) / 2 + up[0]
+    G = abs(L[2] * transverse - L[0] * up[2])
     return H - 1 - 6 * (G / 8) ** (2 / 3)
 
 
@@ -238,12 +238,12 @@ def main(argv=None):
     parser.add_argument("kind", nargs="?", choices=list(MOMENTS))
     parser.add_argument("--random", type=int, default=1)
     parser.add_argument("--seed", type=int, default=8)
-    chosen = parser.parse_args(argv)
-    rng = np.random.default_rng(chosen.seed)
-    for kind in [chosen.kind] if chosen.kind else MOMENTS:
+    options = parser.parse_args(argv)
+    rng = np.random.default_rng(options.seed)
+    for kind in [options.kind] if options.kind else MOMENTS:
         print(kind)
         for family in families(kind):
-            for _ in range(chosen.random):
+            for _ in range(options.random):
                 numbers = rng.normal(size=6)
                 print(f"  {family.name}")
                 for eps in DISTANCES:

@@ -58,9 +58,9 @@ class TorusBench:
         Raises ValueError if the closed form is rejected.
         """
         block, out = ctypes.c_char_p(scene._block), np.empty((len(times), 8))
-        taken, rounds = ctypes.c_double(), []
+        seconds, rounds = ctypes.c_double(), []
         for _ in range(ROUNDS):
-            plan = self.library.kr_bench_torus_plan(block, kind, ctypes.byref(taken))
+            plan = self.library.kr_bench_torus_plan(block, kind, ctypes.byref(seconds))
             if plan is None:
                 raise ValueError("the closed form is refused")
             states = [
@@ -72,7 +72,7 @@ class TorusBench:
             ]
             self.library.kr_bench_torus_free(ctypes.c_void_p(plan))
             series = self.library.kr_bench_torus_taylor(block, ctypes.c_double(end))
-            rounds.append((taken.value, *states, series))
+            rounds.append((seconds.value, *states, series))
         plan_time, one, batch, series = np.median(rounds, axis=0)
         return float(plan_time), float(one), float(batch), float(series)
 
@@ -134,11 +134,13 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--longest", type=float, default=100.0, help="end of the series [tau]")
     parser.add_argument("--heyoka", type=int, default=3, help="number of tops beside heyoka")
     parser.add_argument("--seed", type=int, default=7)
-    asked = parser.parse_args(argv)
+    options = parser.parse_args(argv)
     bench = TorusBench()
-    for kind in [asked.kind] if asked.kind else RATIOS:
-        print_times(kind, list(measure_tops(bench, kind, asked.tops, asked.longest, asked.seed)))
-        compare_with_heyoka(kind, asked.heyoka, asked.seed)
+    for kind in [options.kind] if options.kind else RATIOS:
+        print_times(
+            kind, list(measure_tops(bench, kind, options.tops, options.longest, options.seed))
+        )
+        compare_with_heyoka(kind, options.heyoka, options.seed)
 
 
 if __name__ == "__main__":

@@ -69,25 +69,25 @@ class ExperimentResults:
     loose: dict
 
 
-def run_experiments(say):
-    say("experiment 6.1, to t = 600")
+def run_experiments(report):
+    report("experiment 6.1, to t = 600")
     four = experiments.run_four_tops()
-    say("experiment 6.2, to t = 3200")
-    timed = experiments.run_equal_time()
-    crossings = experiments.find_crossings(timed)
-    say("the failing one, 6.3, the fourth integrals, the forms of the equations")
+    report("experiment 6.2, to t = 3200")
+    equal_time = experiments.run_equal_time()
+    crossings = experiments.find_crossings(equal_time)
+    report("the failing one, 6.3, the fourth integrals, the forms of the equations")
     return ExperimentResults(
         four,
         experiments.run_failing(),
         experiments.measure_growth(),
-        timed,
+        equal_time,
         crossings,
         experiments.run_equal_evaluations(),
         integrals.measure_fourth_integral("kowalewski"),
         integrals.measure_fourth_integral("goryachev_chaplygin"),
         integrals.compare_forms(),
         {interval: integrals.frozen_frame_error(interval) for interval in INTERVALS},
-        experiments.measure_first_steps(timed),
+        experiments.measure_first_steps(equal_time),
         experiments.measure_loose_tolerances(),
     )
 
@@ -120,7 +120,7 @@ def draw_chapter6(results):
 
 
 def check_sentences(results):
-    four, timed = results.four, results.timed
+    four, equal_time = results.four, results.timed
     return [
         *sentences_chapters3_to_5.check_chapter3(results.forms, results.frozen),
         *sentences_chapters3_to_5.check_chapter4(four),
@@ -129,16 +129,16 @@ def check_sentences(results):
         ),
         *sentences_chapter6.check_experiment1(four, results.loose),
         *sentences_chapter6.check_failing(results.failing, results.growth),
-        *sentences_chapter6.check_settings(timed, results.first_steps),
-        *sentences_chapter6.check_experiment2(timed, results.crossings),
+        *sentences_chapter6.check_settings(equal_time, results.first_steps),
+        *sentences_chapter6.check_experiment2(equal_time, results.crossings),
         *sentences_conclusions.check_runge_kutta(results.by_step),
-        *sentences_conclusions.check_conclusions(four, timed),
+        *sentences_conclusions.check_conclusions(four, equal_time),
     ]
 
 
 def compute_errata():
     """Check all errata of the thesis by computation, in the order of their numbers."""
-    return [made() for made in ERRATA]
+    return [make_erratum() for make_erratum in ERRATA]
 
 
 def draw_forms(forms, scene):
@@ -172,25 +172,25 @@ def make_units_table():
 
 def describe_run(results, seconds):
     """Describe the computer, and the accuracy of extrap in experiment 6.2."""
-    timed = results.timed
-    extrap = Trajectory(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
+    equal_time = results.timed
+    extrap = Trajectory(kr.solve(SCENE, equal_time.t, method="extrap", tol=1e-13), 0)
     return machine.describe_machine() | {
         "seconds": f"{seconds:.0f}",
-        "truth": timed.true.path.method,
+        "truth": equal_time.true.path.method,
         "improved": IMPROVED,
-        "agreement": f"{compute_frame_error(extrap, timed.true).max():.0e}",
+        "agreement": f"{compute_frame_error(extrap, equal_time.true).max():.0e}",
     }
 
 
 def render_chapter(results, seconds):
-    said = check_sentences(results)
+    sentences = check_sentences(results)
     return page.load_template(TEMPLATE, HERE).render(
         about=describe_run(results, seconds),
         six=draw_chapter6(results),
         five=draw_chapter5(results),
-        sentences=said,
+        sentences=sentences,
         errata=compute_errata(),
-        held=sum(sentence.holds for sentence in said),
+        held=sum(sentence.holds for sentence in sentences),
         forms=[draw_forms(results.forms, scene) for scene in ("thesis", "asymmetric")],
         rows=results.forms,
         frozen=results.frozen,
@@ -202,7 +202,7 @@ def render_chapter(results, seconds):
 
 def main(out):
     begin = time.perf_counter()
-    results = run_experiments(lambda what: print(what, flush=True))
+    results = run_experiments(lambda message: print(message, flush=True))
     print("figures, sentences, errata", flush=True)
     text = render_chapter(results, time.perf_counter() - begin)
     out.mkdir(parents=True, exist_ok=True)

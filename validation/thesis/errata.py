@@ -20,13 +20,13 @@ class Erratum:
     right: float
 
 
-def register_erratum(number, where, says, is_right, measure):
+def register_erratum(number, place, statement, is_right, measure):
     """Register a function that computes the error of a formula as printed and as corrected."""
 
     def make_erratum(compute):
         def compute_erratum():
             text, right = map(float, compute())
-            return Erratum(number, where, says, is_right, measure, text, right)
+            return Erratum(number, place, statement, is_right, measure, text, right)
 
         return compute_erratum
 

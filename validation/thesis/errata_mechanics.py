@@ -18,14 +18,14 @@ from .trajectories import SCENE, solve_truth
 )
 def rotation_matrix():
     angle, axis, x = 0.7, np.array((2, -1, 2)) / 3, np.array((0.3, 0.5, -0.2))
-    should = (
+    expected = (
         x * np.cos(angle)
         + np.cross(axis, x) * np.sin(angle)
         + axis * (axis @ x) * (1 - np.cos(angle))
     )
     text = np.cos(angle / 2) * su2.ID + np.sin(angle / 2) * su2.to_matrix(axis)
     return (
-        np.linalg.norm(su2.rotate(Phi, x) - should)
+        np.linalg.norm(su2.rotate(Phi, x) - expected)
         for Phi in (text, su2.rotation_matrix(axis, -angle))
     )
 
@@ -53,8 +53,13 @@ def products():
 def moving(h=1e-4, t=3.0):
     """Return the rotation Phi, the frame and their time derivatives at time `t`."""
     path = solve_truth(SCENE, [t - h, t, t + h]).path
-    before, now, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
-    return now, (after - before) / (2 * h), path.frame[1], (path.frame[2] - path.frame[0]) / (2 * h)
+    before, middle, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
+    return (
+        middle,
+        (after - before) / (2 * h),
+        path.frame[1],
+        (path.frame[2] - path.frame[0]) / (2 * h),
+    )
 
 
 @register_erratum(
@@ -69,14 +74,14 @@ def curvature():
     back = np.linalg.inv(Phi)
     kappa1 = rates[2] @ n
     formula = su2.to_matrix((rates[2] @ b, -kappa1, -rates[0] @ b))
-    found = [
+    values = [
         -2
         * np.trace(
             (back @ e @ change - back @ change @ back @ su2.E3 @ Phi) @ back @ su2.E1 @ Phi
         ).real
         for e in (su2.E2, su2.E3)
     ]
-    return abs(found[0] - kappa1), max(abs(found[1] - kappa1), abs(change @ back - formula).max())
+    return abs(values[0] - kappa1), max(abs(values[1] - kappa1), abs(change @ back - formula).max())
 
 
 @register_erratum(

@@ -147,14 +147,14 @@ class EqualTime(Comparison):
 
     @cached_property
     def L(self):
-        named = {
+        courses = {
             "BS": self.blue,
             "Ext": self.green,
             "equal": self.equal,
             "BS 0.01": self.red,
             **self.improved,
         }
-        errors = {name: compute_frame_error(course, self.true) for name, course in named.items()}
+        errors = {name: compute_frame_error(course, self.true) for name, course in courses.items()}
         return errors | {"BS text": compute_frame_error(self.blue, self.red)}
 
 
@@ -168,12 +168,14 @@ def solve_in_periods(substeps, end, method=None):
     )
 
 
-def time_period(green, rounds=9, some=40):
+def time_period(green, rounds=9, count=40):
     """Return the run times [s] of the Bobenko-Suris and extrap methods over five units of time.
 
     The overhead of a Python call is subtracted. The shortest run time of all rounds is used.
     """
-    starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
+    starts = [
+        green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, count).astype(int)
+    ]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
     ext = {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST}
 
@@ -181,7 +183,7 @@ def time_period(green, rounds=9, some=40):
         return lambda: [kr.solve(scene, [t], **words) for scene in starts]
 
     calls = [of_all(t, words) for words in (bs, ext) for t in (PERIOD, 0.0)]
-    best = [seconds / some for seconds in timing.best_times(calls, rounds)]
+    best = [seconds / count for seconds in timing.best_times(calls, rounds)]
     return {"BS": best[0] - best[1], "Ext": best[2] - best[3]}
 
 
@@ -201,21 +203,23 @@ def run_equal_time(end=3200.0):
     )
 
 
-def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
+def find_crossings(equal_time, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
     """Return the times at which extrap becomes less accurate than Bobenko-Suris.
 
     Each row contains a tolerance, the time (None if there is none), and the final error of extrap.
     """
-    end, rows = timed.t[-1], []
+    end, rows = equal_time.t[-1], []
     for tol in tolerances:
         green = (
-            timed.green
+            equal_time.green
             if tol == FINE_TOL
             else solve_with_restarts(SCENE, PERIOD, end, tol, FINE_FIRST)
         )
-        error = compute_frame_error(green, timed.true)
-        above = np.flatnonzero(error > timed.L["BS"])
-        rows.append((tol, float(timed.t[above[0]]) if above.size else None, float(error[-1])))
+        error = compute_frame_error(green, equal_time.true)
+        indices = np.flatnonzero(error > equal_time.L["BS"])
+        rows.append(
+            (tol, float(equal_time.t[indices[0]]) if indices.size else None, float(error[-1]))
+        )
     return rows
 
 
@@ -252,9 +256,9 @@ def run_equal_evaluations(end=30.0):
     }
 
 
-def measure_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
+def measure_first_steps(equal_time, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
     """Return the largest frame error of extrap in experiment 6.2 for several initial step sizes."""
-    times = timed.t[timed.t <= end]
+    times = equal_time.t[equal_time.t <= end]
     true = solve_truth(SCENE, times)
     return {
         h: float(

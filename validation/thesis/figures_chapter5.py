@@ -112,13 +112,13 @@ def draw_comparison(four, equal_ends):
 
 
 def draw_diagrams(four):
-    shown = four.t <= 50
-    t = four.t[shown]
+    is_early = four.t <= 50
+    t = four.t[is_early]
 
     def both(bs, ext, label):
         series = [
-            ("Bobenko-Suris, eps 0.2", t, bs[shown], BLUE, "-"),
-            ("Extrap", t, ext[shown], GREEN, "-"),
+            ("Bobenko-Suris, eps 0.2", t, bs[is_early], BLUE, "-"),
+            ("Extrap", t, ext[is_early], GREEN, "-"),
         ]
         return line_charts.draw_lines(series, label)
 
@@ -136,6 +136,6 @@ def tabulate_integrals(four):
     yield "top", "<m, p>", "<m, a>", "E"
     for name in TOPS:
         top = getattr(four, name)
-        weighed = top.vertical_momentum * top.path.scene.gravity
-        values = weighed, top.axial_momentum, top.path.energy
+        vertical = top.vertical_momentum * top.path.scene.gravity
+        values = vertical, top.axial_momentum, top.path.energy
         yield name, *(f"{value[-1]:.6f} ({value[-1] - value[0]:+.0e})" for value in values)

@@ -18,8 +18,8 @@ TIMES, PI = "\N{MULTIPLICATION SIGN}", "\N{GREEK SMALL LETTER PI}"
 
 
 def cut_at(t, values, end):
-    kept = t <= end * (1 + 1e-9)
-    return t[kept], values[kept]
+    is_early = t <= end * (1 + 1e-9)
+    return t[is_early], values[is_early]
 
 
 def draw_geodesic():
@@ -44,15 +44,15 @@ def draw_stills(four):
         )
 
 
-def draw_frame_chart(t, L, named, end):
-    series = [(label, *cut_at(t, L[name], end), colour, "-") for name, label, colour in named]
+def draw_frame_chart(t, L, curves, end):
+    series = [(label, *cut_at(t, L[name], end), colour, "-") for name, label, colour in curves]
     return line_charts.draw_lines(series, "frame error L [rad]")
 
 
-def draw_frame_log(t, L, named, improved, end):
+def draw_frame_log(t, L, curves, errors, end):
     """Plot the running maxima of errors on a logarithmic scale."""
-    both = [(label, L[name], colour, "-") for name, label, colour in named]
-    both += [(name, error, IMPROVED[name], "--") for name, error in improved.items()]
+    both = [(label, L[name], colour, "-") for name, label, colour in curves]
+    both += [(name, error, IMPROVED[name], "--") for name, error in errors.items()]
     series = [
         (label, *cut_at(t, np.maximum.accumulate(error), end), colour, style)
         for label, error, colour, style in both
@@ -61,7 +61,7 @@ def draw_frame_log(t, L, named, improved, end):
 
 
 def draw_frame_errors(four):
-    improved = {
+    errors = {
         name: compute_frame_error(course, four.true) for name, course in four.improved.items()
     }
     text = [
@@ -70,18 +70,18 @@ def draw_frame_errors(four):
     ]
     true = [("BS", "Bobenko-Suris (theorem 4.2)", BLUE), ("Ext", "Extrap", GREEN)]
     for number, end in (("6.6", 50), ("6.7", 300), ("6.8", 600)):
-        also = "; ".join(
-            f"{name} {largest_until(four.t, error, end):.2g}" for name, error in improved.items()
+        remark = "; ".join(
+            f"{name} {largest_until(four.t, error, end):.2g}" for name, error in errors.items()
         )
         yield Figure(
             number,
             f"Errors in the body frame to t = {end}",
             [
                 draw_frame_chart(four.t, four.L, text, end),
-                draw_frame_log(four.t, four.L, true, improved, end),
+                draw_frame_log(four.t, four.L, true, errors, end),
             ],
             f"Against the truth at most: Bobenko-Suris {four.until('BS', end):.3g}, Extrap "
-            f"{four.until('Ext', end):.2g} rad. In the same steps: {also}.",
+            f"{four.until('Ext', end):.2g} rad. In the same steps: {remark}.",
         )
 
 
@@ -125,7 +125,7 @@ def draw_energy_by_method(four):
     more = [
         (name, course.energy_error, IMPROVED[name], "--") for name, course in four.improved.items()
     ]
-    so_far = [
+    maxima = [
         (label, t, np.maximum.accumulate(abs(error)), colour, style)
         for label, error, colour, style in both + more
     ]
@@ -134,7 +134,7 @@ def draw_energy_by_method(four):
         "Error in the energy for eps = 0.2",
         [
             line_charts.draw_lines([(label, t, *rest) for label, *rest in both], "E - E0"),
-            line_charts.draw_lines(so_far, "largest |E - E0| so far", log=True),
+            line_charts.draw_lines(maxima, "largest |E - E0| so far", log=True),
         ],
         f"Bobenko-Suris {blue.min():.3f} .. {blue.max():.3f}, Extrap at most "
         f"{abs(green).max():.1e}; E0 = {four.blue.path.energy[0]:.3f}.",
@@ -142,18 +142,20 @@ def draw_energy_by_method(four):
 
 
 def draw_cause(four):
-    kept = four.t <= 60
-    t, error = four.t[kept], four.blue.energy_error
+    is_early = four.t <= 60
+    t, error = four.t[is_early], four.blue.energy_error
     labels, colours = ("E - E0", "L [rad]"), (ORANGE, BLUE)
     yield Figure(
         "6.12",
         "Error in the energy, opposed to the error in the frame",
         [
-            line_charts.draw_two_scales(t, error[kept], four.L["BS"][kept], labels, colours),
+            line_charts.draw_two_scales(
+                t, error[is_early], four.L["BS"][is_early], labels, colours
+            ),
             line_charts.draw_lines(
                 [
-                    ("E - E0", t, error[kept], ORANGE, "-"),
-                    ("the term", t, four.term[kept], INK, ":"),
+                    ("E - E0", t, error[is_early], ORANGE, "-"),
+                    ("the term", t, four.term[is_early], INK, ":"),
                 ],
                 "energy",
             ),
@@ -219,8 +221,8 @@ def draw_equal_time_stills(experiment):
 
 
 def draw_equal_time_frames(experiment):
-    improved = {name: experiment.L[name] for name in experiment.improved}
-    named = [
+    errors = {name: experiment.L[name] for name in experiment.improved}
+    curves = [
         ("BS", "Bobenko-Suris, 166 sub-steps", BLUE),
         ("Ext", "Extrap, tolerance 2e-8", GREEN),
         ("equal", f"Bobenko-Suris, {experiment.substeps}: equal time here", OCHRE),
@@ -231,8 +233,8 @@ def draw_equal_time_frames(experiment):
             number,
             f"Errors in the body frame to t = {end}, experiment 6.2",
             [
-                draw_frame_chart(experiment.t, experiment.L, named[:2], end),
-                draw_frame_log(experiment.t, experiment.L, named, improved, end),
+                draw_frame_chart(experiment.t, experiment.L, curves[:2], end),
+                draw_frame_log(experiment.t, experiment.L, curves, errors, end),
             ],
             f"Bobenko-Suris {bs:.2g}, with equal time {equal:.2g}; Extrap {ext:.2g} rad.",
         )

@@ -50,13 +50,13 @@ def hide_frame(axes):
 
 def cuboid_faces(half, centre):
     """Return the corners of all faces, counterclockwise as seen from outside."""
-    found = np.zeros((6, 4, 3))
-    for i, face in enumerate(found):
+    faces = np.zeros((6, 4, 3))
+    for i, face in enumerate(faces):
         axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
         face[:, axis] = sign
         face[:, (axis + 1) % 3] = np.array((-1, 1, 1, -1)) * sign
         face[:, (axis + 2) % 3] = (-1, -1, 1, 1)
-    return found * half + centre
+    return faces * half + centre
 
 
 def draw_cuboid(axes, corners, top):
@@ -64,12 +64,12 @@ def draw_cuboid(axes, corners, top):
     base = np.array(to_rgb(top.colour))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    towards = project(normals)[2]
-    for i in np.argsort(towards):
-        if top.opacity == 1.0 and towards[i] <= 0.0:
+    facing = project(normals)[2]
+    for i in np.argsort(facing):
+        if top.opacity == 1.0 and facing[i] <= 0.0:
             continue
         shade = 0.5 + 0.5 * np.clip(0.5 + 0.6 * normals[i] @ LIGHT, 0, 1)
-        fill = (*(shade * base), top.opacity if towards[i] > 0.0 else 0.0)
+        fill = (*(shade * base), top.opacity if facing[i] > 0.0 else 0.0)
         axes.add_collection(
             PolyCollection(
                 [project_to_plane(corners[i])],
@@ -81,15 +81,15 @@ def draw_cuboid(axes, corners, top):
         )
 
 
-def draw_vectors(axes, top, origin, behind):
+def draw_vectors(axes, top, origin, is_behind):
     """Draw the momentum in green and the angular velocity in blue.
 
-    If `behind` is true, only vectors that point away from the viewer are drawn; otherwise, only
+    If `is_behind` is true, only vectors that point away from the viewer are drawn; otherwise, only
     vectors that point towards the viewer are drawn.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
-        if (project(tip)[2] < 0.0) == behind:
+        if (project(tip)[2] < 0.0) == is_behind:
             x, y = project_to_plane(np.array((origin, origin + tip))).T
             line = {"linewidth": 0.7 * top.width + 0.8, "solid_capstyle": "round"}
             axes.plot(x, y, color=colour, **line)
@@ -100,11 +100,11 @@ def draw_tops(axes, tops, half, pivot, origin):
     """Draw several tops with the same fixed point."""
     body = cuboid_faces(np.array(half), -np.array(pivot))
     for top in tops:
-        draw_vectors(axes, top, origin, behind=True)
+        draw_vectors(axes, top, origin, is_behind=True)
     for top in tops:
         draw_cuboid(axes, body @ top.path.frame[top.i] + origin, top)
     for top in tops:
-        draw_vectors(axes, top, origin, behind=False)
+        draw_vectors(axes, top, origin, is_behind=False)
 
 
 def origin_of(side):

@@ -46,15 +46,15 @@ def compute_k_values():
 
     The thesis sets I1 = 1 in the Hamiltonian, but it does not specify the unit of time.
     """
-    found = {}
+    values = {}
     for half in (0.8, 1.0):
         scene = special_scene("kowalewski", half)
         body = scene.body
-        found[half, "I1 = 1"] = k = float(kr.solve(scene, [0.0]).kowalewski[0])
-        found[half, "|p| = 1"] = (
+        values[half, "I1 = 1"] = k = float(kr.solve(scene, [0.0]).kowalewski[0])
+        values[half, "|p| = 1"] = (
             k / (body.mass * scene.gravity * np.linalg.norm(body.com) / max(body.moments)) ** 2
         )
-    return found
+    return values
 
 
 @dataclass(frozen=True)

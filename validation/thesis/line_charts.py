@@ -17,11 +17,11 @@ def thin_out(t, values, points=POINTS):
     n = len(t)
     if n <= 2 * points:
         return t, values
-    kept = [0, n - 1]
+    indices = [0, n - 1]
     for part in np.array_split(np.arange(n), points):
-        kept += [part[np.argmin(values[part])], part[np.argmax(values[part])]]
-    kept = np.unique(kept)
-    return t[kept], values[kept]
+        indices += [part[np.argmin(values[part])], part[np.argmax(values[part])]]
+    indices = np.unique(indices)
+    return t[indices], values[indices]
 
 
 def make_axes(size=(5.4, 3.1), **labels):
@@ -106,8 +106,8 @@ def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
             (1, eps1, RED, "\N{GREEK SMALL LETTER EPSILON}1"),
             (0, eps2, BLUE, "\N{GREEK SMALL LETTER EPSILON}2"),
         ):
-            at = np.arange(round(stop / eps) + 1) * eps
-            axes.plot(at, 0 * at + y, "o-", color=colour, markersize=6, linewidth=1)
+            t = np.arange(round(stop / eps) + 1) * eps
+            axes.plot(t, 0 * t + y, "o-", color=colour, markersize=6, linewidth=1)
             axes.annotate(f"{name} = {eps:g}", (-0.06, y), ha="right", va="center", color=colour)
         axes.axvline(stop, color=FAINT, linestyle=(0, (4, 2)))
         axes.annotate("stoptime", (stop, 1.45), ha="center", color=FAINT, annotation_clip=False)

@@ -56,10 +56,10 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
     constant. The path may be given in any units.
     """
     i1, i3 = _lagrange_moments(path.scene.body)
-    kept: np.ndarray = (
+    value: np.ndarray = (
         path.modified_energy(step) / i1 - (i1 / i3 - 1.0) * (path.axial_momentum / i1) ** 2 / 2.0
     )
-    return kept
+    return value
 
 
 def _lagrange_moments(body: kr.Body) -> tuple[float, float]:

@@ -28,10 +28,10 @@ def explain_experiment1(loose):
     )
 
 
-def explain_experiment2(crossed, wanted=900.0):
+def explain_experiment2(crossings, target=900.0):
     """Describe the tolerances for which the curves of experiment 6.2 cross as in the thesis."""
-    late = [tol for tol, t, _ in crossed if t is None or t > wanted]
-    early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
+    late = [tol for tol, t, _ in crossings if t is None or t > target]
+    early = [tol for tol, t, _ in crossings if t is not None and t <= target]
     return (
         f"this would hold for a tolerance between {max(late):.0e} and {min(early):.0e}; the "
         "program's own Extrap is not available"
@@ -105,8 +105,8 @@ def check_frame_errors(four, loose):
 
 
 def slope_from_200_to_300(four, name):
-    kept = (four.t >= 200) & (four.t <= 300)
-    return np.polyfit(four.t[kept], np.maximum.accumulate(four.L[name])[kept], 1)[0]
+    selection = (four.t >= 200) & (four.t <= 300)
+    return np.polyfit(four.t[selection], np.maximum.accumulate(four.L[name])[selection], 1)[0]
 
 
 def check_momenta(four):
@@ -145,12 +145,12 @@ def check_energies(four):
         small > large / 10,
         "it grows, but at 600 it is negligible compared with the oscillation",
     )
-    off = abs(four.term - blue).max()
+    difference = abs(four.term - blue).max()
     yield Sentence(
         "6.1.4",
         f"H_{EPS} stays constant: the energy error is {EPS}/2 <a {TIMES} m, p>",
-        f"it is -I1 times that, less its start, to {off:.0e}",
-        off < 1e-11,
+        f"it is -I1 times that, less its start, to {difference:.0e}",
+        difference < 1e-11,
     )
     at_once, best, delay = correlate_errors(four)
     yield Sentence(
@@ -169,13 +169,13 @@ def correlate_errors(four, end=200.0):
     The oscillating part of the frame error L is represented by L / t. Only lags of less than half a
     nutation period are considered.
     """
-    kept = (four.t > 20) & (four.t <= end)
-    swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]
-    first = int(np.argmax(kept))
+    selection = (four.t > 20) & (four.t <= end)
+    swing = (four.L["BS"][1:] / four.t[1:])[selection[1:]]
+    first = int(np.argmax(selection))
     later = [four.blue.energy_error[first + k : first + k + len(swing)] for k in range(21)]
-    found = [np.corrcoef(energy, swing)[0, 1] for energy in later]
-    best = int(np.argmax(found))
-    return float(found[0]), float(found[best]), best * four.eps2
+    correlations = [np.corrcoef(energy, swing)[0, 1] for energy in later]
+    best = int(np.argmax(correlations))
+    return float(correlations[0]), float(correlations[best]), best * four.eps2
 
 
 def check_failing(four, rows):
@@ -213,12 +213,13 @@ def check_strong_settings(rows):
     )
 
 
-def check_settings(timed, tested):
+def check_settings(equal_time, errors):
     yield Sentence(
         "6.2.1",
         "The step 0.01 resembles the continuous motion",
-        f"{timed.until('BS 0.01', 3200):.2g} rad by 3200, {timed.until('BS 0.01', 600):.1g} by 600",
-        timed.until("BS 0.01", 3200) < SEEN,
+        f"{equal_time.until('BS 0.01', 3200):.2g} rad by 3200, "
+        f"{equal_time.until('BS 0.01', 600):.1g} by 600",
+        equal_time.until("BS 0.01", 3200) < SEEN,
     )
     yield Sentence(
         "6.2",
@@ -227,74 +228,74 @@ def check_settings(timed, tested):
         False,
         "erratum 12",
     )
-    yield from check_execution(timed)
-    low, high = min(tested.values()), max(tested.values())
+    yield from check_execution(equal_time)
+    low, high = min(errors.values()), max(errors.values())
     yield Sentence(
         "6.2.1",
         "Changing h = 1.5 within its order of magnitude shows practically no change",
-        f"L at 1000 for h = {', '.join(f'{h:g}' for h in tested)}: {low:.1e} .. {high:.1e} rad",
+        f"L at 1000 for h = {', '.join(f'{h:g}' for h in errors)}: {low:.1e} .. {high:.1e} rad",
         high < 3 * low,
         "the errors keep their size, but h determines the positions of the steps",
     )
 
 
-def check_execution(timed):
+def check_execution(equal_time):
     yield Sentence(
         "6.2.1",
         "m = 166 yields an effective step of 0.03",
         f"{5 / 166:.4f}",
         abs(5 / 166 - 0.03) < 5e-4,
     )
-    bs, ext = timed.seconds["BS"], timed.seconds["Ext"]
+    bs, ext = equal_time.seconds["BS"], equal_time.seconds["Ext"]
     yield Sentence(
         "6.2.1",
         "Both use the same amount of execution time, 0.8 ms for five units",
-        f"here {1e6 * bs:.1f} and {1e6 * ext:.1f} \N{MICRO SIGN}s: equal for {timed.substeps} "
+        f"here {1e6 * bs:.1f} and {1e6 * ext:.1f} \N{MICRO SIGN}s: equal for {equal_time.substeps} "
         "sub-steps",
         abs(ext / bs - 1) < 0.25,
         "in Java they were equal; here Extrap costs more, so Bobenko-Suris can have finer steps at "
         "equal time",
     )
-    intervals = len(timed.t) - 1
-    steps, lost = timed.green.steps / intervals, timed.green.rejected / intervals
+    intervals = len(equal_time.t) - 1
+    steps, rejected = equal_time.green.steps / intervals, equal_time.green.rejected / intervals
     yield Sentence(
         "6.2.1",
         "An average of 7 steps are calculated for an interval",
-        f"{steps:.1f} accepted and {lost:.1f} rejected",
-        abs(steps + lost - 7) < 1,
+        f"{steps:.1f} accepted and {rejected:.1f} rejected",
+        abs(steps + rejected - 7) < 1,
     )
 
 
-def check_experiment2(timed, crossed):
-    yield from check_visible_growth(timed, crossed)
-    yield from check_crossing(timed, crossed)
-    yield from check_energy_growth(timed, crossed)
+def check_experiment2(equal_time, crossings):
+    yield from check_visible_growth(equal_time, crossings)
+    yield from check_crossing(equal_time, crossings)
+    yield from check_energy_growth(equal_time, crossings)
 
 
-def check_visible_growth(timed, crossed):
-    worse = explain_experiment2(crossed)
+def check_visible_growth(equal_time, crossings):
+    worse = explain_experiment2(crossings)
     yield Sentence(
         "6.15",
         "At 200 there are almost no errors recognizable",
-        describe_errors(timed, 200),
-        max(largest_errors(timed, 200)) < SEEN,
+        describe_errors(equal_time, 200),
+        max(largest_errors(equal_time, 200)) < SEEN,
     )
-    bs, ext = largest_errors(timed, 600)
+    bs, ext = largest_errors(equal_time, 600)
     yield Sentence(
         "6.16",
         "At 600 both start to show errors, Bobenko-Suris a little higher",
-        describe_errors(timed, 600),
+        describe_errors(equal_time, 600),
         bs > ext > bs / 5,
         worse,
     )
-    growth = [fit_exponent(timed.t, timed.L[name], 100) for name in ("BS", "Ext")]
+    growth = [fit_exponent(equal_time.t, equal_time.L[name], 100) for name in ("BS", "Ext")]
     yield Sentence(
         "6.17",
         "At 1000 the errors in the numerical discretization increase faster",
         f"powers of t: {growth[0]:.2f} and {growth[1]:.2f}",
         growth[1] > growth[0] + 0.4,
     )
-    bs, ext = largest_errors(timed, 3200)
+    bs, ext = largest_errors(equal_time, 3200)
     yield Sentence(
         "6.18",
         "At 3200 the integrable errors are still somewhat acceptable",
@@ -306,37 +307,37 @@ def check_visible_growth(timed, crossed):
     )
 
 
-def check_crossing(timed, crossed):
-    worse = explain_experiment2(crossed)
-    bs, ext = largest_errors(timed, 400)
+def check_crossing(equal_time, crossings):
+    worse = explain_experiment2(crossings)
+    bs, ext = largest_errors(equal_time, 400)
     yield Sentence(
         "6.19",
         "To 400 Bobenko-Suris is higher, the numerical error low",
-        describe_errors(timed, 400),
+        describe_errors(equal_time, 400),
         ext < bs / 10,
     )
-    met = "; ".join(
-        f"tolerance {tol:.0e}: {'never' if t is None else f'{t:g}'}" for tol, t, _ in crossed
+    description = "; ".join(
+        f"tolerance {tol:.0e}: {'never' if t is None else f'{t:g}'}" for tol, t, _ in crossings
     )
     yield Sentence(
         "6.20",
         "After about 900 time units the numerical error equals the integrable one",
-        f"first above it: {met}",
-        crossed[0][1] is not None and 600 < crossed[0][1] < 1200,
+        f"first above it: {description}",
+        crossings[0][1] is not None and 600 < crossings[0][1] < 1200,
         worse,
     )
-    loosest, _, error = crossed[-1]
+    loosest, _, error = crossings[-1]
     yield Sentence(
         "6.21",
         f"By 3200 the numerical error has reached {PI}/2",
-        f"{timed.until('Ext', 3200):.2g} rad; at tolerance {loosest:.0e} {error:.2g}",
-        timed.until("Ext", 3200) > 1.5,
+        f"{equal_time.until('Ext', 3200):.2g} rad; at tolerance {loosest:.0e} {error:.2g}",
+        equal_time.until("Ext", 3200) > 1.5,
         worse,
     )
 
 
-def check_energy_growth(timed, crossed):
-    energy, half = abs(timed.green.energy_error), len(timed.t) // 2
+def check_energy_growth(equal_time, crossings):
+    energy, half = abs(equal_time.green.energy_error), len(equal_time.t) // 2
     later = energy[half:].max() / energy[:half].max()
     yield Sentence(
         "6.22",
@@ -344,11 +345,11 @@ def check_energy_growth(timed, crossed):
         f"{energy.max():.0e}; second half {later:.1f} times the first",
         energy.max() < 1e-3 and later > 1.3,
     )
-    oscillation = abs(timed.blue.energy_error).max()
+    oscillation = abs(equal_time.blue.energy_error).max()
     yield Sentence(
         "6.23",
         "By 3200 it reaches the magnitude of the integrable error",
         f"{energy.max():.0e} against {oscillation:.2f}",
         energy.max() > oscillation / 3,
-        explain_experiment2(crossed),
+        explain_experiment2(crossings),
     )

@@ -94,19 +94,19 @@ def compute_map_residual(eps=0.2):
     path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
     before = zip(path.m[:-1], path.apex[:-1], strict=True)
-    made = [su2.make_step(m, a, eps, g) for m, a in before]
+    states = [su2.make_step(m, a, eps, g) for m, a in before]
     return max(
-        np.abs(np.array([m for m, _ in made]) - path.m[1:]).max(),
-        np.abs(np.array([a for _, a in made]) - path.apex[1:]).max(),
+        np.abs(np.array([m for m, _ in states]) - path.m[1:]).max(),
+        np.abs(np.array([a for _, a in states]) - path.apex[1:]).max(),
     )
 
 
 def check_special_tops():
-    for kind, (says, ratio) in SPECIAL.items():
+    for kind, (statement, ratio) in SPECIAL.items():
         i1, i2, i3 = special_scene(kind).body.moments
         yield Sentence(
             "5.6.6",
-            says,
+            statement,
             f"1 : {i2 / i1:.12g} : {i3 / i1:.12g}; the odd axis is N",
             abs(i2 / i1 - ratio) + abs(i3 / i1 - ratio) < 1e-12,
         )
@@ -143,13 +143,13 @@ def check_counts():
 
 
 def check_fourth_integrals(k, g, values):
-    said = "; ".join(
+    measurements = "; ".join(
         f"{value:.3g} (C_B = {half:g}, {units})" for (half, units), value in values.items()
     )
     yield Sentence(
         "5.6.6",
         "The total value of K was approximately 0.5",
-        said,
+        measurements,
         abs(k.start - 0.5) < 0.1,
         "not with the startup size; C_B = 1 is closest",
     )
@@ -209,13 +209,13 @@ def check_traces():
     apex = kr.apex(solve_truth(SCENE, np.linspace(0, 60, 6001)).path)
     period, height = apex.nutation().period, apex.height
     is_low = (height[1:-1] < height[:-2]) & (height[1:-1] < height[2:])
-    between = np.diff(apex.t[1:-1][is_low])
+    intervals = np.diff(apex.t[1:-1][is_low])
     yield Sentence(
         "5.7.3",
         "Two periodic motions: nutation and precession",
-        f"nutation in {period:.5f}, each of {len(between)} within 0.01 of it; the lowest points go "
-        "round",
-        bool(np.abs(between - period).max() < 0.011),
+        f"nutation in {period:.5f}, each of {len(intervals)} within 0.01 of it; the lowest points "
+        "go round",
+        bool(np.abs(intervals - period).max() < 0.011),
     )
 
 

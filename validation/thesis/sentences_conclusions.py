@@ -19,11 +19,11 @@ def check_runge_kutta(by_step):
         min(ratios) > 1,
     )
     wrong = {h: find_divergence(each) for h, each in by_step.items()}
-    said = ", ".join(f"{h:g}: {'not' if t is None else f'{t:.3g}'}" for h, t in wrong.items())
+    times = ", ".join(f"{h:g}: {'not' if t is None else f'{t:.3g}'}" for h, t in wrong.items())
     yield Sentence(
         "6.3",
         "For larger eps2 the results diverge very soon",
-        f"L of Runge-Kutta exceeds 0.5 at: {said}",
+        f"L of Runge-Kutta exceeds 0.5 at: {times}",
         wrong[0.1] is None and wrong[0.6] is not None and wrong[0.6] < 15,
     )
 
@@ -60,7 +60,7 @@ def check_one_step(equal):
     )
 
 
-def check_conclusions(four, timed):
+def check_conclusions(four, equal_time):
     error = four.blue.energy_error
     yield Sentence(
         "6.4",
@@ -74,30 +74,31 @@ def check_conclusions(four, timed):
         f"{four.until('BS', 20):.2g} rad by t = 20 (eps = 0.2)",
         four.until("BS", 20) > 10 * four.until("Ext", 20),
     )
-    bs, ext = largest_errors(timed, 3200)
+    bs, ext = largest_errors(equal_time, 3200)
     yield Sentence(
         "6.4, A",
         "For long intervals Bobenko-Suris clearly dominates (A: dominiert klar), with the settings "
         "of the text",
-        f"6.1, to 600: {describe_errors(four, 600)}; 6.2, to 3200: {describe_errors(timed, 3200)}",
+        f"6.1, to 600: {describe_errors(four, 600)}; "
+        f"6.2, to 3200: {describe_errors(equal_time, 3200)}",
         bs < ext and four.until("BS", 600) < four.until("Ext", 600),
         "its error is larger until the end of both",
     )
-    yield from check_equal_time(timed)
+    yield from check_equal_time(equal_time)
 
 
-def check_equal_time(timed):
-    same, ext = largest_errors(timed, 3200, ("equal", "Ext"))
-    meet = find_overtaking(timed)
-    since = f"; Extrap is less accurate from t = {meet:g} on" if meet else ""
+def check_equal_time(equal_time):
+    same, ext = largest_errors(equal_time, 3200, ("equal", "Ext"))
+    meet = find_overtaking(equal_time)
+    remark = f"; Extrap is less accurate from t = {meet:g} on" if meet else ""
     yield Sentence(
         "6.4, A",
         "The same, with equal execution time here and today",
-        f"{timed.substeps} sub-steps: {same:.2g} against {ext:.2g} rad at 3200{since}",
+        f"{equal_time.substeps} sub-steps: {same:.2g} against {ext:.2g} rad at 3200{remark}",
         same < ext,
         "the machine was busy, or steps of Bobenko-Suris are more expensive relative to Extrap",
     )
-    same, ext = largest_errors(timed, 200, ("equal", "Ext"))
+    same, ext = largest_errors(equal_time, 200, ("equal", "Ext"))
     yield Sentence(
         "A",
         f"For short intervals it is unsuitable (f{UE}r kurze Zeitperioden ungeeignet)",
@@ -107,14 +108,16 @@ def check_equal_time(timed):
     )
 
 
-def find_overtaking(timed):
+def find_overtaking(equal_time):
     """Return when extrap becomes less accurate than Bobenko-Suris, or None if it never does.
 
     The two methods are compared at equal run time.
     """
-    ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
+    ahead = np.maximum.accumulate(equal_time.L["Ext"]) <= np.maximum.accumulate(
+        equal_time.L["equal"]
+    )
     last = int(np.flatnonzero(ahead)[-1])
-    return None if last == len(ahead) - 1 else float(timed.t[last + 1])
+    return None if last == len(ahead) - 1 else float(equal_time.t[last + 1])
 
 
 def describe_halves(four):

@@ -83,11 +83,11 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     restart, the initial step size is used again. The state is recorded once per `every` intervals.
     """
     n = round(end / interval)
-    states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
+    states, cost, start = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
     for k in range(1, n + 1):
-        path = kr.solve(now, interval, method="extrap", tol=tol, step=first)
+        path = kr.solve(start, interval, method="extrap", tol=tol, step=first)
         cost += path.stats.evaluations, path.stats.steps, path.stats.rejected
-        now = path.end
+        start = path.end
         if k % every == 0:
             states.append(np.array([k * interval, *path.states[-1, 1:]]))
     whole = replace(path, scene=scene, states=np.array(states))
@@ -104,9 +104,9 @@ def compute_frame_error(one, other):
     return 0.5 * kr.attitude_error(one.path.q, other.path.q)
 
 
-def largest_until(t, values, until):
-    """Return the largest of `values` up to the time `until`."""
-    return float(values[t <= until * (1 + 1e-9)].max())
+def largest_until(t, values, end):
+    """Return the largest of `values` up to the time `end`."""
+    return float(values[t <= end * (1 + 1e-9)].max())
 
 
 def fit_exponent(t, values, begin):

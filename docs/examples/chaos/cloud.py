@@ -14,12 +14,12 @@ times = [1.0, 6.0, 20.0, 100.0]
 figure, axes = plt.subplots(
     2, 4, figsize=(9.4, 4.9), subplot_kw={"xticks": [], "yticks": []}, layout="constrained"
 )
-around = np.linspace(0, 2 * np.pi, 200)
+angles = np.linspace(0, 2 * np.pi, 200)
 for row, name in zip(axes, ("asymmetric_regular", "asymmetric"), strict=True):
     cloud = kr.scenes.get_scene(name).scatter(1000, seed=1, momentum=0.02)
     paths = kr.solve(cloud, t=times, want=("apex",))
     for chart, apex, t in zip(row, np.moveaxis(paths.apex, 1, 0), times, strict=True):
-        chart.plot(np.cos(around), np.sin(around), color="lightgray", linewidth=0.8)
+        chart.plot(np.cos(angles), np.sin(angles), color="lightgray", linewidth=0.8)
         chart.scatter(apex[:, 0], apex[:, 1], s=1.2, alpha=0.5, linewidths=0)
         chart.set(aspect="equal", title=f"t = {t:g}", frame_on=False)
     row[0].set_ylabel(name.replace("_", ", "))

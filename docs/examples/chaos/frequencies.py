@@ -19,19 +19,19 @@ for chart, name in zip(axes, ("cusps", "asymmetric"), strict=True):
     power = np.abs(np.fft.fftshift(np.fft.fft(signal))) / window.sum()
     line = np.fft.fftshift(np.fft.fftfreq(len(t), t[1])) * 2 * np.pi
     chart.semilogy(line, power, linewidth=0.7)
-    found = kr.frequencies(path)
-    if found.rest < 1e-6:
-        chart.plot(found.lines, np.abs(found.amplitudes), "o", markersize=4)
+    frequencies = kr.frequencies(path)
+    if frequencies.rest < 1e-6:
+        chart.plot(frequencies.lines, np.abs(frequencies.amplitudes), "o", markersize=4)
     chart.set(ylabel=name, ylim=(1e-9, 2), xlim=(-12, 12))
-    print(f"{name}: twelve lines leave a residual of {found.rest:.1e} ")
+    print(f"{name}: twelve lines leave a residual of {frequencies.rest:.1e} ")
 axes[1].set_xlabel("angular frequency of the apex about the vertical")
 
 # %%
 # Laskar's frequency analysis finds the lines far more accurately than the resolution of the
 # spectrum. The closed form confirms this:
 
-found = kr.frequencies(kr.solve(kr.scenes.cusps, t, "taylor"))
+frequencies = kr.frequencies(kr.solve(kr.scenes.cusps, t, "taylor"))
 truth = kr.exact(kr.scenes.cusps)
-print(found)
-print(f"precession off by {abs(found.precession / truth.precession - 1):.1e}")
-print(f"nutation off by {abs(found.nutation * truth.period / (2 * np.pi) - 1):.1e}")
+print(frequencies)
+print(f"precession off by {abs(frequencies.precession / truth.precession - 1):.1e}")
+print(f"nutation off by {abs(frequencies.nutation * truth.period / (2 * np.pi) - 1):.1e}")

@@ -22,8 +22,8 @@ for offset in (1e-3, 1e-9, 1e-15):
     turn = np.array([1.0, 0.5 * offset, 0.0, 0.0])
     w, x, y, z = scene.attitude
     q = np.array([w - turn[1] * x, x + turn[1] * w, y + turn[1] * z, z - turn[1] * y])
-    moved = kr.solve(scene.replace(attitude=q / np.linalg.norm(q)), t)
-    axes.semilogy(t, kr.attitude_error(moved.q, truth.q), linewidth=0.9, label=f"{offset:.0e} rad")
+    path = kr.solve(scene.replace(attitude=q / np.linalg.norm(q)), t)
+    axes.semilogy(t, kr.attitude_error(path.q, truth.q), linewidth=0.9, label=f"{offset:.0e} rad")
 axes.semilogy(
     t, np.minimum(1e-15 * np.exp(exponent * t), 3), "k--", linewidth=0.8, label="exponent"
 )

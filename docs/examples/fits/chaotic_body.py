@@ -18,9 +18,9 @@ t = np.linspace(0, end, 900)
 path = kr.solve(top, t)
 
 rng = np.random.default_rng(3)
-turned = 0.005 * rng.normal(size=(3, len(t)))  # half of a small rotation vector
-error = (np.sqrt(1 - (turned**2).sum(axis=0)), *turned)
-measured = np.stack(kr.quaternion.multiply(tuple(path.q.T), error), axis=-1)
+half_rotation = 0.005 * rng.normal(size=(3, len(t)))  # half of a small rotation vector
+error = (np.sqrt(1 - (half_rotation**2).sum(axis=0)), *half_rotation)
+attitudes = np.stack(kr.quaternion.multiply(tuple(path.q.T), error), axis=-1)
 
 # %%
 # The guess has moments that are wrong by up to 50 % and a wrong initial state.
@@ -30,7 +30,7 @@ guess = top.replace(
     body=kr.Body(mass=1, inertia=moments * (1.5, 0.9, 1.05), com=top.body.com, unphysical=True),
     velocity=(0, 0, 1),
 )
-fit = kr.fit(guess, kr.Record(t, {"q": measured}, sigma=0.01), free=("start", "moments", "com"))
+fit = kr.fit(guess, kr.Record(t, {"q": attitudes}, sigma=0.01), free=("start", "moments", "com"))
 print(fit)
 for name, (value, sigma) in fit.moment_ratios.items():
     i, j = int(name[1]) - 1, int(name[6]) - 1

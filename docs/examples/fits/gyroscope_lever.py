@@ -13,11 +13,11 @@ import numpy as np
 
 gravity = 9.81  # kilogram, metre, second
 truth = kr.Body.symmetric(mass=0.5, i1=6e-3, i3=9e-4, height=0.08)
-released = kr.Scene.spinning(truth, spin=200, tilt=1.0, gravity=gravity)
+true_scene = kr.Scene.spinning(truth, spin=200, tilt=1.0, gravity=gravity)
 
 t = np.arange(0, 3, 1 / 60)
 noise = np.random.default_rng(1).normal(size=(len(t), 3))
-tip = kr.solve(released, t).apex + 0.01 * noise
+tip = kr.solve(true_scene, t).apex + 0.01 * noise
 
 # %%
 # The scene contains the known values and rough values of the others. The spin was not measured. The

@@ -15,13 +15,13 @@ toss = kr.Scene(phone, body_velocity=(14, 0.6, 0.8), gravity=0)
 
 t = np.arange(0, 0.9, 0.01)
 noise = np.random.default_rng(5).normal(size=(len(t), 3))
-measured = kr.solve(toss, t).body_velocity + 0.05 * noise + (0.03, -0.05, 0.02)
+velocity = kr.solve(toss, t).body_velocity + 0.05 * noise + (0.03, -0.05, 0.02)
 
 # %%
 # The fit also estimates the unknown bias of the gyroscope. The noise is estimated from the
 # residuals.
 
-record = kr.Record(t, {"body_velocity": measured}, free="bias")
+record = kr.Record(t, {"body_velocity": velocity}, free="bias")
 guess = kr.Scene(kr.Body(1, (2, 1, 2.5), com=(0, 0, 0)), body_velocity=(1, 1, 1), gravity=0)
 fit = kr.fit(guess, record)
 print(fit)

@@ -11,8 +11,8 @@ import numpy as np
 
 handle = kr.Body.rod(0.30, pivot=(0, 0, -0.15), mass=0.15)
 head = kr.Body.cylinder(radius=0.015, height=0.08, pivot=(0, 0, 0), mass=0.4)
-across = head.turn((np.sqrt(0.5), 0, np.sqrt(0.5), 0)).shift((0, 0, -0.30))
-hammer = handle + across
+crosswise_head = head.turn((np.sqrt(0.5), 0, np.sqrt(0.5), 0)).shift((0, 0, -0.30))
+hammer = handle + crosswise_head
 print(hammer)
 print("kind", hammer.kind, "moments", np.round(hammer.moments, 6), "kg m^2")
 

@@ -36,5 +36,5 @@ axes.legend(ncol=2)
 # A finite difference of two runs agrees with the tangent, up to the error of the difference:
 
 other = kr.solve(scene.replace(gravity=9.81 + 1e-6), t)
-apart = kr.attitude_error(other.q, kr.solve(scene, t).q) / 1e-6
-print(f"the difference deviates by {np.abs(apart[1:] / turn[1:, 12] - 1).max():.1e}")
+angle = kr.attitude_error(other.q, kr.solve(scene, t).q) / 1e-6
+print(f"the difference deviates by {np.abs(angle[1:] / turn[1:, 12] - 1).max():.1e}")

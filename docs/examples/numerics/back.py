@@ -18,9 +18,9 @@ figure, axes = plt.subplots(layout="constrained")
 for name in names:
     misses = []
     for end in ends:
-        there = kr.solve(scene, end, name, step=0.05)
-        back = kr.solve(there.end, -end, name, step=0.05)
-        misses.append(kr.attitude_error(back.q[-1:], there.q[:1])[0])
+        path = kr.solve(scene, end, name, step=0.05)
+        back = kr.solve(path.end, -end, name, step=0.05)
+        misses.append(kr.attitude_error(back.q[-1:], path.q[:1])[0])
     axes.loglog(ends, np.maximum(misses, 1e-16), "o-", markersize=3, label=name)
 axes.set(
     xlabel="time before the reversal", ylabel="distance from the start [rad]", ylim=(1e-16, 10)

@@ -33,5 +33,5 @@ right.legend()
 # \rangle M`, is constant up to rounding errors after any number of steps:
 
 path = kr.solve(scene, 30000.0, "bobenko_suris", step=step, every=1000)
-kept = path.modified_energy(step)
-print(f"{path.stats.steps} steps: {np.ptp(kept) / abs(kept[0]):.1e}")
+modified_energy = path.modified_energy(step)
+print(f"{path.stats.steps} steps: {np.ptp(modified_energy) / abs(modified_energy[0]):.1e}")

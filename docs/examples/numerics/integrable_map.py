@@ -37,8 +37,8 @@ scene = kr.scenes.cusps
 map = kr.exact(scene, map="bobenko_suris", step=0.4)
 print(map(10**9).apex)
 steps = np.arange(0, 4001)
-walked = kr.solve(scene, 4000 * 0.4, "bobenko_suris", step=0.4, every=1)
-difference = kr.attitude_error(walked.q, map(steps).q).max()
+path = kr.solve(scene, 4000 * 0.4, "bobenko_suris", step=0.4, every=1)
+difference = kr.attitude_error(path.q, map(steps).q).max()
 print(f"4000 steps and the closed form differ by {difference:.1e} rad")
 
 # %%

@@ -45,9 +45,9 @@ prefix = Path(os.environ["KREISEL_PREFIX"])
 with TemporaryDirectory() as folder:
     source, program = Path(folder) / "top.c", Path(folder) / "top"
     source.write_text(PROGRAM)
-    where = [f"-I{prefix}/include", f"-L{prefix}/lib", f"-Wl,-rpath,{prefix}/lib"]
+    options = [f"-I{prefix}/include", f"-L{prefix}/lib", f"-Wl,-rpath,{prefix}/lib"]
     subprocess.run(
-        ["cc", "-std=c99", source, "-o", program, *where, "-lkreisel", "-lm"], check=True
+        ["cc", "-std=c99", source, "-o", program, *options, "-lkreisel", "-lm"], check=True
     )
     output = subprocess.run([program], check=True, capture_output=True, text=True).stdout
 print("\n".join(output.splitlines()[:3]))

@@ -26,9 +26,9 @@ print(kr.sweep(source, np.linspace(0, 20, 201), folder=runs, parts=range(2), **o
 # Repeating the call computes only the missing parts. The results do not depend on the order of the
 # parts, the workers that compute them, or the number of threads:
 
-done = kr.sweep(source, np.linspace(0, 20, 201), folder=runs, **options)
-print(done)
-table = done.to_xarray()
+sweep = kr.sweep(source, np.linspace(0, 20, 201), folder=runs, **options)
+print(sweep)
+table = sweep.to_xarray()
 
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharey=True, layout="constrained")
 titles = {"nutation_max": "largest nutation [rad]", "nutation_mean": "mean nutation [rad]"}

@@ -42,14 +42,14 @@ momentum = compass.rotor[0]
 stiff = compass.moments[2] + momentum**2 / (9.81 * 0.01)
 period = 2 * np.pi * np.sqrt(stiff / (momentum * (turning @ north)))
 half = np.radians(85) / 2  # five degrees from north
-near = kr.Scene(
+start = kr.Scene(
     compass,
     attitude=(np.cos(half), 0, 0, np.sin(half)),
     velocity=(0, 0, 0),
     gravity=9.81,
     turning=turning,
 )
-swing = kr.solve(near, np.linspace(0, 4 * period, 4001))
+swing = kr.solve(start, np.linspace(0, 4 * period, 4001))
 offset = swing.frame[:, 0] @ east
 crossings = swing.t[1:][np.diff(np.sign(offset)) > 0]
 print(f"period {np.diff(crossings).mean():.1f} s, of small swings {period:.1f} s")

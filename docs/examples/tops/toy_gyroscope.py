@@ -22,22 +22,22 @@ kr.plot(kr.solve(scene, np.linspace(0, 3, 600)), time_unit="s")
 # ``steady=True`` chooses the initial state without nutation. The following output compares its
 # precession with the rule:
 
-across, _, along = gyroscope.moments
+transverse, _, axial = gyroscope.moments
 torque = gyroscope.mass * 9.81 * gyroscope.com[2]
-print(f"closed form {kr.exact(scene).precession:.4f} rad/s, rule {torque / along / spin:.4f} rad/s")
+print(f"closed form {kr.exact(scene).precession:.4f} rad/s, rule {torque / axial / spin:.4f} rad/s")
 
 # %%
 # One call computes the precession for all spins. The rule is the limit for fast tops. Below a
 # minimum spin, no steady precession exists.
 
-least = 2 * np.sqrt(across * torque * np.cos(np.radians(60))) / along
+least = 2 * np.sqrt(transverse * torque * np.cos(np.radians(60))) / axial
 spins = np.linspace(1.001 * least, 600, 300)
 tops = kr.Ensemble.spinning(gyroscope, spins, tilt=np.radians(60), steady=True, gravity=9.81)
 rates = kr.exact(tops).precession
 
 figure, axes = plt.subplots(layout="constrained")
 axes.plot(spins, rates, label="slow steady precession")
-axes.plot(spins, torque / along / spins, "--", label="$m g l / I_3 \\omega$")
+axes.plot(spins, torque / axial / spins, "--", label="$m g l / I_3 \\omega$")
 axes.axvline(least, color="grey", linewidth=0.8)
 axes.annotate("least spin", (least, 1), xytext=(4, 0), textcoords="offset points", color="grey")
 axes.set(xlabel="spin [rad/s]", ylabel="precession [rad/s]", xlim=(0, 600), ylim=(0, 12))

@@ -13,11 +13,11 @@ times = np.linspace(0, 10, 11)
 for t in (10, 10.0, [1, 2.5], (1, 2), range(3), times, np.arange(3), np.float32(3), np.int64(2)):
     path = kr.solve(scene, t, "taylor")
 several = kr.solve(scene, [np.float64(1), np.float64(2)], want=("energy", "apex", "t"))
-listed = kr.solve(scene, 3, want=["nutation"], method="geometric", error=1e-3)
+nutation_path = kr.solve(scene, 3, want=["nutation"], method="geometric", error=1e-3)
 name: kr.MethodName = "strang"
 names: list[kr.QuantityName] = ["energy", "spin"]
-named = kr.solve(scene, 1.0, name, step=0.1, want=names)
-again = kr.solve(scene, 1.0, named.method, step=0.1, want=named.want)
+named_path = kr.solve(scene, 1.0, name, step=0.1, want=names)
+again = kr.solve(scene, 1.0, named_path.method, step=0.1, want=named_path.want)
 print(path.energy.max(), path.velocity[0], path.q_low, path.error, path[0].apex, path(0.5).t)
 for method in kr.methods.values():
     if method.suits(scene) and not method.adaptive:
@@ -34,13 +34,13 @@ print(run.to([1, 2]).events.direction, [piece.events.t for piece in run.stream([
 print([piece.events.t for piece in kr.stream(scene, times, events=[kr.events.loop()])])
 endless = kr.stream(scene, (0.1 * k for k in itertools.count()), want=("energy",))
 print(next(endless).energy, len(kr.start(scene).to(3).events))
-struck = kr.start(scene, "taylor")
-struck.push((0.1, 0.0, 0.2))
-struck.push(np.array([0.1, 0.0, 0.2]))
-struck.reset(momentum=(1, 2, 3), attitude=(1, 0, 0, 0))
-struck.reset(body_velocity=np.ones(3))
-struck.change(body=body, gravity=2.0, damping=0.1, keep="velocity")
-print(struck.start_time + struck.to(1.0).start_time)
+pushed_run = kr.start(scene, "taylor")
+pushed_run.push((0.1, 0.0, 0.2))
+pushed_run.push(np.array([0.1, 0.0, 0.2]))
+pushed_run.reset(momentum=(1, 2, 3), attitude=(1, 0, 0, 0))
+pushed_run.reset(body_velocity=np.ones(3))
+pushed_run.change(body=body, gravity=2.0, damping=0.1, keep="velocity")
+print(pushed_run.start_time + pushed_run.to(1.0).start_time)
 closed = kr.exact(scene)
 print(closed(times).apex, closed([1, 2]).q, kr.exact([scene])(1.0).shape)
 table = kr.compare(scene, 10, methods=["rk4", "taylor"], steps=[0.1], truth="exact")
@@ -49,16 +49,16 @@ tops = kr.Ensemble(body, momentum=np.ones((3, 3)), gravity=[1.0, 2.0, 3.0], damp
 print(
     tops[::2].shape, tops[[0, 1]].axes, tops.reshape(3, 1).momentum[0], [top.body for top in tops]
 )
-varied = scene.vary(spin=np.linspace(0, 5, 3)[:, None], tilt=[0.1, 0.2], degrees=False)
-print(varied.coords["spin"], varied.attitude.max(), scene.scatter(5, seed=1, attitude=0.1).size)
+ensemble = scene.vary(spin=np.linspace(0, 5, 3)[:, None], tilt=[0.1, 0.2], degrees=False)
+print(ensemble.coords["spin"], ensemble.attitude.max(), scene.scatter(5, seed=1, attitude=0.1).size)
 bodies = kr.Bodies.cone(radius=[1, 2], height=2, pivot=(0, 0, 0), mass=1)
 print(kr.Ensemble.spinning(bodies, 5.0).body, bodies.moments, kr.Ensemble.of([scene]).gravity)
 paths = kr.solve(tops, times, want=("nutation",), threads=2)
 print(
     paths.nutation.max(), paths.failed, paths.check().status_names, paths.message(0), paths.t.shape
 )
-kept = kr.reduce(tops, 10, {"nutation": ("min", "max"), "apex_z": "mean"})
-print(kept["nutation"]["max"].shape, kept.steps.sum(), kr.plan(tops, 10).seconds)
+reductions = kr.reduce(tops, 10, {"nutation": ("min", "max"), "apex_z": "mean"})
+print(reductions["nutation"]["max"].shape, reductions.steps.sum(), kr.plan(tops, 10).seconds)
 print([piece.q.shape for piece in kr.stream(tops, [1, 2], chunk=2)], kr.exact(tops[:0]).period)
 source = kr.Source.grid(scene, spin=np.linspace(0, 5, 3), tilt=[0.1, 0.2])
 print(
@@ -68,14 +68,14 @@ print(
     kr.Source.random(scene, 5, spin=(0, 1)),
 )
 with tempfile.TemporaryDirectory() as folder:
-    swept = kr.sweep(source, 10, folder=folder, reduce={"nutation": "max"}, parts=range(1))
-    print(swept["nutation_max"].max(), kr.read_sweep(folder, partial=True).present, swept.units)
+    sweep = kr.sweep(source, 10, folder=folder, reduce={"nutation": "max"}, parts=range(1))
+    print(sweep["nutation_max"].max(), kr.read_sweep(folder, partial=True).present, sweep.units)
 try:
     kr.solve(tops, 10).check()
 except kr.Error as error:
     print(error.path.t, error.paths.failed)
 record = kr.Record(times, {"apex": kr.solve(scene, times).apex}, sigma=0.1, free="delay")
-found = kr.fit(scene, [record], ("start", "lever"), loss="soft", max_evaluations=50)
-value, sigma = found.error_of(lambda fitted: fitted.body.moments)
-print(found.values["lever"], found.error, value, sigma, found.scatter(3).shape, found.path.t)
-print(found.unidentified, found.moment_ratios, found.scene.to_toml(), found.to_toml())
+fit = kr.fit(scene, [record], ("start", "lever"), loss="soft", max_evaluations=50)
+value, sigma = fit.error_of(lambda top: top.body.moments)
+print(fit.values["lever"], fit.error, value, sigma, fit.scatter(3).shape, fit.path.t)
+print(fit.unidentified, fit.moment_ratios, fit.scene.to_toml(), fit.to_toml())
