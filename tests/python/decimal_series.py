@@ -76,7 +76,7 @@ def cosine_and_sine(x):
 class Series:
     """The motion of a scene, forward or backward in time from its initial state.
 
-    The steps are shorter for more `digits`.
+    The time steps become shorter as the requested number of digits increases.
     """
 
     def __init__(self, scene, digits=DIGITS):

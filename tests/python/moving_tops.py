@@ -1,7 +1,7 @@
 """Problems with moving supports and friction, and SciPy solutions for comparison.
 
-The equations of docs/theory/supports.md are integrated in the space frame. The integration takes
-only the parameters and initial values from a scene.
+The equations of docs/theory/supports.md are integrated in the space frame. Only the parameters and
+initial values are taken from a scene; SciPy integrates the equations of motion.
 """
 
 import kreisel as kr

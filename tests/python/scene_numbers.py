@@ -37,7 +37,7 @@ def change_number(scene, name, component, change):
 def turn_attitude(q, axis, angle):
     """Rotate the attitude `q` about a body axis, and return the high and low parts of the result.
 
-    The rotation angle equals `angle` up to terms of third order.
+    The actual rotation angle differs from `angle` only by terms of third order in `angle`.
     """
     with localcontext() as context:
         context.prec = 50

@@ -92,8 +92,9 @@ def test_a_centre_of_mass_off_the_axes_has_no_rod():
 def nutation_by_quadrature(scene, n=400):
     """Return the apex heights at the turning points, the nutation period and the precession rate.
 
-    The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. The constants v
-    and c are the vertical and the axial angular momentum. The energy h excludes the spin energy.
+    The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v is the
+    vertical component of the angular momentum, and c is its component along the symmetry axis. The
+    energy h does not include the energy of the spin.
     """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])

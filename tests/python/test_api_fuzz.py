@@ -1,7 +1,7 @@
 """Tests that random calls of the public API either succeed or raise documented exceptions.
 
-By default, a few examples are drawn with a fixed seed. If the environment variable KREISEL_CALLS is
-1000, 1000 random examples are tried per callable.
+By default, a few random calls of each function are generated, always with the same seed. If the
+environment variable KREISEL_CALLS is 1000, 1000 random examples are tried per callable.
 """
 
 import contextlib

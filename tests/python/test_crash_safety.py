@@ -169,7 +169,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """Call the functions in `ways`, and return the file contents and the longest call time [s]."""
+    """Call each writing function, and return the file contents and the longest run time [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()
@@ -202,7 +202,7 @@ def kill_writer(file, ways, seconds):
 
 
 def inspect_file(file, contents):
-    """Classify a file as old, complete or damaged, and remove leftover temporary files."""
+    """Classify a file as unchanged, completely rewritten or damaged, and remove temporary files."""
     for name in filter(JUNK.fullmatch, os.listdir(file.parent)):
         os.unlink(file.parent / name)
     content = file.read_bytes() if file.is_file() else None
@@ -210,7 +210,7 @@ def inspect_file(file, contents):
 
 
 def count_outcomes(file, ways, times, chance):
-    """Kill a writing process repeatedly, and count how often its file is old, whole or damaged."""
+    """Kill a writing process repeatedly, and count the unchanged, complete and damaged files."""
     contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]
     outcomes, before = Counter(), set(os.listdir(file.parent))

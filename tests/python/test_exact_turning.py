@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return a random top whose motion is close to that named by `kind`, such as a cusp."""
+    """Return a random top whose motion is close to the special case `kind`, such as a cusp."""
     deviation = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True

@@ -1,8 +1,8 @@
 """Tests that randomly modified files are either read correctly or rejected.
 
 The tests change, delete or duplicate bytes of valid files, and replace words in TOML files.
-Checksums are recomputed after each modification. The environment variable KREISEL_CALLS sets the
-number of examples.
+Checksums are recomputed after each modification. The environment variable KREISEL_CALLS sets how
+many modified files each test tries.
 """
 
 import io
@@ -114,7 +114,7 @@ def corrupt_header(draw, head):
 
 
 def read_and_use(load, use):
-    """Read a file, use its contents, and check that error messages are short."""
+    """Read a file and process its contents, and check that any error message is short."""
     try:
         result = load()
         use(result)

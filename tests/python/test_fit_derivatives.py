@@ -50,7 +50,7 @@ def make_record(name, t, values, sigma, **words):
 
 
 def make_model(name, scene, free):
-    """Return a fit model of the quantity `name`, and values of its parameters."""
+    """Return a fit model for the measured quantity `name`, and values of its free parameters."""
     rng = np.random.default_rng(3)
     values = measure(name, kr.solve(scene, TIMES[TIMES >= 0.0]))
     values = np.concatenate((values[1:5][::-1], values))[: len(TIMES)]

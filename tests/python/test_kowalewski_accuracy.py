@@ -11,7 +11,7 @@ import pytest
 def make_top(odd, com, gravity, momentum, attitude):
     """Return a Kowalewski top with the smallest moment of inertia about a given axis.
 
-    `odd` contains the index of the axis and the smallest moment of inertia.
+    The tuple `odd` contains the index of this axis and the moment of inertia about it.
     """
     axis, unit = odd
     moments = [2.0 * unit] * 3

@@ -48,8 +48,8 @@ def error(scene, method, step):
 def test_bobenko_suris4_refuses_steps_beyond_its_series():
     """Check that a step h is refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
-    The modified energy E excludes the spin energy and differs from the energy by a few per cent. E
-    and the torque are divided by the moment of inertia I1.
+    The modified energy E excludes the spin energy and differs from the energy by a few per cent. In
+    this test, E and the torque are divided by the transverse moment of inertia I1.
     """
     count = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -93,7 +93,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
 
 
 def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
-    """Check that a splitting method with exact free rotation allows large steps of a fast top."""
+    """Check that a splitting method with exact free rotation stays accurate at large steps."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2

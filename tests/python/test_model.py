@@ -221,7 +221,7 @@ def test_named_scenes_move_as_described():
 
 
 def test_a_least_moment_below_rounding_is_refused():
-    """Check that a body is rejected if rounding errors exceed its smallest moment of inertia."""
+    """Check that a body is rejected if its smallest moment of inertia is below rounding errors."""
     half, mass = (0.6, 0.8, 1.0), 8 * 0.48
     for distance in (1.0, 1e2, 3e3):
         pivot = distance * np.array((0.3, -0.4, 0.5))

@@ -161,7 +161,7 @@ def exact_sum(high, low):
 
 
 def exact_momentum(old, new, state):
-    """Return the exact momentum after the body is replaced at unchanged angular velocity."""
+    """Return the exact momentum after the body is replaced without a change of angular velocity."""
     q = exact_matrix(exact_sum(state.q[0], state.q_low[0]))
     p, r = (q @ exact_matrix([Fraction(x) for x in body.axes]) for body in (old, new))
     first, second = (np.diag([Fraction(x) for x in body.moments]) for body in (old, new))

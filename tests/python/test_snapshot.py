@@ -17,7 +17,7 @@ LINES = [line.rsplit(" = ", 1) for line in FILE.read_text().splitlines()]
 
 @cache
 def names():
-    """Return the variables that the expressions can use."""
+    """Return the variables that the expressions in snapshot.txt can use, by name."""
     cone = kr.Body.cone(0.3, 1.2, (0, 0, -0.9), mass=0.5)
     thesis = kr.scenes.thesis
     tops = thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])

@@ -248,7 +248,7 @@ def test_an_invalid_scene_is_named_with_its_index(tmp_path):
 
 
 def test_an_unsuitable_top_is_named_with_its_index(tmp_path):
-    """Check the error message for an invalid top that is not validated in advance."""
+    """Check the error message if an invalid top is discovered only while the sweep is running."""
     damping = np.zeros((4000, 3))
     damping[2501] = 1.0
     source = kr.Source.grid(TOP, damping=damping)

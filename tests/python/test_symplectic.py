@@ -42,7 +42,7 @@ def form(m):
 
 
 def defect(scene, name, step):
-    """Return the normalized change of the symplectic form in one step."""
+    """Return the largest component of the change of the symplectic form in one step."""
     q, m = step_from(scene, name, step, np.zeros(3), np.zeros(3))
     columns = []
     for nudge in NUDGE * np.eye(6):
@@ -70,7 +70,7 @@ def test_symplectic_methods_preserve_the_symplectic_form(name, body):
 
 
 def test_bobenko_suris4_preserves_the_form_only_along_orbits():
-    """Check that one step of bobenko_suris4 changes the symplectic form by order 7 in the step."""
+    """Check that a step of bobenko_suris4 changes the symplectic form by terms of order step^7."""
     changes = [defect(SCENE, "bobenko_suris4", step) for step in (0.2, 0.4)]
     assert not kr.methods["bobenko_suris4"].symplectic
     assert 5.5 < np.log2(changes[1] / changes[0]) < 8.5

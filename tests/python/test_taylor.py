@@ -9,7 +9,7 @@ from tops import GENERAL
 
 
 def angle(a, b):
-    """Return the angle between the final attitudes of two paths, avoiding rounding errors."""
+    """Return the angle between the final attitudes of two paths, using rational arithmetic."""
     p, q = (
         [
             Fraction(float(x)) + Fraction(float(y))

@@ -43,8 +43,9 @@ def test_tangents_agree_with_differences_of_closed_forms(scene):
 def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
     """Compare the growth of tangents with the exact derivatives of the frequencies.
 
-    The momentum M in the body frame is a function of the angle variables chi with rates w. If the
-    rates change by dw, then M changes by t sum(dw dM/dchi), up to a bounded term.
+    In the body frame, the momentum M is a function of angle variables chi, which grow at constant
+    rates w. A change dw of these rates changes M at the time t by t sum(dw dM/dchi), up to a
+    bounded term.
     """
     size, n = 1e-5, 64
     ahead, back = neighbour(scene, size), neighbour(scene, -size)

@@ -54,7 +54,7 @@ def test_rates_agree_with_the_frequency_analysis(scene):
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
 def test_mean_precession_agrees_with_counted_turns(scene):
-    """Compare the mean rates with the number of turns counted along a long path.
+    """Compare the mean rates with the number of turns counted over a long interval of time.
 
     The counted number is wrong by at most a few turns, however long the path is.
     """

@@ -18,7 +18,7 @@ TOOLS = Path(sys.executable).parent
 
 
 def by_mypy(_):
-    """Return the places with errors in the package and in both scripts."""
+    """Return the file names and line numbers of all type errors that mypy reports."""
     words = ["--strict", "--hide-error-context", "python/kreisel", *FILES]
     result = subprocess.run([TOOLS / "mypy", *words], cwd=ROOT, capture_output=True, text=True)
     print(result.stdout)
@@ -48,7 +48,7 @@ def by_pyright(folder):
 
 @pytest.mark.parametrize("checker", [by_mypy, by_pyright])
 def test_misspelt_names_are_the_only_type_errors(checker, tmp_path):
-    """Check everything in one run, because type checkers spend most time on the package."""
+    """Run each type checker only once, because it spends most of its time on the package."""
     lines = enumerate((SCRIPTS / "wrong.py").read_text().splitlines(), 1)
     expected = {("wrong.py", number) for number, line in lines if line.endswith("# wrong")}
     assert len(expected) > 20 and checker(tmp_path) == expected

@@ -16,7 +16,7 @@ APART = [  # makes Python import the package of the copy, and not the one that r
 
 
 class House:
-    """A copy of the repository, and the files changed by each recipe."""
+    """A copy of the repository, and a record of the files that each recipe changes."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -42,7 +42,7 @@ class House:
         """Build the C library and the Python extension quickly, without optimization or inlining.
 
         On x86_64, only code for the base instruction set is compiled. The sources of the extension
-        are compiled as one, so that the headers of pybind11 are read once.
+        are compiled as a single file, so that the headers of pybind11 are parsed only once.
         """
         self.merge_extension()
         # ccache finds the object files of other clones by paths within the copy only.

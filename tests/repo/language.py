@@ -31,7 +31,7 @@ VERBS = {"feed", "need", "seed", "speed", "embed", "exceed", "proceed"}
 
 
 def python_files(*trees):
-    """Return the Python files below `trees` that belong to the project."""
+    """Return the Python files of the project in the folders `trees`, without generated files."""
     generated_folders = {"__pycache__", "gallery", "node_modules"}
     files = (file for tree in trees for file in (ROOT / tree).rglob("*.py"))
     return sorted(file for file in files if not generated_folders & set(file.parts))
@@ -89,7 +89,7 @@ def find_repeated_basenames(tree):
 
 
 def report():
-    """Print the measures and all violations of the rules."""
+    """Print statistics of the docstrings and names, and all violations of the language rules."""
     for tree in TREES:
         texts, found = docstrings(tree), names(tree)
         openers = [place for place, text in texts if has_banned_opener(text)]
@@ -137,7 +137,7 @@ def public_names():
 
 
 def sample(seed):
-    """Print sentences and names drawn at random."""
+    """Print randomly drawn sentences and names, to be rated by a reader."""
     draw = random.Random(seed)
     sources = (
         (20, comment_sentences("csrc")),

@@ -160,7 +160,7 @@ def sum_sections(program):
 
 
 def measure_column(folder, processor, level, rows=ROWS):
-    """Return the sizes [kB] of the programs, which are None if no compiler is installed."""
+    """Return the size [kB] of each program, or None for all if no compiler is installed."""
     compiler = find_compiler(processor)
     if compiler is None:
         return [None for _ in rows]
@@ -195,7 +195,7 @@ def format_table(columns):
 
 
 def read_table(text):
-    """Read the columns of sizes from a Markdown table."""
+    """Read the columns of a Markdown table of program sizes, without the column of titles."""
     rows = [line.strip("| \n").split(" | ")[1:] for line in text.splitlines()[2:]]
     return [
         [None if cell == NONE else float(cell) for cell in column]

@@ -1,6 +1,6 @@
 """Tests of the single-file library written by cmake/amalgamate.py.
 
-The script .ci/test also runs the C tests against the single file.
+The script .ci/test also runs the C tests against the single-file library.
 """
 
 import importlib.util
@@ -52,7 +52,8 @@ def kernels_of(text):
 def compile_by_gcc(folder, file):
     """Compile kreisel.c by the command in docs/embedding.md.
 
-    The option KREISEL_AMALGAMATED uses the same command, so that ccache compiles the file once.
+    The CMake option KREISEL_AMALGAMATED runs the same compiler command, so that ccache compiles
+    kreisel.c only once.
     """
     run("cc", "-O2", "-std=c99", "-c", "kreisel.c", cwd=folder)
     return folder / "kreisel.o"

@@ -17,7 +17,7 @@ SECTIONS = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"]
 def build_library(name, **options):
     """Build the static library with the given options, and return its path.
 
-    The folder is in build, where ccache finds the object files of other clones.
+    The build folder lies inside `build`, so that ccache can reuse the object files of other clones.
     """
     need("cmake", "gcc")
     folder = ROOT / "build" / f"options-{name}"
@@ -29,7 +29,7 @@ def build_library(name, **options):
 
 
 def query_methods(library, *methods):
-    """Return the status codes of `methods`, and the names of all methods in a build."""
+    """Return the status codes of `methods`, and the names of all methods in the C library."""
     program = library.with_name("options")
     run("gcc", "-std=c99", f"-I{CSRC}", PROGRAM, library, "-lm", "-o", program)
     *lines, table = run(program, *methods).splitlines()
@@ -88,7 +88,8 @@ def test_wrong_options_are_refused():
 def link_program(folder, lines, *sources):
     """Compile a program with the given statements, run it, and return its symbols.
 
-    The statements must set `status` to KR_OK. The files `sources` are linked before the library.
+    The given statements must leave the variable `status` equal to KR_OK. The files `sources` are
+    linked before the library.
     """
     prefix = install_library()
     source, program = folder / "program.c", folder / "program"
@@ -130,7 +131,7 @@ def test_a_static_program_links_only_the_method_it_uses(tmp_path):
 
 
 def torus_names(names):
-    """Return the names that belong to the Kowalewski and Goryachev-Chaplygin closed forms."""
+    """Return the symbols that implement the Kowalewski and Goryachev-Chaplygin closed forms."""
     return [name for name in names if re.match("kr_(kowalewski|(goryachev_)?chaplygin)", name)]
 
 

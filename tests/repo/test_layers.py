@@ -1,4 +1,4 @@
-"""Tests that files depend only on the same or lower layers."""
+"""Tests that each file depends only on files in the same layer or in lower layers."""
 
 import pytest
 from layers import PLAN, circle, files, layer, layers, targets

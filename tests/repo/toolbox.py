@@ -25,7 +25,7 @@ VERSION = re.search(r'KR_VERSION "(.+)"', (ROOT / "csrc/kreisel.h").read_text())
 def run(*command, cwd=ROOT, **environment):
     """Run a command and return its standard output.
 
-    The test fails if the command fails.
+    The running test fails if the command exits with an error.
     """
     result = subprocess.run(
         [str(word) for word in command],
@@ -52,8 +52,9 @@ def start_playwright():
 def write_fast_compiler(folder):
     """Write a C compiler `cc` that compiles the library fast, and return its path.
 
-    It compiles small code for one instruction set without optimization. It resets PATH, where
-    ccache would find it again as the compiler to call.
+    The script `cc` compiles small code for one instruction set, without optimization. It restores
+    the original PATH, because ccache would otherwise call the script again instead of the real
+    compiler.
     """
     file = folder / "cc"
     options = "-O0 -DKR_ONE_ISA -DKR_SMALL"
@@ -132,9 +133,10 @@ def core_sources(csrc=CSRC):
 
 @contextmanager
 def first_process(name):
-    """Yield True to the first process of a test run that enters the block, and False otherwise.
+    """Yield True in the first process of a test run that enters the `with` block, else False.
 
-    All other processes wait until the first process has left the block or has failed there.
+    All other processes wait until the first process has left the `with` block, even if an exception
+    occurs.
     """
     (ROOT / "build").mkdir(exist_ok=True)
     with (ROOT / f"build/{name}.run").open("a+") as file:

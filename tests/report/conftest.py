@@ -1,7 +1,7 @@
 """Fixtures for the tests of the report.
 
-The tests set no time limit, so that the report is complete even on slow machines. They do not
-measure run times, so heyoka compiles without optimization, and calls are timed only once.
+The tests set no time limit, so that the report is complete even on slow machines. The tests do not
+check run times; heyoka therefore compiles without optimization, and each call is timed only once.
 """
 
 from dataclasses import replace
@@ -33,7 +33,7 @@ def fast_compilation():
 
 @pytest.fixture(scope="session", autouse=True)
 def short_samples():
-    """Time each call once instead of repeatedly for some milliseconds."""
+    """Time each call only once, instead of repeating it for several milliseconds."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(timing, "SAMPLE", 1e-9)
         yield

@@ -30,7 +30,7 @@ CASES = {f"{case.family}: {case.name}": case for case in atlas_cases.list_cases(
 
 @cache
 def examine_case(name, *methods):
-    """Return the cells of some methods, or of all methods and other integrators."""
+    """Return the results of a test case for the named methods, or for all if none are named."""
 
     def list_chosen(scene, radians):
         candidates = atlas_cells.list_candidates(scene, radians)
@@ -206,7 +206,7 @@ def twist(candidate, problem, scene, times, setting):
 @pytest.mark.parametrize("name", FAULTY)
 @pytest.mark.parametrize("fault", [increase_gravity, shorten_times, mirror, twist])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
-    """Check that large faults are never reported as correct results."""
+    """Check that large artificial errors are never mistaken for correct results."""
     sound = examine_case(name)
     for cell in atlas_cells.make_cells(CASES[name], make_faulty_candidates(fault)):
         method = cell["method"]
@@ -219,9 +219,9 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
 )
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
-    """Check that a relative error of 0.001 in gravity is classified as a silent error.
+    """Check that an error of 0.1 % in gravity is classified as an error that users cannot notice.
 
-    Only methods that are accurate enough to resolve the error are tested.
+    Only methods whose own errors are much smaller than the effect of this change are tested.
     """
 
     def increase_gravity_slightly(candidate, problem, scene, times, setting):
@@ -288,7 +288,8 @@ def test_wrong_orders_and_ignored_tolerances_are_detected():
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
     """Compare the change of the axial momentum per step with the formula in stiff_needle.py.
 
-    Agreement shows that the energy drift is a property of the method, not a bug.
+    Agreement with the formula shows that the energy drift is a property of the method and not a
+    bug.
     """
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps

@@ -52,7 +52,7 @@ def test_other_integrators_start_from_the_same_states(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_conditioning_agrees_with_the_references(kind):
-    """Compare the conditioning computed for ensembles with that computed for single tops."""
+    """Compare the effects of rounding errors computed for ensembles with those for single tops."""
     tops = tops_of.draw_tops(kind, 2, end=10.0)
     for k, own in enumerate(tops_of.compute_conditioning(tops)):
         (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")
@@ -126,7 +126,7 @@ def test_the_map_shows_sleeping_tops():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_members_are_as_accurate_as_their_single_runs(kind):
-    """Compare errors in units of the error caused by one initial rounding error."""
+    """Compare errors of ensembles and single tops, relative to the effect of one rounding error."""
     tops = tops_of.draw_tops(kind, 200)
     true, unit = tops_of.compute_truths(tops), tops_of.compute_conditioning(tops)
     closed = [("exact", Setting())] if kind == "Lagrange" else []
@@ -144,7 +144,7 @@ def test_members_are_as_accurate_as_their_single_runs(kind):
 
 @pytest.fixture(scope="module")
 def quick_report(tmp_path_factory):
-    """Return the folder of a quick report with a coarse map."""
+    """Return the folder of a quick report whose map of nutation angles has a coarse grid."""
     out = tmp_path_factory.mktemp("many")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(part, "SIDE", 50)

@@ -122,7 +122,7 @@ def test_runge_kutta_has_four_stages():
 def test_g_is_constant_only_for_horizontal_momenta():
     """Check that the Goryachev-Chaplygin integral G is constant only for horizontal momenta.
 
-    The derivative is dG/dt = 2 M2 <M, P>, in the units of equation (5.2) in the thesis.
+    In the units of equation (5.2) in the thesis, the integral G satisfies dG/dt = 2 M2 <M, P>.
     """
     level = special_scene("goryachev_chaplygin")
     tilted = level.replace(momentum=SCENE.momentum)

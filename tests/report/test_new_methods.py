@@ -40,7 +40,7 @@ NEW = "of_a_later_day"
 
 
 class NewMethod(kr.Method):
-    """The method suzuki4 under a new name."""
+    """A user-defined method that behaves exactly like the method suzuki4."""
 
     def suits(self, scene):
         return kr.methods["suzuki4"].suits(scene)

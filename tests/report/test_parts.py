@@ -87,7 +87,7 @@ def copy(tmp_path_factory):
 def report(copy, *words):
     """Run the report of the copy, and return its output.
 
-    It runs in this process, which has already imported all other packages.
+    The report runs in the current process, which has already imported all other packages.
     """
     text_output = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(text_output):

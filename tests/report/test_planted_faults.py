@@ -1,7 +1,7 @@
 """Tests that the report detects artificial faults in every method.
 
-A faulty result must be classified as silently wrong. A user cannot detect an error that is the same
-in the coarse and in the fine run.
+The report must classify a faulty result as an error that users cannot notice. A user cannot detect
+an error that is the same in the coarse and in the fine run.
 """
 
 import re
@@ -137,7 +137,7 @@ def test_runs_without_faults_are_not_silent(family):
 @pytest.mark.parametrize("fault", SIZES)
 @pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
 def test_faults_in_both_runs_are_silent(family, fault):
-    """Check that large faults in both runs are classified as silent errors.
+    """Check that a large error common to both runs is reported as one that users cannot notice.
 
     Errors within the requested tolerance are not counted as faults.
     """
@@ -190,7 +190,7 @@ def make_faulty_closed_form(name, fault):
 def find_late_cells():
     """Return the results of closed-form solutions with artificial faults for a large final time.
 
-    One of the faults is a relative error in the time.
+    In one of the artificial faults, the time has a small relative error.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)
@@ -203,7 +203,7 @@ def find_late_cells():
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_faults_of_closed_forms_are_silent_at_late_times(fault):
-    """Check that faults are classified as silent errors unless rounding errors explain them."""
+    """Check that artificial errors are reported unless rounding errors could explain them."""
     is_visible = fault in ("sound", "1e-9", "tenfold")
     assert is_silent(find_late_cells()[fault]) != is_visible
 
@@ -211,7 +211,7 @@ def test_faults_of_closed_forms_are_silent_at_late_times(fault):
 def test_all_methods_refuse_unresolvable_times():
     """Check that every method rejects times so large that the attitude cannot be resolved.
 
-    A method that returns attitudes from earlier times must be reported as "lost".
+    An artificial method that returns attitudes of earlier times must receive the verdict "lost".
     """
     endless_candidate = atlas_cells.Candidate(
         "goes on",

@@ -83,7 +83,7 @@ def test_figures_with_other_integrators_name_their_versions(quick_report):
 
 
 def test_axe_finds_nothing_on_the_report(quick_report, browser, tmp_path):
-    """Check the whole page, and with open folds a page with two of the equally built scenes."""
+    """Check the accessibility of the whole report, and of two scenes with all sections open."""
     whole, short = quick_report / "index.html", tmp_path / "short.html"
     text = whole.read_text()
     for name in list(HORIZONS)[2:]:

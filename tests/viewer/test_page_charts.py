@@ -303,7 +303,7 @@ def test_error_charts_have_room_for_curves_before_a_change(page, log):
 
 
 def count_pixels(page):
-    """Count the coloured pixels of the first chart, with and without earlier motions."""
+    """Count the coloured pixels of the first chart, once with earlier motions and once without."""
     return page.evaluate("""async () => {
         const [{ctx, earlier, redraw}] = kreisel.charts.plots, draw = earlier.draw;
         const count = async () => {

@@ -443,7 +443,7 @@ def test_numbers_have_units(page):
 
 
 def list_round_times(page, *asks):
-    """Return the precession periods of several exercises."""
+    """Return the precession periods of a preset of the viewer and of some of its exercises."""
     times = []
     for exercise in asks:
         load(page, "Fast precession")

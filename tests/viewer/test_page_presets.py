@@ -1,4 +1,4 @@
-"""Tests that the descriptions of presets are true."""
+"""Tests that the motions in the viewer's presets agree with their descriptions."""
 
 import kreisel as kr
 import numpy as np

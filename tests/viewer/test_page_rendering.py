@@ -56,7 +56,7 @@ def is_in_sight(page):
 
 
 def measure_sides(page):
-    """Return the size of the top in three side views."""
+    """Return the extent of the top on the screen in each of three side views."""
     sizes = []
     for _ in range(3):
         page.get_by_role("button", name="View next side").click()
@@ -197,7 +197,7 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
 
 
 def read_rings(page):
-    """Return the points on the surface of the rod, beginning with the newest."""
+    """Return the points on the surface of the rod in rings, beginning with the newest ring."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
     return np.reshape(places, (-1, ROD_SIDES, 3))[: count // (6 * ROD_SIDES) + 1]

@@ -19,7 +19,7 @@ TOP = "kreisel.view.tops[0]"
 
 
 def read_arrow(page, name):
-    """Return the start point and the vector of an arrow of the first top."""
+    """Return the starting point and the vector of one of the arrows drawn on the first top."""
     script = f"""(({{position, quaternion, tip}}) =>
         [position, tip.position.clone().applyQuaternion(quaternion)].map((v) => v.toArray())
     )({TOP}.{name})"""

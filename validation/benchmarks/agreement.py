@@ -4,11 +4,11 @@
 
 The tests cover kr.solve, ensembles, kr.stream, and saved and resumed runs. Events, sections,
 tangents and Lyapunov exponents are also tested. All tested functions use the default precision. The
-reference solutions are computed by the Taylor method in 20-digit arithmetic. The attitude error
-must not exceed a small multiple of the conditioning plus a constant. The conditioning is the change
-in attitude when each initial value and parameter is perturbed by one rounding error. The program
-prints one line for each type of top and for each error that is too large. The program exits with
-status 1 if any results disagree.
+reference solutions are computed by the Taylor method in 20-digit arithmetic. Each attitude error
+must not exceed a constant plus a small multiple of its sensitivity to rounding (the conditioning).
+The conditioning is the change in attitude when each initial value and parameter is perturbed by one
+rounding error. The program prints one line for each type of top and for each error that is too
+large. The program exits with status 1 if any results disagree.
 """
 
 import argparse

@@ -4,7 +4,7 @@
 
 The program also counts the source files in which the called functions are defined. Each public
 function is called a few times as a warm-up. Calls of functions in NumPy, the standard library and
-the C extension are not counted. Calls on other threads are not counted either.
+the C extension are not counted. Function calls on other threads are not counted.
 """
 
 import argparse

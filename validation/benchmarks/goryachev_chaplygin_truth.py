@@ -19,8 +19,8 @@ LATE = {24: 300.0, 25: -300.0, 26: 600.0}
 def draw(number, rng):
     """Draw a random Goryachev-Chaplygin top.
 
-    The order of the axes, the sign of gravity and the direction of time vary. The centre of mass
-    lies in the plane of the two axes with equal moments.
+    The tops differ in the order of the axes, the sign of gravity and the direction of time. The
+    centre of mass lies in the plane of the two principal axes with equal moments of inertia.
     """
     inertia, unit, com, gravity, attitude = draw_body(4, number, rng)
     rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / (4 * unit))

@@ -2,7 +2,7 @@
 
 The ratio of the principal moments is exactly 2 : 2 : 1 or 4 : 4 : 1, in any order. The initial
 angular velocities range from 0.1 to 10 in dimensionless units. The centre of mass lies in the plane
-of the two axes with equal moments; gravity may be positive or negative.
+of the two principal axes with equal moments of inertia; gravity may be positive or negative.
 """
 
 from itertools import permutations

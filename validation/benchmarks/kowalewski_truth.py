@@ -59,8 +59,8 @@ def draw_body(ratio, number, rng):
 def draw(number, rng):
     """Draw a random Kowalewski top.
 
-    The order of the axes, the sign of gravity and the direction of time vary. The centre of mass
-    lies in the plane of the two axes with equal moments.
+    The tops differ in the order of the axes, the sign of gravity and the direction of time. The
+    centre of mass lies in the plane of the two principal axes with equal moments of inertia.
     """
     inertia, unit, com, gravity, attitude = draw_body(2, number, rng)
     rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / unit)

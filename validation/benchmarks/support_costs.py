@@ -62,7 +62,7 @@ def time_members(tops, digits, share):
 
 
 def find_ratios(measure, plain, others, rounds):
-    """Return the cost of each scene relative to `plain`, and the median run time of `plain`."""
+    """Return the relative cost of each scene, and the median run time of the scene `plain`."""
     bases, ratios = [], {name: [] for name in others}
     for _ in range(rounds):
         for name, other in others.items():
@@ -73,7 +73,7 @@ def find_ratios(measure, plain, others, rounds):
 
 
 def print_kind(kind, digits, rounds, share=1.0):
-    """Print the costs of all effects for one kind of body."""
+    """Print the cost of each optional effect, such as friction, for one kind of body."""
     plain, others = make_scenes(kind)
     single, base = find_ratios(
         lambda scene: time_single(scene, digits, share), plain, others, rounds

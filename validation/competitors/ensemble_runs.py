@@ -97,8 +97,8 @@ def make_ensemble_call(tops, setting, threads):
 def make_scipy_call(tops, setting, threads):
     """Return a function that integrates all tops with SciPy, one after another.
 
-    The run time may be divided by the number of threads, because several processes could share the
-    tops.
+    It is fair to divide the run time by the number of threads, because the tops could be
+    distributed over as many processes.
     """
     runs = [
         ScipyRun(replace(tops.problem, momentum=momentum), tops.end, setting)
@@ -111,7 +111,8 @@ def make_scipy_call(tops, setting, threads):
 class Mover:
     """An integrator for many tops, with tolerances or step sizes in order of increasing accuracy.
 
-    Slow integrators compute only some of the tops, since all times are averages per top.
+    A slow integrator computes only a fraction of the tops, because all run times are averages per
+    top.
     """
 
     name: str

@@ -37,8 +37,8 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
     """Measure the errors and the run times of all integrators.
 
     The integrators run alternately, so that changes in the load of the machine affect them equally.
-    Errors are measured only for tops with a reference solution. Integrators that are timed once are
-    timed while their errors are measured.
+    Errors are measured only for tops with a reference solution. If an integrator is timed only
+    once, the integration from which its errors are computed is timed.
     """
     settings = [
         (place / len(mover.settings), mover, setting, mover.tops(tops))
@@ -76,7 +76,8 @@ def sample_errors(q, truths):
 def time_per_top(call, mover, tops, threads):
     """Return the final attitudes and the run time [s] per top.
 
-    The run time of a serial integrator is divided by the number of threads.
+    For a serial integrator, the run time is divided by the number of threads, as if the tops were
+    distributed over as many processes.
     """
     results = []
     with timing.pause_gc():

@@ -54,8 +54,8 @@ def commit_name():
 def fingerprint(*more):
     """Return a list of all conditions that influence measurements.
 
-    The list contains the machine, the commit, the program versions, a hash of the code, and the
-    arguments `more`.
+    The list contains a hash of the code, the machine, the commit, the program versions, and the
+    additional arguments `more`.
     """
     folder = Path(__file__).parents[1]
     files = [

@@ -1,6 +1,6 @@
 """Groups of methods that are shown in the same figure.
 
-The groups are defined by properties of the methods, so that new methods are included automatically.
+Methods are grouped by their properties, so that new methods are included automatically.
 """
 
 import kreisel as kr

@@ -4,7 +4,8 @@ All integrators have the same interface. The method `solve()` integrates the equ
 returns the final attitude. `attitude()` returns the final attitude with respect to the principal
 axes. `record(times)` returns the attitudes and momenta at `times`. `steps` is the number of steps.
 `evaluations` counts evaluations of the right-hand side or of the torque. `setup` is the preparation
-time in seconds, or None. If a method does not count steps or evaluations, the attribute is None.
+time in seconds, or None. If a method does not count its steps or evaluations, the corresponding
+attribute is None.
 """
 
 import math
@@ -152,7 +153,7 @@ class ScipyRun:
 def compile_general_heyoka(tol, coefficients):
     """Compile a heyoka integrator that can be used for all tops.
 
-    The general integrator is slower than one that is compiled for a single top.
+    An integrator for arbitrary tops is slower than one that is compiled for a single top.
     """
     system = equations.build_general_system(float, coefficients)
     return hy.taylor_adaptive(

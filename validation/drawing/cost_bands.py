@@ -17,8 +17,9 @@ WIDTH, LEFT, RIGHT, TOP, BELOW, PANEL, GAP = 6.0, 0.72, 1.5, 0.25, 0.5, 2.0, 0.3
 def draw_cost_bands(panels, own, label):
     """Draw one panel per group of initial states, with a line and a band for each integrator.
 
-    `panels` maps the title of each panel to the data of its curves. A line ends at the smallest
-    error that most runs reach. The integrator `own` is drawn in colour.
+    `panels` maps the title of each panel to the data of its curves. The line of each integrator
+    ends at the smallest error that it reaches for most initial states. The line of `own` is drawn
+    in colour, and all other lines are drawn in the text colour.
     """
     height = TOP + len(panels) * (PANEL + GAP) - GAP + BELOW
     with plt.rc_context(STYLE):

@@ -18,7 +18,7 @@ LEAST = 1e-17  # value drawn for an error of zero
 def collect_lines(groups, quantity, cost):
     """Return the costs and the errors of each method, and the limits of the axes.
 
-    Both results are empty if there are no measurements.
+    If there are no measurements, an empty dictionary and None are returned.
     """
 
     def cost_and_error(row):

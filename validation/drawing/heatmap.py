@@ -35,7 +35,7 @@ class Square:
 
     @property
     def text(self):
-        """The text in the square, such as 9 for an error of 1e-9 rad."""
+        """The text drawn in the square of the heat map, such as 9 for an error of 1e-9 rad."""
         return ("" if self.error is None else f"{abs(round(self.decade))}") + self.mark
 
     @property

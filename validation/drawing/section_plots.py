@@ -66,7 +66,7 @@ def draw_section_and_rotation(panel, title, rotation):
 def draw_regions(borders, points, greatest, highest, close):
     """Draw numbered points in the plane of vertical momentum and energy.
 
-    `close` contains two opposite corners of the rectangle that an inset enlarges.
+    `close` contains two opposite corners of the rectangle that is shown enlarged in an inset.
     """
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
@@ -89,7 +89,8 @@ def draw_regions(borders, points, greatest, highest, close):
 def draw_kicks(angles, changes, amplitude):
     """Plot measured and predicted changes of the axial momentum during one swing.
 
-    `changes` maps labels to arrays of changes divided by the perturbation.
+    `changes` maps each label to the changes of the momentum, divided by the size of the
+    perturbation.
     """
     turn = np.linspace(-np.pi, np.pi, 400)
     with plt.rc_context(FRAMED):

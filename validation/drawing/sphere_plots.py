@@ -8,7 +8,7 @@ ELEVATION = 20.0  # elevation of the eye above the horizontal plane [degrees]
 
 
 def project(points, elevation=ELEVATION, azimuth=0.0):
-    """Return the coordinates of points in the drawing: right, upward, and towards the viewer.
+    """Return the coordinates of points along three directions: right, up and towards the viewer.
 
     The direction of view is given by an elevation and an azimuth in degrees.
     """

@@ -115,8 +115,8 @@ def spread_labels(heights, gap):
 def label_ends(axes, ends):
     """Write labels to the right of the axes, and connect each label to the end of its curve.
 
-    `ends` contains the label, the end point and the style of each curve. The marker of the curve is
-    repeated beside the label.
+    `ends` contains the label, the end point and the style of each curve. If a curve has a marker,
+    the same marker is drawn beside its label.
     """
     gap = 11.0 / (72 * axes.get_position().height * axes.figure.get_figheight())
     labels = sorted(

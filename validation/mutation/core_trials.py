@@ -72,7 +72,7 @@ class Trial:
             raise TrialError(f"{test} fails with nothing changed")
 
     def time_baseline(self, sanitizers):
-        """Return the run time [s] of each test on the original source, in increasing order."""
+        """Return the run time [s] of each test on the unmodified source, in increasing order."""
         seconds = {}
         for name in self.programs:
             result = self.run_program(name, {}, 600, sanitizers)

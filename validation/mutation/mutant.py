@@ -21,7 +21,7 @@ class Mutant:
 
     @cached_property
     def line_text(self):
-        """The first changed line of the source, without surrounding space."""
+        """The first changed line of the source, without leading and trailing spaces."""
         return self.text.splitlines()[self.line - 1].strip()
 
     @cached_property
@@ -31,7 +31,7 @@ class Mutant:
 
     @property
     def name(self):
-        """A unique name that contains the text of the changed line."""
+        """A unique name of the mutant, which contains the text of the changed line."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
         return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 
@@ -43,7 +43,7 @@ class Mutant:
 
 
 def draw_sample(mutants, seed, points):
-    """Return a random sample without replacement.
+    """Return a random sample of the mutants, drawn without replacement.
 
     Smaller samples are prefixes of larger ones.
     """

@@ -110,7 +110,7 @@ def mutate_statement(node, text, span):
 
 
 def is_docstring_or_yield(node):
-    """Return True for docstrings and yield statements, which are not deleted."""
+    """Return True for docstrings and yield statements, which mutations must not delete."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant | ast.Yield)
 
 

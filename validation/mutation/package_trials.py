@@ -1,7 +1,7 @@
 """Mutation tests of the Python package.
 
 Only tests that execute the changed line are run, beginning with those that execute few lines.
-Browser tests are not used.
+Tests that need a browser are not run.
 """
 
 import marshal
@@ -45,7 +45,8 @@ def list_mutants(root, prefix=""):
 def list_test_modules(root):
     """Return all test modules that are used in mutation testing.
 
-    Style tests are not used, because they check the source text rather than the behaviour.
+    Tests of the code style are excluded, because they check the source text rather than its
+    behaviour.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     modules = [file for file in files if file.name not in SLOW + ELSEWHERE]
@@ -91,7 +92,7 @@ class Trial:
     def select_tests(self, mutant):
         """Return the tests that may detect a mutant, in two groups.
 
-        The first group contains the tests that execute the fewest lines.
+        The first group, which runs first, contains the tests that execute the fewest lines of code.
         """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
         if is_general := mutant.line in at_import:  # every test that uses the file may be affected

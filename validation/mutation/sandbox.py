@@ -17,7 +17,7 @@ sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(f
 
 
 class TrialError(Exception):
-    """An exception for tests that fail on the original source."""
+    """An exception that is raised if tests fail on the unmodified source."""
 
 
 @dataclass(frozen=True)

@@ -96,9 +96,10 @@ def family_contexts(cells):
 
 
 def describe_cell(cell):
-    """Return the verdict and a message if a result needs an explanation, and None otherwise.
+    """Return the verdict and a message for failed and unexpectedly wrong results, else None.
 
-    Failed runs, silent errors, and large errors of adaptive methods need an explanation.
+    A message is returned for failed runs, for errors that users cannot notice, and for large errors
+    of adaptive methods.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):

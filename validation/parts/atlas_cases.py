@@ -224,7 +224,8 @@ def antipodal_cases():
 
     The Bobenko-Suris map rotates the axis by 2 atan(h |w| / 2) per step. The rotation angle per
     step is less than half a turn. The axis rotates by half a turn minus `gap` if h |w| / 2 =
-    cot(gap / 2). Other methods rotate the axis by the angle h |w|.
+    cot(gap / 2). Methods other than the Bobenko-Suris map rotate the axis by the angle h |w| per
+    step.
     """
     momentum = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
     light = scene_factory(lagrange, 1.0, momentum=momentum, gravity=1e-3)

@@ -31,7 +31,7 @@ BUDGETS = {
 
 @dataclass(frozen=True)
 class Task:
-    """A computation for the report."""
+    """A computation for the report, with its expected duration."""
 
     key: str | None  # key under which the result is stored, or None if it is not stored
     make: Callable

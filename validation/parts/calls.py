@@ -52,7 +52,7 @@ def make_solve_call(scene, end, tol):
 
 
 def make_reused_call(scene, end, tol):
-    """Return a function that restarts a run and integrates over the time `end`."""
+    """Return a function that resets a run and integrates it for the duration `end`."""
     run = kr.start(scene, METHOD, tol=tol)
     momentum, attitude = scene.momentum, scene.attitude
 

@@ -40,7 +40,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Add the largest relative energy drift and the number of states to a copy of `size`."""
+    """Return a copy of `size` with the largest energy drift and the number of states added."""
     findings = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
@@ -50,7 +50,7 @@ def measure_energy_drift(size):
 
 
 def measure_kowalewski(size):
-    """Yield statistics and critical values of the Kowalewski integral for each region of (g, h)."""
+    """Yield the range and the critical values of the Kowalewski integral for each pair (g, h)."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)

@@ -135,7 +135,7 @@ def conclude(findings):
 def compare_movers(groups, own, target):
     """Return the target error, kreisel's run time [s] per top, and heyoka's relative run time.
 
-    If one of the programs cannot reach the target error, a larger error is chosen.
+    If kreisel or heyoka cannot reach the target error, a larger error that both reach is chosen.
     """
     peer = groups[ensemble_runs.HEYOKA]
     target = max(target, equal_error.tightest_common_error(groups[own], peer))

@@ -55,7 +55,7 @@ def run_races(rows, scenes):
 def times_to_targets(rows, scene):
     """Yield the smallest error of each method, and its run time for each target error.
 
-    The shortest run time for each target error is marked.
+    For each target error, the cell with the shortest run time is marked as the fastest.
     """
     groups = group_by_method(rows, scene)
     seconds = {

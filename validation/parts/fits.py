@@ -21,7 +21,7 @@ COLUMNS = ("name", "seconds", "moment", "error", "ratio", "messages")
 
 
 def load_fitters():
-    """Return the functions that fit, by name."""
+    """Return a dictionary that maps the name of each program to its fitting function."""
     from ..competitors.curve_fitters import FITTERS  # lmfit imports pandas, which takes a second
 
     return FITTERS

@@ -11,9 +11,9 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 def measure_rotation(orbits, name):
     """Return the axial momentum and the rotation number of each orbit.
 
-    The axial momentum is that of the state whose spin angle is closest to zero. The rotation number
-    is the angle of precession per nutation period, without whole turns. The change of the rotation
-    number between the two halves of an orbit is also returned.
+    The axial momentum is taken at the section point whose spin angle is closest to zero. The
+    rotation number is the angle of precession per nutation period, without whole turns. The
+    function also returns how much the rotation number changes between the two halves of each orbit.
     """
     tops = kr.starts(
         section_data.make_body(name),
@@ -44,7 +44,7 @@ def measure_rotation(orbits, name):
 def turns_per_nutation(path):
     """Return the angle in turns by which a top precesses during one nutation period.
 
-    The number of whole turns is arbitrary.
+    The result is determined only up to an integer number of turns.
     """
     frequencies = kr.frequencies(path, 1)
     return frequencies.lines[0] / frequencies.nutation

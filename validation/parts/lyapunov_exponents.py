@@ -23,7 +23,7 @@ def draw_starts(body, energy, vertical, seed):
 def map_exponents(side):
     """Return the largest Lyapunov exponent on a square grid of energies and vertical momenta.
 
-    The exponent is NaN if no motion exists.
+    The Lyapunov exponent is NaN if no motion has the given energy and vertical momentum.
     """
     body, values = section_data.make_body(MAPPED), np.full(side * side, np.nan)
     energies, verticals = np.linspace(*ENERGIES, side), np.linspace(*VERTICALS, side)
@@ -43,7 +43,7 @@ def map_exponents(side):
 def summarize_exponents(name, n):
     """Return statistics of the Lyapunov exponents for `n` random initial states.
 
-    The drift of conserved quantities shows how accurate the exponents are.
+    The drift of the conserved quantities indicates the accuracy of the Lyapunov exponents.
     """
     tops = kr.starts(
         section_data.make_body(name),

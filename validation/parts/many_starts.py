@@ -1,9 +1,9 @@
 """Run time against error, for kreisel and other integrators on many random initial states.
 
 Random initial states are obtained by rotating the initial state of a scene and scaling the
-momentum. The rotation and the scaling preserve the character of the motion. Each program is run
-with many tolerances. The run time for a given error is the shortest run time of all runs whose
-error is not larger. For kreisel, the method is chosen automatically.
+momentum. The random motions are of the same type as the motion from the original initial state.
+Each program is run with many tolerances. The run time for a given error is the shortest run time of
+all runs whose error is not larger. For kreisel, the method is chosen automatically.
 """
 
 from dataclasses import replace
@@ -58,7 +58,7 @@ def list_programs():
 def rotate_start(problem, random):
     """Return a problem with a random initial state.
 
-    If the original momentum is horizontal, the new momentum is also horizontal.
+    If the momentum of the given problem is horizontal, so is that of the new problem.
     """
     axis = random.normal(size=3)
     half = random.uniform(0.0, ROTATION) / 2
@@ -231,7 +231,8 @@ def compare_medians(findings, target):
     """Return kreisel's median run time [s], and the other programs' medians relative to it.
 
     A program is omitted if it fails to reach the error for more than a quarter of the initial
-    states. If kreisel is omitted, the median run time is None.
+    states. The median run time of kreisel is None if it fails for more than a quarter of the
+    initial states.
     """
     medians = {}
     for program, title in list_programs().items():
@@ -264,7 +265,7 @@ def describe_reached(findings, target):
 
 
 def describe_digits(findings, target):
-    """Describe the runs of kreisel in extended precision."""
+    """Describe how often kreisel reaches a given error in extended-precision arithmetic."""
     errors = [error for each in findings for error in each.get("precise", ())]
     if not errors:
         return ""

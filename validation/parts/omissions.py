@@ -1,7 +1,7 @@
 """Time and memory saved by omitting unneeded computations and output.
 
-The time saved by omitting gravity and by exploiting symmetry is measured for each method. The
-savings from each omitted computation are measured separately for each scene.
+The time saved by omitting gravity and by exploiting symmetry is measured for each method. For each
+scene, the time and memory saved by each omitted computation are measured separately.
 """
 
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ SAVINGS = {
 
 @dataclass(frozen=True)
 class OmissionFindings:
-    """Measurements of the time and memory saved by omissions."""
+    """Measurements of the time and memory saved by omitting unneeded computations."""
 
     forms: list
     scenes: list
@@ -92,9 +92,9 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield the name of each omission, and functions for the full and the reduced computation.
+    """Yield the name of each omitted computation, and functions that run with and without it.
 
-    The functions return the memory [bytes] needed for the results.
+    Each of the two functions returns the memory [bytes] needed for its results.
     """
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
@@ -180,7 +180,7 @@ def build_context(findings):
 
 
 def compute_savings(findings):
-    """Return the speedups from each omission."""
+    """Return the speedups that result from omitting each unneeded computation."""
     lines = group_seconds(findings.forms).values()
     speedups = {
         omission: [line[before] / line[after] for line in lines if before in line and after in line]

@@ -2,7 +2,7 @@
 
 The page, the tables and the command line of the report are built from a list of parts. A new part
 needs a Python file, a template with the same name, and a line in report/contents.py. The Python
-file ends with a `Part` object.
+file must define a `Part` object at its end.
 """
 
 import csv

@@ -64,9 +64,9 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Return a power of two that is close to the duration [T] of a turn.
+    """Return a power of two that is close to the time [T] the top needs for one turn.
 
-    A power of two allows the steps to divide the final time exactly.
+    A power of two makes it possible to divide the final time exactly into steps.
     """
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 

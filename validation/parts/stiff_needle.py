@@ -1,14 +1,14 @@
 """The motion of a stiff top that spins 1e4 times faster than it precesses.
 
 The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the angular velocity at the
-midpoint, v = V / |V|, and a_ the symmetry axis at the midpoint. The top rotates by the angle 2
-theta in one step, where theta = 2 atan(h |V| / 4). A step changes <m,a> by
+midpoint, v = V / |V|, and a_ the symmetry axis at the midpoint. In a step of size h, the midpoint
+rule rotates the top by the angle 2 theta, where theta = 2 atan(h |V| / 4). A step changes <m,a> by
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
-The change of <m,a> in one step is of order h^2 if the step size resolves the spin. If the step does
-not resolve the spin, the change per unit of time is independent of the step size. The change per
-unit of time is about as large as the component of the torque along V.
+The change of <m,a> in one step is of order h^2 if the step size resolves the spin. If the step size
+does not resolve the spin, the change of <m,a> per unit of time does not depend on the step size.
+The change of <m,a> per unit of time is then comparable to the component of the torque along V.
 """
 
 import kreisel as kr

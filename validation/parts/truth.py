@@ -56,7 +56,7 @@ def has_many_digits(way):
 def summarize_agreement(lines):
     """Yield the largest differences between several computations of the reference solution.
 
-    Each difference is divided by the conditioning of the motion.
+    Each difference is divided by the change in attitude that rounding errors in the input cause.
     """
     for line in lines:
         ratios = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

@@ -2,8 +2,8 @@
 
 To judge a solution, a user can compute it again with half the step size or a hundredth of the
 tolerance. Let d be the difference in attitude between the two solutions. If the method attains its
-order p, the error of the first solution is about d 2^p / (2^p - 1). The error of an adaptive method
-is about as large as the difference d.
+order p, the error of the first solution is about d 2^p / (2^p - 1). For an adaptive method, the
+error of the first solution is about as large as d.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -65,8 +65,8 @@ def rounding_angles(problem, true, cell, by_steps):
     """Return the attitude errors [rad] caused by random and by systematic rounding errors.
 
     Random rounding errors are assumed to occur once in each step. Systematic rounding errors are
-    assumed to occur in each evaluation, always in the same direction. A closed form does not
-    accumulate rounding errors.
+    assumed to occur in each evaluation of the equations of motion, always in the same direction. A
+    closed form does not accumulate rounding errors.
     """
     # A damped top comes to rest, so its roundings are those of its steps.
     radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0
@@ -78,8 +78,8 @@ def rounding_angles(problem, true, cell, by_steps):
 def tolerance_angle(true, rounding, tol, steps):
     """Return the largest attitude error [rad] that is consistent with a given tolerance.
 
-    The local error of each step is assumed to be as large as the tolerance. Local errors grow like
-    rounding errors of the initial state.
+    The local error of each step is assumed to be as large as the tolerance. The local error of each
+    step is assumed to grow at the same rate as a rounding error in the initial state.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
@@ -87,19 +87,19 @@ def tolerance_angle(true, rounding, tol, steps):
 def estimate_error(second_run, order):
     """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
 
-    The argument `second_run` is the angle between the attitudes of the two runs. If `order` is
-    zero, the method is adaptive, and `second_run` itself is the estimate.
+    The argument `second_run` is the angle between the attitudes of the two runs. For an adaptive
+    method, `order` is zero, and `second_run` itself is the error estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, estimate, per_turn, thresholds):
-    """Return the name of a sign that reveals an attitude error, or None if there is no sign.
+    """Return a sign by which users can notice an attitude error, or None if there is none.
 
-    The argument `estimate` is an error estimate from a second run. `per_turn` is the number of
-    steps per turn, which is infinite for adaptive methods. The argument `thresholds` contains
-    errors that rounding or the tolerance can cause. An error that is equal in two runs cannot be
-    noticed by comparing them.
+    The argument `estimate` is the error estimate obtained by comparison with a second run.
+    `per_turn` is the number of steps per turn, which is infinite for adaptive methods. The argument
+    `thresholds` contains the largest errors that rounding or the tolerance could cause. An error
+    that is equal in two runs cannot be noticed by comparing them.
     """
     random, aligned, tolerance_error = thresholds
     is_visible = estimate >= error / PART

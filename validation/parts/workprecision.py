@@ -187,7 +187,7 @@ def fastest_with_step(rows, scene, target):
 
 
 def describe_ranges(hits, form="{}"):
-    """Yield each recommended method with its target errors, as in 'strang for 1e-3 and 1e-6'."""
+    """Yield a phrase for each method with its target errors, such as 'strang for 1e-3 and 1e-6'."""
     for name in dict.fromkeys(hit.method for _, hit in hits):
         errors = join_words(format_power(target) for target, hit in hits if hit.method == name)
         yield f"{form.format(name)} for {errors}"

@@ -8,8 +8,8 @@ The diagonal matrix D contains the damping coefficients about the principal axes
 
 Four of the seven equations describe the attitude, and three describe the angular velocity or the
 angular momentum. All coefficients are computed with 40 digits and then rounded. The coefficients
-can be compiled as constants or passed as parameters. If the coefficients are parameters, one
-compiled integrator can be used for all tops.
+can be compiled as constants or passed as parameters. If the coefficients are passed as parameters,
+a single compiled integrator can be used for all tops.
 """
 
 import heyoka as hy
@@ -45,8 +45,8 @@ def round_to(numbers, fp):
 def compute_coefficients(problem, form="velocity", digits=40):
     """Return the coefficients of the equations of motion in multiprecision.
 
-    The list contains the coefficients of the angular velocities, then those of the quadratic terms,
-    and finally those of the torque. For a damped top, the decay rates due to damping are appended.
+    The list contains the coefficients of the angular velocities, of the quadratic terms and of the
+    torque, in this order. For a damped top, the list ends with the decay rates due to damping.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
@@ -67,7 +67,7 @@ def coefficients_from(J, lever, form="velocity"):
 def build_equations(numbers, fp):
     """Return pairs of a variable and its time derivative for all seven equations.
 
-    Terms that vanish are omitted.
+    Terms whose coefficient is zero are omitted from the equations.
     """
     variables = hy.make_vars(*NAMES)
     q, s = variables[:4], variables[4:]  # s: velocity or momentum, in the body

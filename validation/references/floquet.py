@@ -74,7 +74,7 @@ def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
 class _Body(NamedTuple):
     """A rigid body whose parameters are decimal numbers.
 
-    The moments of inertia, the lever arm and the symmetry axis are given along the principal axes.
+    The moments of inertia, the lever arm and the symmetry axis refer to the principal axes.
     The matrix `frame` rotates the principal axes to the axes of the user.
     """
 
@@ -104,7 +104,7 @@ class _Body(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """A state of motion, with the vertical and the momentum given along the principal axes."""
+    """A state of motion; its vertical and momentum are given in the principal-axis frame."""
 
     vertical: Decimals
     momentum: Decimals
@@ -135,7 +135,7 @@ class _Point(NamedTuple):
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
         """Return functions of the state that are periodic in time.
 
-        For a symmetric body, the periodic functions are invariant under rotations about the
+        For a symmetric body, the returned functions do not change when the body rotates about its
         symmetry axis.
         """
         if axis is None:
@@ -145,7 +145,7 @@ class _Point(NamedTuple):
         )
 
     def phase_rate(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return the time derivatives of the functions that `phase` returns."""
+        """Return the time derivatives of the values returned by the method `phase`."""
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum

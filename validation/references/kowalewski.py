@@ -8,8 +8,8 @@ Let the moments be 2, 2 and 1, and let mass * gravity * |com| = 1. Let h be the 
     K = 0                                 where h > g^2
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
-if K attains them. K is never negative. If h < g^2, K is at least (h - g^2)^2. In each of
-ten regions in the plane of g and h, the critical values have a fixed order.
+if K attains them. K is never negative. If h < g^2, K is at least (h - g^2)^2. Within each of ten
+regions of the (g, h) plane, the order of the critical values by size does not change.
 
 Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
 Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten energies and vertical
@@ -43,7 +43,7 @@ def vertical_momentum(g):
 def critical_values(g, h):
     """Return the critical values of K that motions attain, in ascending order.
 
-    Each critical value is paired with the number of its formula, from 1 to 3.
+    Each critical value is paired with the number (1 to 3) of the formula from which it is computed.
     """
     parabola = (h - g * g) ** 2
     values = [(0.0, 1)] if h > g * g else []

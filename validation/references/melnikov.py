@@ -1,13 +1,14 @@
 """The width of the chaotic layer near the separatrix of a slightly asymmetric top.
 
 An upright Lagrange top that spins too slowly to be stable falls, swings and becomes upright again.
-Let the moments of inertia be I1 / (1 - e), I1 / (1 + e) and I3. Then the axial momentum c changes
-at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a swing is
+Let the moments of inertia be I1 / (1 - e), I1 / (1 + e) and I3. For these moments, the axial
+momentum c changes at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a
+swing is
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
-Here psi is the spin angle at the lowest point of the swing. The Melnikov integral is taken along
-the separatrix with psi = 0. Near the upright position, the nutation grows exponentially at the rate
-s, and the spin angle changes at the rate w. By Chirikov's criterion, motions with
-|c - <m, e3>| < 2 w e A / s are chaotic.
+Here psi is the spin angle at the lowest point of the swing. The Melnikov integral is evaluated
+along the separatrix motion for which psi is zero. Near the upright position, the nutation angle
+grows exponentially at the rate s, while the spin angle changes at the constant rate w. By
+Chirikov's criterion, motions with |c - <m, e3>| < 2 w e A / s are chaotic.
 
 Sources: Melnikov, Transactions of the Moscow Mathematical Society 12 (1963) 1; Holmes and Marsden,
 Indiana University Mathematics Journal 32 (1983) 273; Chirikov, Physics Reports 52 (1979) 263.
@@ -41,7 +42,7 @@ def lowest_scene():
 
 @cache
 def melnikov_amplitude():
-    """Return the Melnikov amplitude A, computed from the second half of the separatrix."""
+    """Return the Melnikov amplitude A, integrated numerically along one half of the separatrix."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
     transverse = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
     return -2.0 * float(np.trapezoid((transverse**2).real, t)) / I1
@@ -55,8 +56,8 @@ def layer_half_width():
 def measure_swings(e, n):
     """Return spin angles at the lowest points of swings, and axial momenta at the highest points.
 
-    Several tops are pushed from the upright position and make n swings each. The results have the
-    shapes (tops, n) and (tops, n + 1).
+    Several tops are pushed from the upright position and make n swings each. The spin angles have
+    the shape (tops, n), and the momenta have the shape (tops, n + 1).
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
     transverse = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)

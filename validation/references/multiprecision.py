@@ -34,7 +34,7 @@ class MultiprecisionIntegrator:
         )
 
     def __call__(self, scene, times):
-        """Return the attitudes of the principal axes at `times`, which must move away from 0."""
+        """Return principal-axis attitudes at `times`, which must be sorted by distance from 0."""
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q

@@ -16,7 +16,7 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
     """Return a scene in which the top is not upright.
 
-    An upright top would hide first-order errors, because no torque acts on it.
+    With an upright top, first-order errors would not be noticed, because no torque acts on it.
     """
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 
@@ -24,7 +24,8 @@ def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
 def fit_slope(steps, errors, rounding):
     """Return the slope of log(error) against log(step), or None if there are too few points.
 
-    The slope is fitted to the eight smallest steps with errors above rounding level.
+    The slope is fitted to the eight smallest step sizes whose errors are well above the rounding
+    errors.
     """
     good = np.flatnonzero(errors > 30 * rounding)[-8:]
     return np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0] if len(good) >= 3 else None
@@ -42,8 +43,8 @@ def compute_errors(path, truth):
 def measure_order(name, body):
     """Return the observed orders of convergence of attitude and momentum.
 
-    Methods of high order are tested with a fast top. For a slow top, rounding errors would hide the
-    truncation error.
+    Methods of high order are tested with a fast top, because their truncation errors for a slow top
+    would be smaller than the rounding errors.
     """
     high = kr.methods[name].order > 4
     top = tilt_scene(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))

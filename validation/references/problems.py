@@ -41,7 +41,8 @@ class Problem:
     def to_scene(self):
         """Convert the problem to a scene.
 
-        The mass and the gravity of the scene are 1, and its centre of mass is `self.lever`.
+        With unit mass and unit gravity, the lever vector (mass times gravity times centre of mass)
+        equals the centre of mass.
         """
         if self.user:
             return self.user
@@ -62,7 +63,7 @@ class Problem:
 
     @property
     def symmetric(self):
-        """True if the body is exactly a Lagrange top."""
+        """True if the body is a Lagrange top, without any tolerance for rounding errors."""
         return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
 
     @property
@@ -98,8 +99,8 @@ class Problem:
     def energy_errors(self, q, m):
         """Return the error of the energy relative to max(T + mass * gravity * |com|).
 
-        The first state must be the initial state. For a damped top, only an increase of the energy
-        counts as an error.
+        The first rows of `q` and `m` must contain the initial state. For a damped top, only an
+        increase of the energy counts as an error.
         """
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
@@ -112,9 +113,9 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def scale_to_internal_units(self):
-        """Convert the problem to units in which its moments of inertia and its rate are at most 1.
+        """Convert to units in which all moments of inertia and the rotation rate are at most 1.
 
-        Return the problem in internal units, and the units of inertia and angular velocity. The
+        Returns the converted problem, and the units of moment of inertia and angular velocity. The
         units are powers of two, so that the conversion is exact.
         """
         moment, rate = (

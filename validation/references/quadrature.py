@@ -3,7 +3,8 @@
 The computation is independent of csrc/exact, which uses theta functions. The motion of the axis is
 given by Jacobi's elliptic functions. The remaining Euler angles are computed from elliptic
 integrals of the third kind. Elliptic integrals are computed from Carlson's functions R_F and R_J.
-The number of digits is sufficient even if two roots of the cubic nearly coincide.
+The number of digits is sufficient even if two roots of the cubic polynomial under the square root
+nearly coincide.
 """
 
 import mpmath as mp
@@ -72,7 +73,7 @@ def cubic_roots(c2, c1, c0):
 
 
 class Quadrature:
-    """Integrals of rational functions of sn^2, for Jacobi's elliptic function sn.
+    """Integrals of rational functions of sn^2, where sn is one of Jacobi's elliptic functions.
 
     The argument x is scaled so that sn has the period 4 K.
     """
@@ -173,8 +174,9 @@ class Lagrange:
     def _integrate_angle(self, x, weight, a, b, at_bottom):
         """Integrate weight / (a + b sn^2) from the initial value to `x`.
 
-        If `weight` is zero, the angle jumps by half a turn whenever the axis passes through the
-        vertical. Only jumps after the initial time are counted.
+        If `weight` is zero, the angle is constant, except that it jumps by half a turn whenever the
+        axis passes through the vertical. Only those jumps that occur after the initial time are
+        added to the angle.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
@@ -213,8 +215,8 @@ class Lagrange:
 class Euler:
     """The motion of a free asymmetric body as a function of time.
 
-    The motion must not be a permanent rotation. More digits are needed if the rotation is nearly
-    about the middle principal axis.
+    The motion must not be a permanent rotation. More digits are needed if the axis of rotation is
+    close to the intermediate principal axis.
     """
 
     def __init__(self, inertia, q, m, digits=DIGITS):
@@ -236,7 +238,7 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order_axes(self, inertia, body):
-        """Order the axes so that the middle moment of inertia is the second and M3 is not negative.
+        """Order the axes so that the second has the intermediate moment of inertia and M3 >= 0.
 
         The attribute `relabel` is the rotation from the sorted axes to the body axes.
         """

@@ -1,6 +1,6 @@
 """Reference solutions for strongly damped tops, by Radau collocation in 64-bit precision.
 
-The angular velocity w, the damping D and the rotor momentum h are given along the principal axes.
+The angular velocity w, the damping D and the rotor momentum h refer to the principal axes.
 The support turns with O and shakes, so that gravity is multiplied by g:
 
     J w' = (J w + h) x w + g (q* e3 q) x lever - D (w - q* O q),    q' = (q w - O q) / 2
@@ -208,7 +208,7 @@ def integrate(problem, times, tol=TOL, **effects):
 def truncation_size(top, term, stages):
     """Return the truncation error of a step relative to the size of the state.
 
-    An angular velocity that has decayed almost to zero is ignored.
+    Errors are not measured relative to an angular velocity that has decayed almost to zero.
     """
     least = max(NEGLIGIBLE * np.abs(top.start[4:]).max(), 1e-300)
     scale = max(np.abs(stages[:, 4:]).max(), least)

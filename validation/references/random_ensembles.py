@@ -70,7 +70,7 @@ def compute_truths(tops):
 def compute_conditioning(tops):
     """Return the angle [rad] by which initial rounding errors change the final attitude.
 
-    Errors as large as the conditioning are unavoidable in double precision.
+    Rounding the input to double precision is enough to cause an error of this size.
     """
 
     def of(scene):

@@ -73,7 +73,7 @@ def sleeping(rng):
 
 
 def middle_axis(rng):
-    """Draw a free body that rotates nearly about its middle principal axis."""
+    """Draw a free body whose axis of rotation is close to its intermediate principal axis."""
     half = np.sort(np.exp(rng.normal(0.0, 0.5, 3)))
     body = kr.Body.cuboid(half=tuple(half), pivot=(0.0, 0.0, 0.0))
     momentum = rng.normal(size=3) * 10 ** rng.uniform(-9, -2)

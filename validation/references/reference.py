@@ -4,10 +4,10 @@ The solutions for the scenes of the report are stored in reference.json by the c
 validation.references.reference`.
 
 Each solution is computed from two forms of the equations in 128-bit arithmetic, and once in 80-bit
-arithmetic. The differences between the three computations show how accurate the reference solution
-is. The conditioning is the change in attitude caused by perturbing each parameter and initial value
-by one double-precision rounding error. No method in double precision can be expected to have a
-smaller error than the conditioning.
+arithmetic. The differences between these three solutions indicate the accuracy of the reference
+solution. The conditioning is the change in attitude caused by perturbing each parameter and initial
+value by one double-precision rounding error. In double precision, no method can be expected to have
+a smaller error than rounding the input causes.
 """
 
 import argparse
@@ -55,7 +55,8 @@ def build_integrator(fp, coefficients):
 def attitude_and_momentum(problem, form, t, q, s):
     """Convert the variables of the integrator to the attitude and the body-frame momentum.
 
-    If `form` is "symmetric", the uniform rotation about the symmetry axis is added.
+    If `form` is "symmetric", the variables omit a uniform rotation about the symmetry axis, which
+    is restored here.
     """
     if form == "velocity":
         return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
@@ -130,8 +131,8 @@ def energy_error(problem, state):
 def perturb_data(problem, nudge):
     """Yield copies of a top, each with one perturbed parameter or initial value.
 
-    The relative perturbation is `nudge` times the rounding error of a double. The symmetry of the
-    body is preserved.
+    The relative perturbation is `nudge` times the rounding error of a double. The equal moments of
+    inertia of a symmetric body are perturbed together, so that the body remains symmetric.
     """
     with mp.workdps(DIGITS):
         more = 1 + mp.mpf(nudge * ROUNDING)
@@ -167,7 +168,7 @@ def compute_conditioning(problem, times, form, fp=FINER):
 
 
 def conditioning_by_tangents(problem, times):
-    """Return the conditioning [rad] of a problem, computed from derivatives."""
+    """Return the attitude change [rad] due to rounding the input, computed from derivatives."""
     scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
@@ -221,7 +222,7 @@ def truth_of_damped(problem, end):
 
 
 def conditioning_by_differences(problem, times):
-    """Return the conditioning [rad] of a problem, computed from finite differences."""
+    """Return the attitude change [rad] due to rounding the input, by finite differences."""
     original = replace(problem, user=None)
     nudge = NUDGES[float]
 

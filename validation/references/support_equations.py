@@ -6,8 +6,8 @@ the inertial frame is w = J^-1 (M - rotor). The equations are
     M' = M x w + mass g P x com - D (w - u) + k a,    q' = q (w - u) / 2
 
 with g = gravity - amplitude rate^2 cos(rate t + phase) and the unit vector a along the apex. The
-friction torque is k = -friction times the sign of the spin <w - u, a>. If the spin is zero, k is
-the value that keeps the spin at zero, as long as |k| is at most the friction. One compiled
+torque k of dry friction is -friction times the sign of the spin <w - u, a>. If the spin is zero, k
+takes the value that keeps it zero, provided that |k| does not exceed the friction. One compiled
 integrator in 128-bit arithmetic serves all tops.
 """
 
@@ -47,7 +47,7 @@ def _block(first, n=3):
 
 
 class _Equations:
-    """Expressions for the equations of motion, the spin, and the friction at constant spin."""
+    """Expressions for the equations of motion, the spin and the torque that keeps it constant."""
 
     def __init__(self):
         q, M = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")

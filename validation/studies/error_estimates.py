@@ -40,8 +40,8 @@ WAYS = {
 def estimate_ratio(scene, times, truth, way):
     """Return the ratio of the estimated error of a path to the true error.
 
-    Returns None if the scene is rejected, or if only rounding errors remain. Raises ArithmeticError
-    if the true error is larger than the requested error.
+    Returns None if the scene is rejected, or if the true error is as small as the rounding errors.
+    Raises ArithmeticError if the true error is larger than the requested error.
     """
     method, options = way.split()[0], WAYS[way]
     try:
@@ -70,7 +70,7 @@ def collect_ratios(scenes, seed):
 
 
 def print_row(name, ratios):
-    """Print a summary of the ratios, and return how many are too large."""
+    """Print the range and the median of the ratios, and return how many are too far from 1."""
     count = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
     print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{count:8}", flush=True)

@@ -4,9 +4,10 @@
 
 Measurements are simulated for tops with known parameters. The noise is normally distributed, with a
 standard deviation of 1 % of the signal or 0.01 rad. The fit starts from wrong moments of inertia, a
-wrong centre of mass and a wrong initial state. The initial guess must therefore be derived from the
-measurements. Only quantities that can be determined from the measurements are compared. Errors
-within one fit are correlated, so that each fit counts as one sample.
+wrong centre of mass and a wrong initial state. Because these values are wrong, kr.fit must derive a
+better initial guess from the measurements. Only quantities that can be determined from the
+measurements are compared. Errors within one fit are correlated, so that each fit counts as one
+sample.
 """
 
 import argparse
@@ -128,7 +129,7 @@ def two_clocks(rng):
 
 
 def environment_case(records, truth, free, measure, **start):
-    """Return a case in which friction or a motion of the support is also fitted.
+    """Return a test case in which friction or a motion of the support is fitted as well.
 
     The fit starts from the parameter values given in `start`.
     """
@@ -247,7 +248,7 @@ def measure_coverage(kind, seeds):
 
 
 def main():
-    """Print the coverage for each kind of measurement."""
+    """Print the coverage of the standard errors for each kind of measurement."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("kinds", nargs="*", choices=[*KINDS, []])
     parser.add_argument("--seeds", type=int, default=1000)

@@ -90,7 +90,8 @@ def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
     """Find the largest tolerance for which the errors are acceptable.
 
     Returns the base-2 logarithm of the factor by which the tolerance is reduced, a function that
-    integrates the scenes, and the errors. Returns None if all tolerances are too large.
+    integrates the scenes, and the errors. Returns None if the errors are too large for every
+    tolerance.
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)

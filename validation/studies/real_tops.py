@@ -8,18 +8,20 @@ is damped, the damping is strong with probability 1/4. Times may be negative, un
 strong. The reference is computed by heyoka in 128-bit arithmetic
 (validation/references/support_equations.py). The reference shares no code with kreisel; it uses
 only the attributes of the scene. The motion of every top is computed with 16, 20 and 30 digits, in
-an ensemble, and by a run that is saved and resumed. The closed form is also tested if there is one.
+an ensemble, and by a run that is saved and resumed. If the motion has a closed-form solution, this
+solution is tested as well.
 
 The conditioning of a state is its largest change, to first order, when each parameter and initial
 value of the scene is rounded once. The conditioning is the larger of `path.conditioning`, which
 refers to the attitude, and the analogous value for the momentum. As a check, the reference is
 recomputed with each parameter and initial value multiplied at random by 1 + 2^-30 or 1 - 2^-30. The
-change of the reference, scaled to a perturbation of 2^-53, must not exceed the conditioning.
+observed change of the reference, scaled to perturbations of 2^-53, must not exceed the predicted
+change.
 
-Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment of
-inertia times the rotation rate of the top. All errors should be at most 10 times the conditioning.
-For solutions with 20 and 30 digits, the conditioning is scaled to rounding errors of 1e-20 and
-1e-30.
+Errors in the attitude are rotation angles [rad]. Errors in the momentum are divided by the largest
+moment of inertia times the rotation rate of the top. No error should exceed 10 times the
+conditioning of the state, the effect of rounding the input. For solutions with 20 and 30 digits,
+this limit is reduced in proportion to the rounding errors of 1e-20 and 1e-30.
 """
 
 import argparse
@@ -144,7 +146,7 @@ class Nudged:
 
 
 def differ(one, other, scale):
-    """Return the larger of the angle and the scaled momentum difference of two states (q, m)."""
+    """Return the larger of the differences in attitude and scaled momentum of two states (q, m)."""
     p, q, difference = one[0], other[0], one[1] - other[1]
     square = min(abs(float((p - q) @ (p - q))), abs(float((p + q) @ (p + q))))
     return max(2.0 * math.sqrt(square), math.sqrt(abs(float(difference @ difference))) / scale)
@@ -161,14 +163,14 @@ def bound_conditioning(scene, t, scale):
 
 
 def measure_change(truth, scene, t, end, scale, rng):
-    """Return the largest change of the reference state for relative input changes of 2^-53."""
+    """Return the largest change of the reference state for relative input errors of 2^-53."""
     most = max(differ(truth(Nudged(scene, rng), t), end, scale) for _ in range(NUDGES))
     return most / NUDGE * 2.0**-53
 
 
 @dataclass
 class Top:
-    """A top, its reference state at the time `t`, and the conditioning of this state."""
+    """A top, its reference state at the time `t`, and the effect of rounding on this state."""
 
     index: int
     scene: kr.Scene
@@ -178,7 +180,7 @@ class Top:
     conditioning: float
 
     def ratio(self, path, digits=16):
-        """Return the error of the last state of a path, in units of the conditioning."""
+        """Return the error of the last state of a path, relative to the effect of rounding."""
         error = max(
             find_attitude_error(path, self.end[0]),
             find_momentum_error(path, self.end[1]) / self.scale,
@@ -188,7 +190,7 @@ class Top:
 
 @dataclass
 class Tally:
-    """The number of results of each kind, and their largest errors in units of the conditioning."""
+    """Counts of results, and the largest errors relative to the effect of rounding the input."""
 
     counts: Counter = field(default_factory=Counter)
     worst: dict = field(default_factory=dict)
@@ -243,7 +245,7 @@ def check_refusal(scene, t, index, tally):
 
 
 def check_ensemble(tops, tally):
-    """Compare the members of an ensemble with the reference."""
+    """Compare the states of all members of an ensemble with their reference states."""
     many = kr.Ensemble.of([top.scene for top in tops])
     paths = kr.solve(many, np.array([[top.t] for top in tops]))
     for i, top in enumerate(tops):
@@ -254,7 +256,7 @@ def check_ensemble(tops, tally):
 
 
 def run(count, seed):
-    """Check `count` random tops, and return the numbers of results and the largest errors."""
+    """Check `count` random tops, and return a tally of the results and of the largest errors."""
     truth, tally, group = SupportIntegrator(), Tally(), []
     for index in range(count):
         rng = np.random.default_rng((seed, index))

@@ -7,8 +7,9 @@ precision. See "Measured and left out" in docs/theory/taylor.md.
 
     python -m validation.studies.single_precision
 
-As many coefficients as possible are computed in single precision without increasing the error. Both
-versions are timed alternately, and the ratios are medians over many rounds.
+As many coefficients as possible are computed in single precision without increasing the error. Runs
+with and without single-precision coefficients are timed alternately, and the ratios are medians
+over many rounds.
 """
 
 import subprocess

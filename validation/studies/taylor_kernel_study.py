@@ -54,8 +54,8 @@ def attitude_error(truth, states):
 def count_operations(order):
     """Return how many vector operations of a step belong to sums of products, and how many do not.
 
-    In a sum, each pair of products takes 7 operations, and an unpaired product takes 5. Each
-    coefficient requires 27 other operations. The 27 operations are 3 additions, 17 for the
+    In a sum of products, each pair of products takes 7 vector operations, and an unpaired product
+    takes 5. Each Taylor coefficient requires 27 other operations: 3 additions, 17 for the
     derivatives of q, P and W, 5 permutations, and 2 for the evaluation of the series.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
@@ -65,8 +65,8 @@ def count_operations(order):
 def limits():
     """Compare the speed of the Taylor method with the peak speed of the processor.
 
-    The peak speed is two vector operations per clock cycle. The peak speed is not reached, because
-    each coefficient depends on the previous one.
+    The peak speed is two vector operations per clock cycle. The Taylor method does not reach the
+    peak speed, because the computation of each coefficient must wait for the previous one.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()

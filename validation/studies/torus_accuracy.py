@@ -2,20 +2,23 @@
 
     python -m validation.studies.torus_accuracy [kowalewski|goryachev_chaplygin] [--tops 10000]
 
-Random tops are generated as in validation/benchmarks/kowalewski_speed.py. The natural unit of time
-of a top is tau. The reference solutions are computed by the Taylor method in 30-digit arithmetic.
-The error of each top is measured at one random time between 0.1 and `--longest` tau, forward or
-backward. The errors of a few tops are also measured at times up to 1e6 tau. The conditioning is the
-change of a state if the initial state is perturbed by one rounding error in a random direction. The
-drift of the conserved quantities is measured up to 1e6 tau.
+Random tops are generated as in validation/benchmarks/kowalewski_speed.py. Here tau denotes the
+natural unit of time of the top. The reference solutions are computed by the Taylor method in
+30-digit arithmetic. For each top, the error is measured at one random time, 0.1 to `--longest` tau
+before or after the initial time. For a few tops, the errors are also measured at much later
+times, up to 1e6 tau. The conditioning is the change of a state if the initial state is perturbed by
+one rounding error in a random direction. The drift of the conserved quantities is measured up to
+1e6 tau.
 
-To test consistency, the closed form is also computed from a later state of the same motion. At 1e6
-tau, the states computed from the two closed forms are compared. The difference between the two
-closed forms is divided by the conditioning, because rounding errors change the frequencies.
+To test consistency, the closed form is also computed from a later state of the same motion. The two
+closed forms are compared at a late time, 1e6 times the natural unit of time tau. The difference
+between the two solutions is divided by the effect of one rounding error, because rounding errors
+change the frequencies.
 
 Some algorithms rest on numerical evidence rather than proof, as the source files of the closed
 forms explain. With `--plans 1000000`, a million tops are tested. The closed form of each top is
-then compared with the Taylor method at one random time between 1 and 10 tau, forward or backward.
+then compared with the Taylor method at one random time, 1 to 10 tau before or after the initial
+time.
 The certificate of a closed form is its error at the initial time and shortly afterwards.
 """
 
@@ -80,7 +83,7 @@ def solve_with_30_digits(scene, t):
 
 
 def compare_with_series(scene, top, t, rng, scale, limit):
-    """Return the error of the closed form at `t`, and the conditioning if the error is large."""
+    """Return the error of the closed form at `t`, and the effect of rounding if it is large."""
     error = differ(top([t]), solve_with_30_digits(scene, [t]), scale)
     return error, condition(scene, t, rng, scale, solve_with_30_digits) if error > limit else 0.0
 
@@ -108,8 +111,9 @@ def drift_of_integrals(top, tau, rng, scale):
 def compare_restarted(scene, top, tau, rng, scale):
     """Return the difference between closed-form solutions computed from two states of a motion.
 
-    The difference between the two solutions is divided by the conditioning. Returns None if the
-    closed form is rejected for the second state.
+    The difference between the two solutions is divided by the effect of one rounding error in the
+    initial state. Returns None if
+    kr.exact rejects the second state.
     """
     start_time = float(rng.uniform(1.0, 20.0) * tau)
     begin = solve_with_30_digits(scene, [start_time])
@@ -165,7 +169,7 @@ def examine(number, scene, top, tau, options, limit, rng, findings):
 
 
 def print_findings(findings, options, limit):
-    """Print the distributions of all results, and the tops with large errors."""
+    """Print the distributions of errors and certificates, and list the tops with large errors."""
     describe("certificate", findings.certificates)
     describe(f"error up to {options.longest:g} tau", findings.errors, limit, 10 * limit)
     for error, sensitive, certificate, t, number in sorted(findings.excess, reverse=True)[:20]:

@@ -3,11 +3,12 @@
     python -m validation.studies.torus_edges [kowalewski|goryachev_chaplygin] [--random 3]
 
 Each family of motions depends on a parameter eps, and the motion for eps = 0 is degenerate. For
-each eps, the largest error at five times up to 1000 / max(1, rate) is printed. The reference
+each eps, the largest error at five times up to 1000 / max(1, rate) is printed, where rate bounds
+the angular velocity. The reference
 solutions are computed by the Taylor method in 30-digit arithmetic. The letter c precedes the error
-estimate of the closed form (its certificate). If the error exceeds 3e-14, the conditioning is also
-printed. A conditioning less than a tenth of the error is marked by an exclamation mark. The
-conditioning is the change of a state caused by one rounding error in the initial state. If the
+estimate of the closed form (its certificate). If the error exceeds 3e-14, the effect of one
+rounding error in the initial state is also printed. An exclamation mark precedes this effect if it
+is less than a tenth of the error. If the
 closed form is rejected, the reason is printed.
 """
 
@@ -104,7 +105,7 @@ def find_size(value, velocity, up, kind):
 def scale_to(kind, value, name):
     """Return a family of random initial states for which `value` is zero at eps = 0.
 
-    For other values of eps, the velocity is multiplied by 1 + eps.
+    For nonzero eps, the velocity at which `value` vanishes is multiplied by 1 + eps.
     """
 
     def make(eps, numbers):

@@ -55,7 +55,7 @@ class TorusBench:
     ) -> Row:
         """Return median run times of closed forms and of the Taylor method.
 
-        Raises ValueError if the closed form is rejected.
+        Raises ValueError if the library rejects the closed form for this scene.
         """
         block, out = ctypes.c_char_p(scene._block), np.empty((len(times), 8))
         seconds, rounds = ctypes.c_double(), []

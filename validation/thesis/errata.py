@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Erratum:
     """An erratum.
 
-    `text` is the numerical error of the printed text, and `right` is that of the correction. The
-    text `measure` describes how the two numerical errors are measured.
+    `text` is the numerical error of the formula as printed, and `right` is the error after the
+    correction. The text `measure` explains how both numerical errors are measured.
     """
 
     number: int

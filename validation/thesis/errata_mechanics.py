@@ -51,7 +51,7 @@ def products():
 
 
 def moving(h=1e-4, t=3.0):
-    """Return the rotation Phi, the frame and their time derivatives at time `t`."""
+    """Return the matrix Phi, the body frame, and their time derivatives at the time `t`."""
     path = solve_truth(SCENE, [t - h, t, t + h]).path
     before, middle, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
     return (
@@ -124,8 +124,8 @@ def rods():
 def action(angle, end, n=400):
     """Return the difference in action between a swinging and a hanging top.
 
-    The swing angle is `angle` * sin(pi t / end). The difference is divided by the magnitude of the
-    terms in the action.
+    The swing angle is `angle` * sin(pi t / end). The difference is divided by the typical size of
+    the terms in the action, which makes it dimensionless.
     """
     i1, weight = SCENE.body.moments[0], SCENE.body.mass * SCENE.gravity * SCENE.body.com[2]
     phase = np.pi * (np.arange(n) + 0.5) / n

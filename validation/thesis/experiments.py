@@ -44,8 +44,8 @@ class Comparison:
 class FourTops(Comparison):
     """The trajectories of the four tops in section 6.1.1, and a reference trajectory.
 
-    The Bobenko-Suris method is drawn in red with the step eps1 and in blue with eps2. The method
-    extrap is drawn in yellow with the step eps1 and in green with eps2.
+    The trajectories of the Bobenko-Suris method are red for the step size eps1 and blue for eps2.
+    The trajectories of the method extrap are yellow for the step size eps1 and green for eps2.
     """
 
     scene: kr.Scene
@@ -60,7 +60,7 @@ class FourTops(Comparison):
 
     @cached_property
     def L(self):
-        """The frame errors of all trajectories, relative to the reference and to one another."""
+        """The errors of the body frame in each run, relative to the reference or to a finer run."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -97,7 +97,7 @@ def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
 
 
 def measure_loose_tolerances(tolerances=(1e-4, 1e-3), end=600.0):
-    """Return the largest frame error of extrap in experiment 6.1 for several tolerances."""
+    """Return the largest error of the method extrap in experiment 6.1 for several tolerances."""
     true = solve_truth(SCENE, time_grid(0.2, end))
     return {
         tol: float(compute_frame_error(solve_with_restarts(SCENE, 0.2, end, tol), true).max())
@@ -113,7 +113,8 @@ def run_failing():
 def measure_growth(end=20.0, eps=0.2):
     """Return the errors of the Bobenko-Suris method for several values of gravity and momentum.
 
-    Each row is (gravity, factor of the momentum, largest energy error, largest frame error).
+    Each row contains the gravity, the factor of the momentum, the largest energy error and the
+    largest frame error.
     """
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
@@ -169,7 +170,7 @@ def solve_in_periods(substeps, end, method=None):
 
 
 def time_period(green, rounds=9, count=40):
-    """Return the run times [s] of the Bobenko-Suris and extrap methods over five units of time.
+    """Return the run times [s] of the methods bobenko_suris and extrap over five units of time.
 
     The overhead of a Python call is subtracted. The shortest run time of all rounds is used.
     """
@@ -204,9 +205,9 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(equal_time, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return the times at which extrap becomes less accurate than Bobenko-Suris.
+    """Return the times at which the method extrap becomes less accurate than Bobenko-Suris.
 
-    Each row contains a tolerance, the time (None if there is none), and the final error of extrap.
+    Each row contains a tolerance of extrap, this time (or None), and the final error of extrap.
     """
     end, rows = equal_time.t[-1], []
     for tol in tolerances:
@@ -227,7 +228,8 @@ def find_crossings(equal_time, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 class EqualEvaluations(Comparison):
     """Experiment 6.3, in which two methods evaluate the torque equally often.
 
-    The Bobenko-Suris method therefore uses a quarter of the step size of the Runge-Kutta method.
+    One Runge-Kutta step evaluates the torque four times, so that the Bobenko-Suris method uses a
+    quarter of its step size.
     """
 
     eps2: float
@@ -257,7 +259,7 @@ def run_equal_evaluations(end=30.0):
 
 
 def measure_first_steps(equal_time, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Return the largest frame error of extrap in experiment 6.2 for several initial step sizes."""
+    """Return the largest error of the method extrap in experiment 6.2 for several initial steps."""
     times = equal_time.t[equal_time.t <= end]
     true = solve_truth(SCENE, times)
     return {

@@ -24,7 +24,7 @@ LIGHT = np.array((-0.4, -0.5, 0.77))
 
 @dataclass(frozen=True)
 class Top:
-    """A cuboid in one state of motion, with the style of its picture."""
+    """A cuboid at one instant of its motion, with the style in which it is drawn."""
 
     path: kr.Path
     i: int
@@ -162,7 +162,7 @@ def draw_one_top(scene, half, pivot, colour):
 
 
 def draw_two_tops(scene, half, pivot, colours):
-    """Draw figure 5.10, which shows a top and a copy of it."""
+    """Draw figure 5.10, which shows two identical tops side by side."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(layout="constrained")
         for side, colour in zip((-0.5, 0.5), colours, strict=True):

@@ -1,4 +1,4 @@
-"""Computations with the fourth integral and with two forms of the equations of motion."""
+"""Computations with the fourth integral of motion and with two forms of the equations of motion."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +24,7 @@ def special_scene(kind, half=0.8):
 
 @dataclass(frozen=True)
 class FourthIntegral:
-    """The values of a fourth integral of motion along a path computed by extrap."""
+    """The values of a fourth integral of motion along a path that the method extrap computes."""
 
     t: np.ndarray
     start: float
@@ -89,7 +89,8 @@ def compare_forms_on(name, end, rounds):
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
     """Return the attitude error [rad] if the angular velocity is updated only once per interval.
 
-    The angular velocity is exact at the beginning of each interval and constant until its end.
+    The angular velocity is set to its exact value at the beginning of each interval and then kept
+    constant.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])

@@ -1,4 +1,4 @@
-"""Conversion to and from the scaled units of Bobenko and Suris for the Lagrange top.
+"""Conversion of Lagrange tops to the units of length and mass of Bobenko and Suris, and back.
 
 The scaled units are described in section 4.2.1 of the thesis (Bodack 2008).
 """
@@ -16,8 +16,8 @@ import numpy as np
 class Units:
     """The units of length [L] and mass [M] in the Bobenko-Suris form of the equations.
 
-    The unit of time does not change. Call units.into(scene) to convert a scene to these units, and
-    units.back(scene) to convert it back.
+    The unit of time is the same in both systems of units. Call units.into(scene) to convert a scene
+    to these units, and units.back(scene) to convert it back.
     """
 
     length: float
@@ -28,7 +28,7 @@ class Units:
         return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
-        """Convert a scene from the scaled units back to the original units."""
+        """Convert a scene from the units of Bobenko and Suris back to its original units."""
         return _scale_scene(scene, self.length, self.mass)
 
 
@@ -53,7 +53,7 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
         H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
 
     The energy is I1 (|m|^2 / 2 + <p, a> + (1 / alpha - 1) <m, a>^2 / 2), whose last term is
-    constant. The path may be given in any units.
+    constant. The states of `path` need not be given in the scaled units.
     """
     i1, i3 = _lagrange_moments(path.scene.body)
     value: np.ndarray = (

@@ -166,8 +166,8 @@ def correlate_errors(four, end=200.0):
     """Return the correlation between the energy error and the oscillating part of the frame error.
 
     Returns the correlation at zero lag, the largest correlation, and the lag at which it occurs.
-    The oscillating part of the frame error L is represented by L / t. Only lags of less than half a
-    nutation period are considered.
+    The frame error L grows linearly with time on average, so that L / t shows its oscillations.
+    Only time lags shorter than half a nutation period are considered.
     """
     selection = (four.t > 20) & (four.t <= end)
     swing = (four.L["BS"][1:] / four.t[1:])[selection[1:]]

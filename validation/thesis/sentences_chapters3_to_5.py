@@ -25,7 +25,7 @@ SPECIAL = {  # the construction in the text, and (each of the equal moments) / (
 def check_chapter3(forms, frozen):
     """Yield the statements of section 3.4 on two forms of the equations of motion.
 
-    The dictionary `frozen` maps intervals to the results of `frozen_frame_error`.
+    The dictionary `frozen` maps each length of an interval to the result of `frozen_frame_error`.
     """
 
     def at_tolerance(form, tol=1e-8):
@@ -169,8 +169,8 @@ def check_fourth_integrals(k, g, values):
 def measure_discrete_rod(eps=0.05, end=20.0):
     """Return the distance of the discrete rod from the continuous centre line for two step sizes.
 
-    The distance is measured at the end of the rod. Each frame of the discrete rod is displaced from
-    the previous one by eps along T.
+    The distance between the two curves is measured at the end of the rod. From each frame of the
+    discrete rod to the next, the centre moves by the step size along the tangent T.
     """
     errors = []
     for h in (eps, eps / 2):
@@ -220,7 +220,7 @@ def check_traces():
 
 
 def compare_with_rk4(target=1e-3, end=100.0):
-    """Return the numbers of torque evaluations that rk4 and extrap need for the same accuracy."""
+    """Return the torque evaluations that the methods rk4 and extrap need for the same accuracy."""
     true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):

@@ -22,14 +22,14 @@ def to_vector(X):
 
 
 def rotate(Phi, x):
-    """Return the vector of Phi^-1 X Phi, where X is the matrix of a given vector."""
+    """Return the vector whose matrix is Phi^-1 X Phi, where X is the matrix of the vector `x`."""
     return to_vector(np.linalg.inv(Phi) @ to_matrix(x) @ Phi)
 
 
 def rotation_matrix(axis, angle):
     """Return the rotation matrix Phi of theorem 3.4.
 
-    With the factor of 2 that the thesis omits, Phi^-1 X Phi is a rotation by -angle.
+    If the factor of 2 that the thesis omits is included, X -> Phi^-1 X Phi is a rotation by -angle.
     """
     return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * to_matrix(axis)
 
@@ -65,10 +65,11 @@ def make_step(m, a, eps, g):
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Return the final attitude computed with theorem 4.2.
 
-    The argument `c_of` names the vector in the formula for c, which is 'p' in the printed thesis
-    and 'a' in the correction. The argument `side` is the side on which the quaternion is multiplied
-    by w_k. If `side` is 'inverse', the quaternion g rotates from the inertial frame to the body
-    frame. If `text` is True, the factor 2/c is used in the second form, as printed in the thesis.
+    The argument `c_of` names the vector in the formula for c: 'p' as printed in the thesis, or 'a'
+    as corrected. The argument `side` determines whether the quaternion is multiplied
+    by w_k from the left or from the right. If `side` is 'inverse', the quaternion g rotates from
+    the inertial frame to the body frame. If `text` is True, the second form of xi_k contains the
+    factor 2/c, as printed in the thesis.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity

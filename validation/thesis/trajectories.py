@@ -77,10 +77,11 @@ def solve_theorem42(scene, step, end, every=1):
 
 
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
-    """Integrate with extrap, and restart after each interval like the program in the thesis.
+    """Integrate by the method extrap, and restart it after each interval as in the thesis.
 
     An interval is the time between two pictures drawn by the program in the thesis. After each
-    restart, the initial step size is used again. The state is recorded once per `every` intervals.
+    restart, the initial step size is used again. `every` is the number of intervals between two
+    recorded states.
     """
     n = round(end / interval)
     states, cost, start = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene

@@ -1,4 +1,4 @@
-"""A script without type errors."""
+"""An example script in which type checkers must not report any errors."""
 
 import itertools
 import tempfile
