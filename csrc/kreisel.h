@@ -141,12 +141,12 @@ typedef struct kr_scene {
     kr_vec3 turning;
     kr_shaking shaking;
     /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
-     * T^-2]. If the spin is zero, it stays zero as long as the friction can hold it. */
+     * T^-2]. A spin of zero stays zero as long as friction can hold the top. */
     double friction;
 } kr_scene;
 
-/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
- * inertia tensor is diagonal, its coordinate axes are the principal axes. For other tensors, the
+/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. For a
+ * diagonal inertia tensor, the coordinate axes are principal axes. For a nondiagonal tensor, the
  * principal axes form the right-handed frame nearest to the coordinate axes. For a Lagrange top, T
  * is the axis of symmetry. */
 
@@ -156,8 +156,8 @@ KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_
 /* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
  * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Smallest permitted ratio of the smallest to the largest moment, for tensors that are not
- * diagonal. If the ratio were smaller, the smallest moment would have too few correct digits. */
+/* Smallest permitted ratio of the smallest to the largest principal moment of a nondiagonal tensor.
+ * Below this ratio, the smallest moment would have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
 /* Makes a body from its inertia tensor [M L^2] at the fixed point, stored by rows. Returns
  * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
@@ -174,8 +174,8 @@ KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
 /* Returns KR_OK if all numbers are finite and the moments satisfy the triangle inequality. */
 KR_API kr_status kr_body_check(const kr_body *body);
-/* Returns 1 if some distribution of mass has this inertia, mass and centre of mass, else 0. The
- * relative tolerance is 1e-6 + kr_body.rounded. The library also accepts unphysical bodies, because
+/* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
+ * 1e-6 + kr_body.rounded, else 0. The library also accepts unphysical bodies, because
  * many tops in the literature have fictitious masses and lever arms. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
@@ -196,7 +196,7 @@ typedef enum kr_kind {
 /* clang-format on */
 /* Returns the name of a kind of top. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* The relative tolerance for determining the kind of a top: 32 units in the last place. The
+/* Relative tolerance for identifying an integrable case: 32 units in the last place. The
  * tolerance allows for rounding errors of the moments and of `com`. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
@@ -208,8 +208,8 @@ KR_API kr_scene kr_scene_default(void);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
-/* The table of physical quantities that can be computed from a state. Vectors have components in
- * space, or in the frame of description if their name begins with body_. The Euler angles (z-x-z)
+/* The table of physical quantities that can be computed from a state. Vectors refer to the space
+ * frame, or to the frame of description if their name begins with body_. The Euler angles (z-x-z)
  * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
  * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
  * frame is the frame of description after the shortest rotation that takes its third axis to the
@@ -241,8 +241,8 @@ KR_API unsigned kr_quantity_flags(const kr_quantity *quantity);
 /* Writes the values of a quantity at n states: n * kr_quantity_doubles numbers. */
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
-/* Returns the suffix of the name of component i, such as "" or "_x". Returns NULL if there is no
- * component i. */
+/* Returns the suffix of component i of a quantity, such as "" or "_x". Returns NULL if i is out of
+ * range. */
 KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
 enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
 /* Returns the index of the component with this name, such as "apex_z", "q_w" or "spin". Returns -1
@@ -275,8 +275,8 @@ KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
  * * gravity * |com| / I1. Returns NaN unless the body is a Kowalewski top. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
 /* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), a function of the same
- * variables as the Kowalewski integral. Returns NaN unless the body is a Goryachev-Chaplygin top. G
- * is conserved only if the vertical momentum is zero. */
+ * variables as the Kowalewski integral. Returns NaN unless the body is a Goryachev-Chaplygin top.
+ * The integral G is conserved only if <m, e3> is zero. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2], which bobenko_suris
  * conserves with this step. Returns NaN unless the body is a Lagrange top. */
@@ -325,7 +325,7 @@ KR_API const char *kr_flag_name(unsigned flag);
 KR_API const char *kr_flag_text(unsigned flag);
 
 /* Methods, a constant table. A statically linked program contains only the methods that it refers
- * to by name. If it calls kr_method_at or kr_method_find, it contains all methods. */
+ * to by name, or all methods if it calls kr_method_at or kr_method_find. */
 typedef struct kr_method kr_method;
 extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_method_bobenko_suris2,
     kr_method_bobenko_suris4, kr_method_strang, kr_method_takahashi_imada4, kr_method_suzuki4,
@@ -357,9 +357,9 @@ KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
 /* Returns the horizon [T], which is the largest |t| at which doubles can resolve the attitude. The
- * horizon is 2^53 rad divided by the initial rate of rotation or the pendulum frequency, whichever
- * is larger. The result is INFINITY for a top at rest without torque, and 0 if the scene is
- * invalid. Times beyond the horizon are refused with KR_ERR_RESOLUTION. Earlier times may also be
+ * horizon is 2^53 rad divided by the larger of the initial rotation rate and the pendulum
+ * frequency. The horizon is INFINITY for a top at rest without torque, and 0 for an invalid scene.
+ * Times beyond the horizon are refused with KR_ERR_RESOLUTION. Times within the horizon may be
  * refused if damping accelerates a top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
@@ -408,26 +408,26 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
 KR_API void kr_top_free(kr_top *top);
 /* Advances the top to the end of the next step. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_step(kr_top *top);
-/* Advances the top to time t [T]. On failure, it keeps its last valid state, at or before t. */
+/* Advances the top to time t [T]. On failure, the top keeps its last valid state up to t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
 /* Advances the top to the times t[0], t[1], ... in the direction of the step, and writes the
  * states. `done` (may be NULL) receives the number of valid states; later elements of `out` are
  * unchanged. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
-/* Does the same as kr_top_record, but also writes the digits beyond double precision to `low`. The
- * sum out + low has the requested number of digits, and low.t is 0. */
+/* Works like kr_top_record, but also writes the digits beyond double precision to `low`. Each sum
+ * out[i] + low[i] has the requested number of digits; low[i].t is 0. */
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
 /* Restarts the top, as if kr_top_create had been called with this initial state. Resets the counts
  * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top as kr_top_reset does, but with another scene. To push a moving top or change its
- * body, set scene->start to kr_top_state(top). Also resets the time grid and the tangents. Returns
+/* Restarts the top as kr_top_reset does, but with another scene, and resets the time grid and the
+ * tangents. To push a moving top or change its body, set scene->start to kr_top_state(top). Returns
  * KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
-/* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
- * 16 digits (see kr_top_low). The sum must round to scene->start, and low.t must be 0. */
+/* Works like kr_top_set_scene for the initial state scene->start + low of more than 16 digits (see
+ * kr_top_low). The sum start + low must round to start; low->t must be 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
@@ -437,7 +437,7 @@ KR_API kr_state kr_top_low(const kr_top *top);
 KR_API kr_stats kr_top_stats(const kr_top *top);
 /* Returns the current time of the top [T]. The callback `poll` may call kr_top_time. */
 KR_API double kr_top_time(const kr_top *top);
-/* Returns the name of the instruction set in use, or "" if the method has only one. Writes the
+/* Returns the name of the instruction set used by taylor, or "" for other methods. Writes the
  * order of the method to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
@@ -477,9 +477,9 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
  * of the last retained Taylor term to the norm of the tangent, maximized over all steps. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states. `tangents` has the shape [n][6][columns], and
- * `out` the shape [n][kr_quantity_doubles][columns]. The derivative of q is a rotation vector (3
- * numbers). Derivatives that do not exist are NaN. No derivatives exist for Euler angles at a
- * vertical apex, for the apex if com is 0, or for body_acceleration with friction. */
+ * `out` the shape [n][kr_quantity_doubles][columns]. The derivative of the attitude q is a rotation
+ * vector (3 numbers). Derivatives that do not exist are NaN: those of Euler angles at a vertical
+ * apex, of the apex if com is 0, and of body_acceleration with friction. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
@@ -565,15 +565,15 @@ typedef struct kr_reduction {
     kr_reduce kind;
 } kr_reduction;
 /* Growth indicators of a tangent, for undamped tops that taylor integrates with at most 16 digits.
- * The norm of the tangent is measured in the internal units of the top, and is initially 1. The
- * directions of the flow and of the rotation about the vertical, which never grow, are projected
- * out. All indicators are accumulated from the initial time. LOG is the logarithm of the norm; LOG
- * divided by the time is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator,
- * and MAX is the largest LOG so far. The directional derivatives of the energy and of <m, e3> along
- * the tangent are constant; ENERGY and MOMENTUM are their relative errors. TRUNCATION is the
+ * The norm of the tangent is measured in the internal units of the top, and is initially 1. Tangent
+ * components along the flow and the rotation about the vertical never grow, and are removed. All
+ * growth indicators are accumulated from the initial time. LOG is the logarithm of the tangent's
+ * norm; LOG / time is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator, and
+ * MAX is the largest LOG value so far. ENERGY and MOMENTUM are the relative errors of the
+ * derivatives of the energy and of <m, e3> along the tangent, which are constant. TRUNCATION is the
  * largest ratio of the last retained Taylor term to the norm of the tangent. Steps are shortened if
- * the Taylor series of the tangent would be inaccurate. The status is KR_ERR_TANGENT if no step is
- * short enough. */
+ * the Taylor series of the tangent would be inaccurate; if that fails, the status is
+ * KR_ERR_TANGENT. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -589,8 +589,8 @@ typedef struct kr_outcome {
     kr_state last;    /* the last valid state; may be later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
-/* The input and output of kr_worker_run and kr_worker_section. Each top is integrated towards its
- * last time, regardless of the sign of the step. */
+/* The input and output of kr_worker_run and kr_worker_section. The sign of the step is ignored;
+ * each top is integrated towards its last time. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
@@ -625,7 +625,7 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 KR_API void kr_worker_free(kr_worker *worker);
 
 /* The closed-form solution for a Lagrange top, or for a free body, if the support is at rest. The
- * accuracy of the solution does not depend on the time. */
+ * accuracy of the solution is the same at all times. */
 typedef struct kr_exact {
     /* Period of the nutation [T], or INFINITY if the nutation is constant. */
     double period;
@@ -645,7 +645,7 @@ KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
  * motion is close to the largest finite double. Momentum components below 1e-75 |m| are treated as
  * zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
-/* Writes n states that are bitwise equal to those of kr_exact_state, but computed faster. */
+/* Writes n states faster than kr_exact_state would, with bitwise equal results. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
 /* Reasons for refusing a closed-form solution of a Kowalewski top, listed as X(name, message). */
@@ -675,8 +675,8 @@ KR_API const char *kr_kowalewski_refusal_text(int refusal);
 /* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
  * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
  * most about ten times `certificate`, the largest relative error found when the solution is
- * checked. The solution assumes moments in the ratio 2 : 2 : 1; `mismatch` is the relative error of
- * this assumption. The resulting error is about `mismatch` times the rotation angle. */
+ * checked. The solution assumes moments 2 : 2 : 1; `mismatch` is the relative error of this
+ * assumption. The resulting attitude error is about `mismatch` times the rotation angle. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
     size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */
@@ -687,16 +687,16 @@ typedef struct kr_kowalewski {
 KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution, stores it in `memory`, and sets `out` to its address. The
  * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD if the body is not
- * a Kowalewski top, if it is damped, or if the solution is refused (see `refusal`). A solution
- * whose certificate exceeds `bound` is also refused; a `bound` of 0 means KR_KOWALEWSKI_BOUND. */
+ * a Kowalewski top, if it is damped, or if the solution is refused (see `refusal`). Solutions with
+ * a `certificate` above `bound` are also refused; bound = 0 means KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Returns the state at given angles, in turns, on the invariant torus. During the motion, the
- * angles increase at the rates `first` and `second`. Time and heading keep their initial values. */
+/* Returns the state at two angles [turns] on the invariant torus. During the motion, these angles
+ * grow at the rates top->first and top->second. Time and heading keep their initial values. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
-/* Writes n states that are bitwise equal to those of kr_kowalewski_state, but computed faster. */
+/* Writes n states faster than kr_kowalewski_state would, with bitwise equal results. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 
@@ -737,7 +737,7 @@ typedef struct kr_goryachev_chaplygin {
 #define KR_CHAPLYGIN_BOUND 1e-11
 /* Returns the size of the memory that kr_goryachev_chaplygin_plan needs, in bytes. */
 KR_API size_t kr_goryachev_chaplygin_size(void);
-/* Works like kr_kowalewski_plan. A bound of 0 means KR_CHAPLYGIN_BOUND. */
+/* Works like kr_kowalewski_plan; bound = 0 means KR_CHAPLYGIN_BOUND. */
 KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */
@@ -745,7 +745,7 @@ KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, 
 /* Returns the state at two torus angles, like kr_kowalewski_state_at; the heading is arbitrary. */
 KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
                                                 double second);
-/* Writes n states, bitwise equal to those of kr_goryachev_chaplygin_state but computed faster. */
+/* Writes n states faster than kr_goryachev_chaplygin_state, with bitwise equal results. */
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);
 
@@ -775,7 +775,7 @@ typedef struct kr_exact_map {
     double step;
     double private_[83];
 } kr_exact_map;
-/* Computes the closed-form solution of the map. Returns KR_ERR_STEP_SIZE if the step is too small,
+/* Solves the Bobenko-Suris map in closed form. Returns KR_ERR_STEP_SIZE if the step is too small,
  * or if the motion is too close to a separatrix of the map (complementary modulus k'^2 < 1e-26).
  * Returns KR_ERR_ARGUMENT if the step is outside 2^-100 .. 2^40 times the time in which the top
  * rotates by one radian. */

@@ -72,16 +72,17 @@ typedef struct kr_step_polynomial {
 } kr_step_polynomial;
 
 /* An infinitesimal perturbation of a motion: a rotation vector in the body frame, and a change in
- * the momentum in the space frame. Deviations are expressed in the axes and units that the method
- * uses. A seed contains the initial deviation, and the derivatives of the coefficients of the
- * equations of motion with respect to a parameter. The derivatives of the moments of inertia and of
- * the damping are symmetric matrices, stored as (xx, yy, zz, yz, zx, xy). Deviations do not affect
- * the motion. However, strongly damped motions require short steps if deviations are computed. */
+ * the momentum in the space frame. The components of a deviation refer to the axes and units that
+ * the integration method uses. A seed contains the initial deviation, and the derivatives of the
+ * coefficients of the equations of motion with respect to a parameter. The derivatives of the
+ * moments of inertia and of the damping are symmetric matrices, stored as (xx, yy, zz, yz, zx, xy).
+ * Deviations do not affect the motion. However, strongly damped motions require short steps if
+ * deviations are computed. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* The way in which the change in torque due to a parameter varies with time. With STRENGTH, the
- * torque change is proportional to the acceleration g(t); with UNIFORM, it is constant. With
+/* Time dependence of the change in torque that results from changing a parameter. With STRENGTH,
+ * the torque change is proportional to the acceleration g(t); with UNIFORM, it is constant. With
  * AMPLITUDE, RATE or PHASE, the torque change is proportional to the derivative of g(t) with
  * respect to that parameter of the shaking. */
 typedef enum kr_timing {
@@ -115,8 +116,8 @@ typedef struct kr_tangent_ops {
     size_t (*doubles)(int digits, size_t n);
     /* Initializes n deviations at the current state. On entry, `memory` is filled with zeros. */
     void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
-    /* Propagates the deviations over the last step. Returns KR_ERR_TANGENT if a deviation exceeds
-     * the range of doubles. */
+    /* Propagates all deviations over the last step of the motion. Returns KR_ERR_TANGENT if a
+     * deviation exceeds the range of doubles. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
     /* Writes the deviations at the time `clock` within the last step. motion->low.t holds the low
      * word of this time. */
@@ -168,8 +169,8 @@ struct kr_method {
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the Taylor polynomials of the last step. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* The propagation of tangents, for methods with KR_METHOD_TANGENTS. `tangents` is NULL if the
-     * build omits tangents. */
+    /* Functions that propagate tangents, for methods with KR_METHOD_TANGENTS. `tangents` is NULL if
+     * the build omits tangents. */
     const kr_tangent_ops *tangents;
     /* The conversion of states with more than 16 digits, for methods with KR_METHOD_DIGITS:
      * &kr_extended. `extended` is NULL if the build omits extended precision. */

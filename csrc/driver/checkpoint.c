@@ -151,9 +151,9 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if a saved motion and its work array are valid for `top`. A correct checksum does not
- * suffice, because checksums can be forged. The configuration and all counts, indices and loop
- * bounds are therefore checked as well. */
+/* Returns 1 if a saved motion and its work array are valid for `top`. Because checksums can be
+ * forged, the function also checks the configuration and all counts, indices and loop bounds of the
+ * saved motion. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;

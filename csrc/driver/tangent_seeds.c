@@ -27,8 +27,8 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The initial data of each column of the tangent matrix; `next` points to the first unused
- * element. */
+/* Initial data for the columns of the tangent matrix; `next` points to the first unused element of
+ * `seeds`. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */

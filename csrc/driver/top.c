@@ -1,5 +1,6 @@
 /* Functions that create a kr_top and compute its state at requested times, in the user's frame and
- * units. Limits, non-finite states, interruptions and recovery are handled in steps.c. A fixed-step
+ * units. The code in steps.c enforces the step limit, detects non-finite states, handles
+ * interruptions, and restores the last valid state after a failure. A fixed-step
  * method computes states on the time grid start.t + k * step. An adaptive method computes states at
  * the ends of its own steps. A state within a step is computed by a separate integration from the
  * beginning of the step. The requested times therefore do not affect the computed path. */
@@ -67,8 +68,8 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts a state from the inertial frame to the frame of a support that rotates about e3. The two
- * frames coincide at the initial time. */
+/* Converts a state from the inertial frame to the frame of a support that rotates about e3. The
+ * inertial frame and the support frame coincide at the initial time. */
 static void turn_with_support(const kr_top *top, kr_state *state)
 {
     const double angle = top->scene.turning.z * (state->t - top->scene.start.t);
@@ -215,8 +216,8 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if a tolerance
- * determines the accuracy. */
+/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if the accuracy is
+ * specified by a tolerance instead of a number of digits. */
 static int round_digits(int digits)
 {
     return digits == 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
@@ -411,7 +412,7 @@ kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
         spare->aux = begun.main.aux;
     return status;
 }
-/* Returns 1 if the sum start + low rounds to start, and low.t is 0. */
+/* Returns 1 if low.t is 0 and start + low rounds to `start` in every component, else 0. */
 static int are_low_words(const kr_state *start, const kr_state *low)
 {
     const kr_quat q = q_add(start->q, low->q);

@@ -8,7 +8,7 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* Fields that are stored in checkpoints. */
+    /* Fields of the top that are stored in checkpoints. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
@@ -28,7 +28,7 @@ struct kr_top {
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
-    /* Fields that are not stored in checkpoints. */
+    /* Fields of the top that are not stored in checkpoints. */
     double horizon;     /* requested times must be below this limit */
     kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
@@ -64,8 +64,8 @@ static inline void kr_event_reset_search(kr_event *event)
 }
 
 /* The byte offset of each checkpoint field on machines with 64-bit pointers. Pointers are stored as
- * zeros. The work arrays follow the last field. Reordering the fields changes the checkpoint
- * format. */
+ * zeros. In a checkpoint, the work arrays follow the last field. Reordering the fields changes the
+ * checkpoint format. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
     X(scene, 0)            X(method, 272)         X(config, 280)         X(axes, 336)             \
@@ -148,7 +148,7 @@ static inline double kr_step_directed(double step, int back)
  * Does nothing if the integration has not passed the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, restores the saved motion and repeats its steps up to the last valid state.
- * Returns the status code of the failure. */
+ * Returns the status code that describes the failure. */
 kr_status kr_steps_recover(kr_top *top);
 /* Advances a top to grid point `goal`, and writes the state there to `state`. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);

@@ -83,7 +83,8 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
     }
     finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
-/* Processes the states of a top that have already been written to the output array. */
+/* Checks the states that the output array already contains for top i, and updates the accumulators
+ * with these states. */
 static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;

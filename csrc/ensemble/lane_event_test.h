@@ -1,8 +1,9 @@
 /* Test for possible events within the current step of each lane. Within a step, the event function
  * is a polynomial, and its coefficients in the Bernstein basis bound its values. If all
  * coefficients have the sign that the event function had before the step, its sign has not changed.
- * The test may report false positives, but never misses a sign change. Lanes with a possible event
- * are searched by section.c. This source file is compiled once for each instruction set. */
+ * The test may report false positives, but never misses a sign change. If an event is possible in a
+ * lane, section.c searches the last step of this lane for the event. This source file is compiled
+ * once for each instruction set. */
 #include "lane_series.h"
 
 /* Returns the event function without its constant term. */

@@ -52,7 +52,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Loads a top at rest into an unused lane, so that the first step of this lane never ends. */
+/* Loads a top at rest, whose first step is infinitely long, into an unused lane. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
@@ -210,8 +210,8 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
-/* Upper limit on the reciprocals of the moments of inertia, in internal units. Larger reciprocals
- * could cause the squared norm of a tangent to overflow. */
+/* Upper limit on the reciprocals of the moments of inertia, in internal units; beyond this limit,
+ * the squared norm of a tangent could overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
 /* Stores the constants of the variational equations for one lane. */
 static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants *of)
@@ -363,7 +363,8 @@ static int has_growth(const kr_lanes *l, int lane)
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
     return isfinite(sum);
 }
-/* Stores the sampled state of a lane and sets the next goal. Returns 1 if the next requested time
+/* Stores the state of a lane at the requested time, and sets the goal of the lane to the next
+ * requested time. Returns 1 if the next requested time
  * lies in the same step. */
 static int store_sample(kr_worker *worker, int lane)
 {

@@ -142,7 +142,7 @@ INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
 /* Adds the products of the coefficients of orders 0 and n, including the rotor terms, to `a`. The
- * coefficients of order n are still in registers. */
+ * argument `newest` holds the coefficients of order n, which are still in processor registers. */
 INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int headless)
 {
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,
@@ -207,7 +207,7 @@ INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int
     const wide share = wide_splat(1.0 / (n + 1));
     const lane_vec p = newest.p, k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
-    /* Use the convolution sums last, because they are completed last. */
+    /* The convolution sums are added last, because they become available last. */
     const lane_vec w = {
         wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
         wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
@@ -252,8 +252,9 @@ INLINE wide approx_exp2_lanes(wide x)
     return power *
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
-/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. The heading is
- * given more weight, because the omitted terms of its series may all have the same sign. */
+/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. In this estimate,
+ * the heading has a larger weight than the other variables, because the omitted terms of its Taylor
+ * series may all have the same sign. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
@@ -306,8 +307,8 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
 }
 
 /* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2. The
- * low bits of u contain the number of quarter turns. The sine and cosine are then approximated by
- * the polynomials of math/trig.h. */
+ * low bits of u contain the number of quarter turns that are subtracted from x. The sine and cosine
+ * are then approximated by the polynomials of math/trig.h. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),

@@ -1,11 +1,12 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each lane. Computing the
  * tangents may require shorter steps, but does not otherwise change the path. This source file is
  * compiled once for each instruction set. The variational equations are those of taylor/tangents.h,
- * but have no damping and no parameters. Two solutions of these equations are trivial: the flow and
- * the rotation about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x
- * c) and (P | P x M), where M = AW + h. The trivial solutions are removed at the end of each step,
- * and the growth of the remainder is measured. Up to the tolerance, each tangent conserves the
- * quantities
+ * but without damping and without derivatives with respect to parameters. Two solutions of these
+ * equations are trivial: the flow and the rotation about the vertical. The two trivial solutions
+ * are the pairs (theta | N) = (W | P x c) and (P | P x M), where M = AW + h. At the end of each
+ * step, the components of the tangent along the trivial solutions are removed, and the growth of
+ * the rest is measured. Up to the
+ * tolerance, each tangent conserves the quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
@@ -221,8 +222,8 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
 }
 /* Writes the relative errors of the changes in energy and vertical momentum that a tangent causes.
  * For an exact solution of the variational equations, the changes in energy and momentum are
- * constant in time. Each error is relative to the largest value possible for a tangent of the same
- * norm. */
+ * constant in time. Each error is divided by the largest change that a tangent of the same norm can
+ * cause. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);
@@ -336,7 +337,7 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
     deviation_store(g->x[0], start);
     for (int n = 0; n < l->order; n++) next_growth(l, g, n);
 }
-/* Computes new Taylor series of the paths, expanded about the times `at`. */
+/* Computes new Taylor series for the motions in all lanes, expanded about the times `at`. */
 APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *part = &g->part;
@@ -364,8 +365,9 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
     return r;
 }
 /* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
- * substeps. `at` is the point of the path at the time `to`. Writes the time reached by each lane to
- * `reached`. Returns the tangent without the trivial solutions. */
+ * substeps. The argument `at` contains the vertical and the angular velocity of the top at the time
+ * `to`. Writes the time reached by each lane to
+ * `reached`. Returns the tangent without its components along the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_areas *areas,
                                           wide *reached)
@@ -455,7 +457,8 @@ static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
         g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
     }
 }
-/* Removes the trivial solutions from the initial tangents, and normalizes the tangents. */
+/* Subtracts from the initial tangents their components along the trivial solutions, and normalizes
+ * the tangents. */
 INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);

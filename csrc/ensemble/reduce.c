@@ -1,5 +1,6 @@
-/* Reductions over the times of a single top, such as the mean of a quantity. States are processed
- * in the order of their times, so the results are bitwise independent of the other tops. Mean and
+/* Reductions over the times of a single top, such as the mean of a quantity. The results of a top
+ * do not depend on the other tops, not even in the last bit, because its states are processed in
+ * the order of their times. Mean and
  * variance use Welford's update (Technometrics 4, 1962), which avoids cancellation. */
 #include "reduce.h"
 #include <math.h>

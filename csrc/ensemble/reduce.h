@@ -3,8 +3,9 @@
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* State of a reduction: the current result `value` and an auxiliary number `more`. `more` is the
- * sum of squared deviations for a variance, and the time for an extremum. */
+/* State of a reduction, consisting of the current result `value` and a second number `more`. For a
+ * variance, `more` is the sum of the squared deviations from the mean; for an extremum, it is the
+ * time of the extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;

@@ -1,9 +1,10 @@
 /* Sections of the motions of many tops, consisting of the states at which an event occurs. The
  * vectorized code can detect an event if the event function is linear in the body-frame components
- * of the vertical and the angular velocity. The height of the centre of mass is a typical event
- * function. Each lane holds one top, and stops after a step in which its event function may have
- * changed sign. The functions in this file search the last step of a lane for the event. Tops with
- * other events are integrated one at a time by the scalar code (events/event_search.c). */
+ * of the vertical and the angular velocity. For example, the height of the centre of mass is linear
+ * in the body-frame components of the vertical. Each lane holds one top, and stops after a step in
+ * which its event function may have changed sign. The functions in this file search the last step
+ * of a lane for the event. Tops with other events are integrated one at a time by the scalar code
+ * (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"

@@ -24,7 +24,8 @@ int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Returns a pointer to the growth of a top at its k-th time, or NULL if growth is not requested. */
+/* Returns a pointer to the tangent growth of a top at its k-th requested time, or NULL if no growth
+ * is requested. */
 static double *growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
@@ -124,9 +125,9 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return KR_ERR_TURNING;
 }
-/* Chooses the kr_top object that integrates a top outside the lanes. The closed-form solutions of
- * tops on rotating supports are computed one by one, because the batch code does not handle such
- * supports. */
+/* Chooses the kr_top object for a top that is not integrated in a SIMD lane. The closed-form
+ * solutions of tops on rotating supports are computed one by one, because the batch code does not
+ * handle such supports. */
 static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
@@ -150,8 +151,8 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else
         kr_worker_run_scalar(worker, choose_top(worker, scene), i);
 }
-/* Dispatches n tops, starting at index `from`. Tops with closed-form solutions are evaluated
- * first. */
+/* Dispatches n tops, starting at index `from`. Tops whose motion has a closed-form solution are
+ * processed before all other tops. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
@@ -229,8 +230,8 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates the kr_top objects for tops outside the lanes. Validates the configuration by
- * initializing a default top with it. */
+/* Allocates the kr_top objects for the tops that are not integrated in SIMD lanes. Validates the
+ * configuration by initializing a default top with it. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;

@@ -76,14 +76,15 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
 
 /* Chooses the instruction set, order and tolerance of the lanes from the configuration. */
 void kr_scheduler_configure(kr_worker *worker);
-/* Replaces the kernel, order and tolerance of the lanes, for tests and measurements. */
+/* Replaces the instruction set, Taylor order and tolerance of the lanes, for tests and
+ * measurements. */
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order,
                              double log2_tol);
 /* Empties all lanes. */
 void kr_scheduler_reset(kr_worker *worker);
 /* Advances the lanes until one is free, and loads top i into it. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
-/* Advances all tops in the lanes to their last times or events. */
+/* Advances all tops in the lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
 /* Returns the state of a lane at time t, which must lie within its last step. */
 kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
@@ -92,7 +93,8 @@ kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
 void kr_scheduler_fall_back(kr_worker *worker, int lane);
 /* Writes the outcome of the top in a lane and frees the lane. */
 void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status);
-/* Returns 1 if the current step of a lane reaches the lane's goal. */
+/* Returns 1 if the current step of a lane reaches the time at which the lane must stop (its
+ * goal). */
 static inline int kr_scheduler_has_passed_goal(const kr_lanes *l, int lane)
 {
     return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
@@ -114,7 +116,8 @@ int kr_section_suits_lanes(const kr_worker *worker);
 /* Stores the event function for one lane, given the frequency unit `rate` and the cyclic shift of
  * the axes. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
-/* Sets the goal of a lane to the latest admissible time of the next event. Returns 0 and frees the
+/* Sets the time at which a lane must stop (its goal) to the latest admissible time of the next
+ * event. Returns 0 and frees the
  * lane if there are no more events to search for. */
 int kr_section_set_goal(kr_worker *worker, int lane);
 /* Stores the events in the last step of a lane, and frees the lane if the top is finished. */

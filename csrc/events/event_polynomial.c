@@ -123,8 +123,8 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
 /* Adds a multiple of the angular momentum about a space axis to the power series c. The momentum
- * about an axis e is computed as <e q, q M>, where M is the momentum in the body frame. The formula
- * <e q, q M> holds even for damped motions and moving supports. */
+ * about an axis e is computed as <e q, q M>, where M is the momentum in the body frame. This
+ * formula for the momentum, <e q, q M>, is valid even for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -294,8 +294,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to (but not including) `end` to the power series c. All these terms
- * must have the same first component. */
+/* Adds the terms from `t` up to (but not including) `end` to the power series c. All terms in this
+ * range must have the same first factor. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -305,8 +305,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
-/* Expands an event function in powers of the scaled time tau. Terms with a common first component
- * are combined into a single product. */
+/* Expands an event function in powers of the scaled time tau. Consecutive terms with the same first
+ * factor are combined into a single product of two power series. */
 static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;

@@ -1,7 +1,7 @@
 /* Functions that advance a top from event to event. Each step is first computed without regard to
- * events, and then searched for events. Events therefore never change the path. For each event, the
- * next sign change of its event function in the last step is stored. Once the top has passed a
- * stored sign change, the search resumes from there. */
+ * events, and then searched for events. Events therefore never affect the computed motion. For each
+ * event, the next sign change of its event function in the last step is stored. Once the top has
+ * passed a stored sign change, the search resumes from there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
@@ -86,8 +86,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. The initial sign is carried over from the previous step if that step was fully
- * searched. */
+ * been searched. The sign of the event function at the beginning is taken over from the previous
+ * step if that step was fully searched. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {

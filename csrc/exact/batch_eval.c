@@ -7,8 +7,8 @@
 #  include <emmintrin.h>
 #endif
 
-/* The states of one top at a block of times, with one array for each component. A block fits into
- * the first-level cache. */
+/* The states of one top at a block of times, with one array for each component. A block of states
+ * fits into the first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -81,8 +81,8 @@ static void states(const kr_exact_form *exact, batch *b, int count)
     if (e.framed != 0.0) frame(&e, b, n);
 }
 /* Uses state_beyond to recompute the states at times beyond the range of the vectorized code.
- * Because such times are rare, a branch-free loop first checks whether a block contains any of
- * them. */
+ * Because times beyond this range are rare, a loop without branches first checks whether a block
+ * contains any of them. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

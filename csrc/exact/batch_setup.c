@@ -123,7 +123,8 @@ static double larger(double a, double b) { return a > b ? a : b; }
 /* Predicts whether the largest root u3 of a cubic polynomial is isolated from the other two. The
  * guess uses the cubic in u of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops with the same predicted branch are grouped, so that most vectors compute only one branch. A
+ * Tops for which the same branch is predicted are processed together, so that most SIMD vectors
+ * need to compute only one branch. A
  * wrong prediction costs time but does not change the results. The unit of the momentum `m` is the
  * user's unit of inertia divided by the internal unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
@@ -207,8 +208,7 @@ INLINE exact_top read_lanes(group w)
     return top;
 }
 /* Returns a mask of the heavy tops whose tilt or momentum is large enough for the vectorized
- * set-up. Because the threshold is larger than that of kr_exact_resolves, that function need not be
- * called. */
+ * set-up. The function kr_exact_resolves need not be called, because its threshold is lower. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);

@@ -1,6 +1,6 @@
 /* Even periodic functions of an angle, sampled at equal intervals. This header provides a table of
- * cosines in double-double precision and functions that integrate samples. The trapezoidal rule
- * converges exponentially for analytic periodic functions.
+ * cosines in double-double precision and a function that integrates sampled functions. The
+ * trapezoidal rule converges exponentially for analytic periodic functions.
  *
  * This header is compiled once for each instruction set. The including file must define GRID, the
  * largest number of intervals between 0 and pi. */
@@ -23,7 +23,7 @@ static void begin_cosines(cosine_table *t)
     t->c[GRID / 2] = dd_of(0.0);
     t->c[GRID] = dd_of(-1.0);
 }
-/* Refines the table of cosines to the given stride. */
+/* Extends the cosine table to all multiples of `stride`. */
 static void refine_cosines(cosine_table *t, int stride)
 {
     while (t->stride > stride) {

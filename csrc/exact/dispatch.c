@@ -93,8 +93,8 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
     return widest_maps()->state((const kr_exact_map_form *)(const void *)map, k);
 }
-/* Batches have a separate table, so programs that compute only single tops do not link the batch
- * code. */
+/* The batch functions are listed in a separate table, so that programs that compute only single
+ * tops do not link the batch code. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {

@@ -24,7 +24,7 @@ typedef struct body_axes {
 } body_axes;
 
 /* Returns the rotation that maps e3 to axis k, and e2 to axis `middle` or its negative. If
- * `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
+ * `reverse` is nonzero, the directions to which e1 and e3 are mapped are reversed. */
 static kr_quat frame_of(int k, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
@@ -162,8 +162,8 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
 
 /* Returns the initial phase of the nutation, in turns. The elliptic functions cn and sn are
  * proportional to the momentum components M1 and M2. Near the intermediate axis, where sn = +-1,
- * the phase is measured from this axis by sn(K - x) = cn/dn. If it were measured from another axis,
- * the phase would be the difference of two large numbers. */
+ * the phase is measured from this axis by sn(K - x) = cn/dn. If the phase were measured from
+ * another axis, it would be the difference of two large numbers, and therefore inaccurate. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;

@@ -1,10 +1,10 @@
 /* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops
  * and for torque-free bodies. The method needs no intermediate steps, its error does not grow with
- * time, and it conserves all integrals. Each step extends to the next requested time, however far
- * away that time is. The default step size is the nutation period or, for motions on a torus, the
- * period of the first torus angle. The solution for Lagrange tops follows Klein and Sommerfeld
- * (Theorie des Kreisels), and that for free bodies follows Jacobi (1849). The solution for
- * Kowalewski tops follows Kowalevski (1889) and Koetter (1893). The solution for
+ * time, and it conserves all integrals of motion. Each step extends to the next requested time,
+ * however far away that time is. The default step size is the nutation period or, for motions on a
+ * torus, the period of the first torus angle. The solution for Lagrange tops follows Klein and
+ * Sommerfeld (Theorie des Kreisels), and that for free bodies follows Jacobi (1849). The solution
+ * for Kowalewski tops follows Kowalevski (1889) and Koetter (1893). The solution for
  * Goryachev-Chaplygin tops follows Chaplygin (1901), except for the heading. */
 #include "dispatch.h"
 #include "method.h"
@@ -41,8 +41,9 @@ static const kr_torus_form *find_torus_form(kr_kind kind)
     while (*form && (*form)->kind != kind) form++;
     return *form;
 }
-/* Returns the number of doubles that must be stored for a top in addition to its kr_exact_form. The
- * additional memory holds the current solution and, during a set-up, a new one. */
+/* Returns the number of doubles that must be stored for a top in addition to its kr_exact_form.
+ * This memory holds the current closed-form solution and, while a new solution is being set up,
+ * also the new one. */
 static size_t torus_doubles(const kr_torus_form *form)
 {
     return (form->plan_size + kr_torus_widest_isa(form)->scalar->memory_size) / sizeof(double);

@@ -7,7 +7,7 @@
 #include "math/su2.h"
 
 static inline int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
-/* Applies the linear map f (a frame) to the quaternion q. */
+/* Applies the linear map `f`, called a frame, to the quaternion q. */
 INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),

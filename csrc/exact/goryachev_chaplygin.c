@@ -75,8 +75,8 @@ static void equalise_series(kr_angle_series angle[2])
     }
 }
 /* Returns, in turns, half of the initial torus angle that corresponds to the separation variable u.
- * Writes the periodic part of the time at the initial angle to `time`. Sets the signs of the series
- * coefficients in `e`. */
+ * Writes the periodic part of the time, evaluated at the initial torus angle, to `time`. Changes
+ * the signs of the Fourier coefficients in `e` if necessary to match the initial state. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
                       kr_angle_series *e, double *time)
 {
@@ -242,8 +242,8 @@ static void sum_top(dd c[6][SERIES_ORDER + 1], double span, double out[6])
         out[i] = sum.hi;
     }
 }
-/* Returns the increase of the heading over the time `moment`, computed by 5-point Gauss quadrature
- * of L1/|L|^2. */
+/* Returns the increase of the heading from the initial time to the time `moment`, computed by
+ * 5-point Gauss quadrature of L1/|L|^2. */
 static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
 {
     static const double place[5] = {0.04691007703066800, 0.23076534494715845, 0.5,
@@ -258,8 +258,8 @@ static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
     return sum;
 }
 /* Returns the largest error of a solution near the initial time, in internal units. The attitude is
- * checked at the initial time only. The momentum, the vertical and the heading are compared with
- * Taylor series a short time later. */
+ * checked at the initial time only. Shortly after the initial time, the momentum, the vertical and
+ * the heading are compared with values computed from Taylor series. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
 {
@@ -288,8 +288,8 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
 /* Returns the certificate of a closed-form solution, which is an estimate of its error. The
  * certificate is the maximum of the truncation error, the error of a state near the initial time,
  * and the rounding error of the heading. The rounding error of the heading is inversely
- * proportional to the rate of the slower angle. The rates of the angles are small if the momentum
- * is small. */
+ * proportional to the rate of the slower angle. Both torus angles change slowly if the angular
+ * momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)
 {

@@ -19,8 +19,8 @@ enum {
     GUESSES = 3 /* steps of Newton's method with the first terms of the series of the time */
 };
 
-/* The Fourier series in alpha1 or in alpha2. The terms are cosines or sines of k times the angle,
- * or of k + 1/2 times the angle, for integers k >= 0. */
+/* The Fourier series in one of the torus angles alpha1 and alpha2. The terms are cosines or sines
+ * of k times the angle, or of k + 1/2 times the angle, for integers k >= 0. */
 typedef struct kr_angle_series {
     int count[2], times; /* numbers of terms: of c and s, and of the time */
     int is_sine[2], is_whole[2];

@@ -92,8 +92,8 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 {
     const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
                  minus = find_cubic_roots(dd_plus(o->H, -1.0), o->G, o->root + 3);
-    /* The discriminants are accurate to about 31 digits. The frequencies depend on the logarithm of
-     * the second discriminant. */
+    /* The discriminants of the cubic polynomials p+ and p- are accurate to about 31 digits. The
+     * frequencies depend on the logarithm of the discriminant of p-. */
     if (!(plus > 1e-20)) return plus > -1e-20 ? KR_CHAPLYGIN_COINCIDENT : KR_CHAPLYGIN_START;
     if (!(fabs(minus) > 1e-15)) return KR_CHAPLYGIN_SEPARATRIX;
     o->pair = minus < 0.0;
@@ -103,8 +103,8 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* Sets up the arc between two adjacent real roots. The argument `low` is the index of the lower
- * root in ascending order. The coefficient C is chosen to keep the neighbouring roots as far from
- * the arc as possible. */
+ * root in the ascending list of real roots. The coefficient C is chosen to keep the neighbouring
+ * roots as far from the arc as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -154,8 +154,8 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
 /* Computes the square roots of |p+|/2 and |p-|/2, which are sqrt|u| cos(chi/2) and sqrt|u|
- * sin(chi/2). The arguments s and c are the sine and cosine of x/2. Both square roots are positive
- * for 0 < x < pi. */
+ * sin(chi/2). The arguments s and c are the sine and cosine of x/2. Both of these square roots are
+ * positive for 0 < x < pi. */
 static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
                        double out[2])
 {
@@ -194,10 +194,10 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
     out->v[1][i] = dd_mul(out->v[0][i], size);
     for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
 }
-/* Computes the averages of the integrands over an arc. The number of intervals is doubled until no
- * average changes by more than the rounding error of a double. Convergence is exponential, so the
- * error of the last average is about the square of its last change. Returns 0 if the averages do
- * not converge with GRID intervals. */
+/* Computes the averages of the integrands P and |u| P over an arc. The number of intervals is
+ * doubled until no average changes by more than the rounding error of a double. Convergence is
+ * exponential, so the error of the last average is about the square of its last change. Returns 0
+ * if the averages do not converge with GRID intervals. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {

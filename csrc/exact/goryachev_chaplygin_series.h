@@ -1,12 +1,13 @@
 /* Set-up of the Fourier series for a Goryachev-Chaplygin top. The angles alpha1 and alpha2 grow at
  * constant rates with respect to the rescaled time tau. Functions of an angle are sampled at the
- * multiples of pi/M between 0 and pi. Each function is even or odd about 0, and even or odd about
- * pi. Each series therefore contains only sines or only cosines, either of k or of k + 1/2 times
- * the angle.
+ * multiples of pi/M between 0 and pi. Each sampled function is even or odd about 0, and also even
+ * or odd about pi. Each series therefore contains only sines or only cosines, either of k or of k +
+ * 1/2 times the angle.
  *
- * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integrating a
- * term divides it by its frequency, a sum or difference of multiples of the two rates. Terms with a
- * frequency close to zero are integrated from the initial time (kr_slow_term). The error of a slow
+ * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integration
+ * divides each Fourier term by its frequency, which is a sum or difference of multiples of the two
+ * angles' rates. Terms whose frequency is close to zero are integrated separately, as definite
+ * integrals from the initial time (kr_slow_term). The error of a slow
  * term grows linearly with time, but more slowly than the effect of rounding the initial state.
  *
  * This header is compiled once for each instruction set. */
@@ -20,7 +21,7 @@ enum { LEAST_POINTS = 16, MOST_POINTS = 1024, LARGE_TERM = 4 };
  * by 512 intervals. */
 enum { GRID_SAMPLES = (MOST_POINTS / 4 + 1) * (MOST_POINTS + 1) };
 
-/* Intermediate results of setting up the series. */
+/* Intermediate results of the computation of the Fourier series. */
 typedef struct series_work {
     cosine_table table;
     arc_samples samples;
@@ -69,7 +70,8 @@ static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
 }
 /* Replaces M + 1 samples, stored at intervals of `stride`, with their Fourier coefficients. Term k
  * contains the sine or cosine of k times the angle, or of k + 1/2 times the angle if `is_whole` is
- * 0. If `is_whole` is 0, symmetry halves the length of the discrete Fourier transform. */
+ * 0. If `is_whole` is 0, the symmetry of the samples permits a discrete Fourier transform of half
+ * the length. */
 static void transform(series_work *w, int M, int is_sine, int is_whole, int stride, double v[])
 {
     cx *const f = w->fourier;
@@ -171,7 +173,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
             e->count[k] = count_terms(w->row[k], M, 0.0);
             memcpy(e->part[k], w->row[k], sizeof(double) * (size_t)e->count[k]);
         }
-        /* The mean increase of time per radian of the angle is q. */
+        /* On average, the time increases by q per radian of the angle. */
         e->times = count_terms(w->row[2], M, arc->q.hi);
         for (int k = 0; k < e->times; k++) {
             e->time[k] = w->row[2][k];
@@ -256,8 +258,9 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* Amplitudes and frequencies of a pair of terms of the heading rate. The frequencies are the sum
- * and the difference of multiples of the two angles' rates. */
+/* Amplitudes and frequencies of a pair of terms of the heading rate. The two frequencies are the
+ * sum and the difference of a multiple of the first angle's rate and a multiple of the second
+ * angle's rate. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;

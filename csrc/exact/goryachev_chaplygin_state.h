@@ -15,7 +15,7 @@ typedef struct angle_lanes {
     wide c[5], s[5];
 } angle_lanes;
 
-/* Computes the cosines and sines of the multiples of half the angle. */
+/* Computes the cosines and sines of the multiples of half of an angle. */
 INLINE void fill_angle(angle_lanes *a)
 {
     a->c[0] = wide_splat(1.0);
@@ -34,9 +34,9 @@ INLINE angle_lanes angle_of(dd half)
     fill_angle(&a);
     return a;
 }
-/* Clenshaw's recurrence for a single series, with separate sums for even and odd indices. Splitting
- * the series halves the number of dependent steps. The arrays `last` and `before` hold the two most
- * recent values of each recurrence. */
+/* Clenshaw's recurrence for a single series, with separate sums for even and odd indices.
+ * Separating even from odd indices halves the number of steps that depend on each other. The arrays
+ * `last` and `before` hold the two most recent values of each recurrence. */
 typedef struct clenshaw_sum {
     wide last[2], before[2];
 } clenshaw_sum;
@@ -47,7 +47,8 @@ INLINE clenshaw_sum begin_sum(void)
     const clenshaw_sum p = {{zero, zero}, {zero, zero}};
     return p;
 }
-/* Adds the terms with indices k and k + 1, for even k. */
+/* Performs one step of both recurrences, which adds the terms with the even index k and the odd
+ * index k + 1. */
 INLINE void step_sum(clenshaw_sum *p, wide twice, const double term[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -100,9 +101,9 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     c[1] = finish_part(second, 0, &u, &a[1]);
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
-/* Performs one Newton step for the periodic part of tau, starting from `slip`. The error in time
- * before the Newton step is written to `value`. Each series is truncated to its first `terms`
- * terms. */
+/* Performs one Newton step for the periodic part of tau, starting from `slip`. The residual of the
+ * time equation at the starting point `slip` is written to `value`. Each series is truncated to its
+ * first `terms` terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
                          wide *value)
 {
@@ -123,11 +124,11 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
     return slip - *value / slope;
 }
 /* Returns the slip, which is the periodic part of tau. The array `half` contains half of each mean
- * angle, in turns. The first Newton steps use truncated series. Later steps are confined to a
- * bracket, which exists because t increases monotonically with tau. A Newton step longer than half
- * the previous one is replaced by bisection. Newton's method could otherwise alternate between two
- * points on opposite sides of the solution. The angles that correspond to the returned slip are
- * written to the array `a`. */
+ * angle, in turns. The first Newton steps use truncated series. Later Newton steps are confined to
+ * an interval that brackets the solution; it exists because t increases monotonically with tau. A
+ * Newton step longer than half the previous one is replaced by bisection. Newton's method could
+ * otherwise alternate between two points on opposite sides of the solution. The torus angles for
+ * the returned slip are written to the array `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -205,7 +206,7 @@ INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *
     *u = sum[0] + sum[2];
     *v = sum[1] + sum[3];
 }
-/* Returns the sum of the heading series without its slow terms. */
+/* Returns the value of the heading's Fourier series without its slow terms. */
 INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
 {
     heading_waves waves;
@@ -256,7 +257,7 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     return sum;
 }
 /* Returns the state at `time`. The array `mean` contains half of each mean angle. The argument
- * `elapsed` is the mean increase of tau since the initial time. */
+ * `elapsed` is the time since the initial time, multiplied by the mean rate of tau. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide elapsed)
 {

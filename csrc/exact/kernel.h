@@ -36,9 +36,9 @@ INLINE wide nearest(wide x)
     return (x + shift) - shift;
 }
 /* Returns the phase at time t in turns, up to a whole number of turns. The high-order part of the
- * result lies between 0 and 2. The condition |start| >= 1/2 makes two_sum_ordered exact. The
- * low-order part is the rounding error of the high-order part. Without the low-order part, the
- * errors of the states would be about twice as large. */
+ * returned double-double lies between 0 and 2. The condition |start| >= 1/2 makes two_sum_ordered
+ * exact. The low-order part is the rounding error of the high-order part. Without the low-order
+ * part, the errors of the states would be about twice as large. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -205,7 +205,8 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return r;
 }
 
-/* The longest time span whose exact products do not overflow without fused multiply-add. */
+/* The longest time span for which exact products (two_product) do not overflow without fused
+ * multiply-add. */
 static const double longest = 0x1p990;
 /* Returns 1 if the state at the time `span` after the initial time can be computed. The phases must
  * not exceed 2^50 turns, because doubles must resolve their fractional parts. */

@@ -11,7 +11,7 @@ enum { POINTS = 256 };
  * largest denominator D is below CANCELLING. */
 #define DOUBTFUL 5e-15
 #define CANCELLING 0.05
-/* The set-up is repeated with more nodes if the error exceeds INACCURATE. */
+/* The set-up is repeated with more quadrature nodes if the error exceeds INACCURATE. */
 #define INACCURATE 1e-14
 
 /* A closed-form solution and the intermediate results of its set-up. */
@@ -80,7 +80,8 @@ static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
     return fmax(energy, vertical);
 }
 /* Returns the largest error of the integrals of motion at many points on the torus. Near saddle
- * points, the errors can be 1e4 times as large as at the samples used for fitting. */
+ * points of the phase space, the errors can be 1e4 times as large as at the samples used for
+ * fitting. */
 static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
 {
     double miss = 0.0;
@@ -119,15 +120,16 @@ static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalews
     *error = fmax(of_sums, miss_of_plan(plan, top, moment, attitude));
     if (dual || *error > DOUBTFUL || least_size(&w->theta) < CANCELLING)
         *error = fmax(*error, miss_on_torus(plan, &w->curve));
-    /* Between the samples, the error of dual sums is up to six times as large as at the samples.
+    /* Between the sample points on the torus, the error of dual theta sums is up to six times as
+     * large as at these points.
      * The last number is the error of the frequencies after 1000 radians. It matters only near
      * separatrices, where a rounding error of the start changes the motion far more. */
     plan->head.certificate = fmax(fmax(*error, dual ? 6.0 * of_sums : 0.0), 1e3 * w->separatrix);
     return refusal;
 }
 /* Computes the closed-form solution in internal units. If the error exceeds INACCURATE, the periods
- * are computed again with more nodes. If the error remains too large, dual sums are used, provided
- * that they are more accurate. Returns what fill_plan returns. */
+ * are computed again with more quadrature nodes. If the error remains too large, dual sums are
+ * used, provided that they are more accurate. Returns what fill_plan returns. */
 static kr_kowalewski_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude)
 {

@@ -101,10 +101,10 @@ static void mend_end(samples *v, int end, int stride)
     v->v[2][end] = value;
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
-/* Averages the integrands over an arc. The number of intervals is doubled until each average
- * changes by at most the rounding error of a double. Convergence is exponential, so the error of
- * the last average is about the square of its last change. Returns 0 if the averages do not
- * converge with GRID intervals. */
+/* Averages the three integrands (dt/dx, w dt/dx and that of the heading) over an arc. The number of
+ * intervals is doubled until each average changes by at most the rounding error of a double.
+ * Convergence is exponential, so the error of the last average is about the square of its last
+ * change. Returns 0 if the averages do not converge with GRID intervals. */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {
@@ -156,8 +156,9 @@ static void integrate_arc(const kowalewski_curve *o, kowalewski_arc *arc, const 
         v->v[1][i] = dd_sub(v->v[1][i], dd_mul(o->root[arc->high], v->v[0][i]));
     for (int i = 0; i < 2; i++) integrate_samples(v->v[i], table, arc->points, arc->sine[i]);
 }
-/* Computes the contributions of arc j to the periodic functions theta1 - x1 and theta2 - x2. The
- * value of w at the upper end is subtracted to avoid cancellation if w varies little. */
+/* Computes the contributions of arc j to the periodic functions theta1 - x1 and theta2 - x2.
+ * Subtracting the value of w at the upper end of the arc avoids cancellation if w varies little
+ * along the arc. */
 static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, double det)
 {
     const dd base = o->root[arc[j].high];
@@ -170,7 +171,8 @@ static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, d
         arc[j].sine[1][k] = (p1 * v - q1 * u) / det;
     }
 }
-/* Computes the averages of the integrands over both arcs, and the frequencies of the motion.
+/* Computes the averages of dt/dx and two related integrands over both arcs, and from these averages
+ * the frequencies of the motion.
  * Returns 0 if an average is not accurate enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples *v, kowalewski_rates *out)
@@ -189,7 +191,7 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
         dd_half(dd_sub(dd_mul(arc[0].pole, out->rate[0]), dd_mul(arc[1].pole, out->rate[1])));
     return out->det.hi > 0.0;
 }
-/* Adds the sine series of one arc to both torus angles, given the sine and cosine of the arc's
+/* Adds the two sine series of an arc to the torus angles, given the sine and cosine of the series'
  * variable. */
 static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
 {

@@ -204,8 +204,9 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
 /* Refines approximate distances of w1 and w2 from the ends of their arcs by iteration. The array
- * `product` contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each arc. The three
- * equations for the distances are solved in the order that gives the fastest convergence. */
+ * `product` contains (k - w1)(k - w2), followed by (w1 - e)(e - w2) for the lower end e of the
+ * first arc and for the upper end e of the second. Each iteration uses those two of the three
+ * equations for the distances that give the fastest convergence. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -232,8 +233,8 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the distances of w1 and w2 from the ends of their arcs in the state p, q, r, g1, g2, g3.
  * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * The two products above and the result of product_at_end determine the distances to full
- * precision. */
+ * The distances are computed to full precision from these two products and the results of
+ * product_at_end. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -355,9 +356,9 @@ static dd modulus_for(dd height)
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
-/* Chooses Landen transformations that move singularities away from an arc. Each transformation
- * removes one singularity near the real axis, but roughly halves the distances of the others from
- * the axis. Returns sinh |Im x| of the nearest remaining singularity. */
+/* Chooses Landen transformations that move the singularities of the integrands away from an arc.
+ * Each transformation removes one singularity near the real axis, but roughly halves the distances
+ * of the others from the axis. Returns sinh |Im x| of the nearest remaining singularity. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);

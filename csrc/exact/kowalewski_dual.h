@@ -2,16 +2,16 @@
  * small, and the terms of the theta sums nearly cancel. Poisson summation expresses the same sums
  * by terms that do not cancel. With z = theta + i beta, the sum of the terms of a class r is
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
- * where k runs over the dual of the lattice of the class, shifted according to its signs. A common
- * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted from the sums,
- * because the factor e includes it. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the
- * remaining sum is
+ * where k runs over the dual of the lattice of the class, shifted according to its signs. A factor
+ * that all theta sums have in common is omitted. The factor exp(-i theta B^-1 beta) is omitted from
+ * the sums, because the factor e includes it. With theta between -2 pi and 2 pi and k = (k1, k2)/4,
+ * the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * The constant factors are fitted for linear combinations of the classes of terms, because these
- * combinations contain fewer terms. Poisson summation is exact. The rules that assign classes and
- * signs to terms were found numerically and have not been proved (kowalewski_theta.h). The study
- * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
- * of separatrix.
+ * One constant factor is fitted for each linear combination of term classes, because these
+ * combinations contain fewer terms than the classes. Poisson summation is exact. The rules that
+ * assign classes and signs to terms were found numerically and have not been proved
+ * (kowalewski_theta.h). The study validation/studies/torus_edges.py compares states with 30-digit
+ * solutions near every known kind of separatrix.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_DUAL_H
@@ -19,8 +19,9 @@
 #include "kowalewski_state.h"
 #include "kowalewski_theta.h"
 
-/* Linear combinations of the classes of terms in a theta sum. The element weight[b][i] is the
- * weight of class i in combination b. The number of combinations equals the number of classes. */
+/* Linear combinations of the classes into which the terms of a theta sum are divided. The element
+ * weight[b][i] is the weight of class i in linear combination b. There are as many linear
+ * combinations as classes of terms. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
@@ -31,7 +32,7 @@ typedef struct dual_term {
     int k1, k2;
     cx size;
 } dual_term;
-/* The terms of all sums for one value of beta, sorted by k1 and then by k2. */
+/* The terms of the dual theta sums for one value of beta, sorted by k1 and then by k2. */
 typedef struct dual_work {
     double bend[3]; /* 2 pi^2 B^-1 */
     double lift;    /* logarithm of a factor of all terms */
@@ -48,8 +49,8 @@ static cx eighth_turn(int n)
     const double c[8] = {1.0, half, 0.0, -half, -1.0, -half, 0.0, half};
     return cx_of(c[n & 7], c[(n + 6) & 7]);
 }
-/* Returns the factor of the term k1, k2 in class i of a sum; the factor is a root of unity or
- * zero. */
+/* Returns the factor of the term with the indices (k1, k2) in class i of a theta sum; the factor is
+ * zero or an eighth root of unity. */
 static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1, int k2)
 {
     const int pairs = has_pairs(kind), one = 2 * b->half[0][i], two = 2 * b->half[1][i];
@@ -59,7 +60,8 @@ static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1,
     return eighth_turn(k1 * b->first[i] + k2 * b->second[i] +
                        (is_imaginary(sum, b->second[i]) ? 2 : 0));
 }
-/* Appends a linear combination of classes if it is linearly independent of the previous ones. */
+/* Appends a linear combination of term classes to the list if it is linearly independent of those
+ * already in the list. */
 static void append_combination(dual_basis *b, int *found, const double weight[])
 {
     double rest[CLASSES], size = 0.0, left = 0.0;
@@ -77,8 +79,8 @@ static void append_combination(dual_basis *b, int *found, const double weight[])
     if (*found < b->count && size > 0.25 && left > 0.25 * size)
         memcpy(b->weight[(*found)++], rest, sizeof rest);
 }
-/* Finds suitable linear combinations of the classes of a sum. Each combination contains only terms
- * with one or two values of (k1, k2) modulo 8. */
+/* Finds linear combinations of the term classes of a theta sum in which (k1, k2) takes only one or
+ * two values modulo 8. */
 static void make_basis(int kind, int sum, dual_basis *b)
 {
     const int pairs = has_pairs(kind);
@@ -108,8 +110,8 @@ static void make_basis(int kind, int sum, dual_basis *b)
                 append_combination(b, &found, weight);
             }
 }
-/* Computes the factor of every term in each linear combination. Factors that are pure rounding
- * error are set to zero. */
+/* Computes the factor with which each term enters each linear combination of classes. Factors that
+ * differ from zero only by rounding errors are set to zero. */
 static void find_factors(int kind, int sum, dual_basis *b)
 {
     for (int k = 0; k < 64; k++) {
@@ -152,8 +154,8 @@ static dd exponent_of_term(const dual_work *d, const dual_term *n)
              c = dd_times(n->k2 * n->k2 / 16.0, dd_of(d->bend[2]));
     return dd_add(dd_add(a, c), b);
 }
-/* Chooses a common scale factor that keeps the smallest term within the range of doubles. Returns 0
- * if the growth factors or the squares of the sums would overflow. */
+/* Chooses a scale factor for all terms that keeps the smallest one within the range of doubles.
+ * Returns 0 if the growth factors or the squares of the sums would overflow. */
 static int scale_dual_terms(dual_work *d)
 {
     const double across = fabs(d->bend[1]), first = d->bend[0] + across,
@@ -164,8 +166,8 @@ static int scale_dual_terms(dual_work *d)
     return d->wide[0] * first < 1380.0 && d->wide[1] * second < 1380.0 &&
            d->lift + first + second < 340.0;
 }
-/* Lists the terms that are significant at some point of the torus. Returns 0 if there are too many
- * terms, or if a term would overflow. */
+/* Lists the terms of the dual theta sums that are significant at some point of the torus. Returns 0
+ * if there are too many terms, or if a term would overflow. */
 static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
 {
     const double pi = 3.14159265358979323846, det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -193,7 +195,8 @@ static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
         }
     return scale_dual_terms(d);
 }
-/* Computes the magnitudes of the terms for one value of beta. */
+/* Computes the coefficients of the dual theta sums for one value of beta, without the constant
+ * factors. */
 static void size_dual_terms(dual_work *d, const double beta[2])
 {
     const double pi = 3.14159265358979323846,
@@ -220,7 +223,8 @@ static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
 }
-/* Adds the contribution of a term to each linear combination at the selected samples. */
+/* Adds the contribution of a term to each linear combination of classes at the selected sample
+ * points. */
 static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n,
                           sample_choice choice)
 {
@@ -236,7 +240,8 @@ static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which,
         }
     }
 }
-/* Evaluates the linear combinations of classes for two theta sums at the selected samples. */
+/* Evaluates the linear combinations of term classes at the selected sample points, for two theta
+ * sums. */
 static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2],
                               sample_choice choice)
 {
@@ -245,7 +250,7 @@ static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2
     for (int i = 0; i < d->count; i++)
         for (int j = 0; j < 2; j++) add_dual_term(w, d, sum[j], j, &d->term[i], choice);
 }
-/* Computes a measure of the magnitude of the sums at each selected sample. */
+/* Estimates the magnitude of the dual theta sums at each selected sample point. */
 static void size_dual_samples(theta_work *w, sample_choice choice)
 {
     for (int i = 0; i < SAMPLES; i++) {
@@ -256,7 +261,7 @@ static void size_dual_samples(theta_work *w, sample_choice choice)
         w->sample[i].size = sqrt(size);
     }
 }
-/* Fits the constants of S and T in the dual sums for one value of beta. */
+/* Fits the constant factors of the dual theta sums S and T for a given value of beta. */
 static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2], int thorough)
 {
     size_dual_terms(d, beta);

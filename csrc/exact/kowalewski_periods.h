@@ -18,9 +18,9 @@
 enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u */ };
 
 /* An integral counts as converged if a refinement changes it by less than a limit, SETTLED or
- * WELL_SETTLED, relative to its size. With the limit SETTLED, errors can reach 1e-12, but only if a
- * weak singularity is close to the path. With the limit WELL_SETTLED, only rounding errors
- * remain. */
+ * WELL_SETTLED, relative to its size. If the limit is SETTLED, the error of an integral can reach
+ * 1e-12, but only if there is a weak singularity close to the path. If the limit is WELL_SETTLED,
+ * the error of an integral consists only of rounding errors. */
 #define SETTLED 1e-9
 #define WELL_SETTLED 1e-14
 
@@ -74,7 +74,7 @@ static void finish_path(kowalewski_path *p, double end)
     p->near_d_root = cx_sqrt(p->near_d);
     p->scale = cx_sqrt(cx_scale(p->infinite ? -0.5 : 0.5, cx_mul(p->infinite ? p->A : p->C, p->E)));
 }
-/* Returns the path from root i to root j, given the coefficients C and E. */
+/* Returns the integration path from root i to root j, given its coefficients C and E. */
 static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
 {
     kowalewski_path p = {.C = C, .E = E, .settled = o->settled};
@@ -119,7 +119,7 @@ typedef struct path_part {
 
 /* Adds the contribution of one node u of the double exponential rule to the integrals of dt/dx and
  * (w - base) dt/dx. With y = exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 +
- * y) on a segment. Returns 0 if the contribution of the node is negligible. */
+ * y) on a segment. Returns 0 if the contribution of the quadrature node is negligible. */
 static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2], double size[2])
 {
     const double pi = 3.14159265358979323846;
@@ -139,8 +139,8 @@ static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2
     }
     return weight * cx_abs(v[0]) > 1e-18 * size[0] || weight * cx_abs(v[1]) > 1e-18 * size[1];
 }
-/* Integrates over a segment of a path by the double exponential rule. Returns 0 if the rule does
- * not converge. */
+/* Integrates dt/dx and (w - base) dt/dx over a segment of a path by double exponential quadrature.
+ * Returns 0 if the quadrature does not converge. */
 static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
 {
     cx sum[2] = {{0.0, 0.0}}, old[2] = {{0.0, 0.0}};
@@ -165,8 +165,8 @@ static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
     }
     return 0;
 }
-/* Integrates over a path from its beginning to tan^2(x/2) = `most`. Returns 0 if the rule does not
- * converge. */
+/* Integrates over a path from its beginning to tan^2(x/2) = `most`. Returns 0 if the double
+ * exponential quadrature does not converge. */
 static int integrate_path(const kowalewski_path *p, double most, cx out[2])
 {
     const path_part all = {1, 0, 0.0}, start = {0, 0, most}, end = {0, 1, 1.0 / most};
@@ -189,7 +189,8 @@ static based_periods periods_from(const kowalewski_arc arc[2], const kowalewski_
                              dd_sub(arc[1].q, dd_mul(base, arc[1].p)).hi, rates->det.hi};
     return r;
 }
-/* Computes the normalized integrals M^-1 (x, y). */
+/* Normalizes the integrals (x, y) by multiplying them with the inverse of the matrix M of
+ * periods. */
 static void normalise(const based_periods *m, double x, double y, double v[2])
 {
     v[0] = (m->p2 * y - m->q2 * x) / m->det;
@@ -262,9 +263,9 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds to b a multiple of the normalized integral over a path. The integral is taken on the sheet
- * on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The path leads from the root with
- * index `from` to a pole. */
+/* Adds to b the normalized integral over a path, multiplied by `part`. The integral is taken on the
+ * sheet of the Riemann surface on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The
+ * path leads from the root with index `from` to a pole. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)
@@ -298,9 +299,10 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
     finish_path(&p, 1.0);
     return p;
 }
-/* Adds to b the integral from the arc of w1 to a real pole. The path starts at the root above the
- * pole. If the pole lies to the left of a pair of complex roots, the path starts at one of these
- * roots instead. The integral from the arc to the start of the path is zero or half a row of B. */
+/* Adds to b the integral from the arc of w1 to a real pole. The integration path starts at the
+ * nearest real root that is larger than the pole. If the pole lies to the left of a pair of complex
+ * roots, the path starts at one of these roots instead. From the end of the arc to the start of
+ * this path, the integral is zero or half a row of B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {
@@ -323,7 +325,7 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                  up = fmax(-root_less_pole(o, low, pole).hi, 0.0);
     return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
 }
-/* Adds to b the two equal integrals that lead to the complex pole i y and to its conjugate. The
+/* Adds to b the contributions of the complex pole i y and of its conjugate, which are equal. The
  * path is part of the circle through a complex root, the pole i y and the conjugate root. If all
  * roots are real, the path is the straight line that joins the root nearest to zero to the pole. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],

@@ -26,8 +26,8 @@ typedef struct kowalewski_work {
 } kowalewski_work;
 
 /* Returns 1 if the initial values of Kowalewski's variables w1 and w2 lie on the arcs. The arc of
- * w1 ends at k, and that of w2 at the smallest root. The condition has been tested with 1e6 random
- * tops (validation/studies/torus_accuracy.py), but not proved. */
+ * w1 ends at k, and that of w2 at the smallest root. These ends of the arcs were confirmed for 1e6
+ * random tops (validation/studies/torus_accuracy.py), but have not been proved. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
@@ -46,9 +46,9 @@ static double distance_error(const kowalewski_curve *o, int i, int j)
                  digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
-/* Returns the largest relative error of the distances on which the frequencies depend
- * logarithmically. The relevant distances are the gaps next to the arcs, and the distance between
- * two complex roots near an arc. */
+/* Returns the largest relative error of those distances between branch points on whose logarithms
+ * the frequencies of the motion depend. These distances are the widths of the gaps next to the
+ * arcs, and the distance between two complex roots close to an arc. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -157,9 +157,10 @@ static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], c
     return dd_add(w->rates.heading,
                   dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
 }
-/* Appends a theta sum to the solution, row by row. Negligible terms at the ends of a row are
- * omitted. A real sum stores only half of its terms, multiplied by two, because the terms form
- * complex conjugate pairs. Returns 0 if the array of terms or the array of rows is full. */
+/* Appends a theta sum to the solution, row by row. Negligible terms at both ends of a row of
+ * coefficients are omitted. A real sum stores only half of its terms, multiplied by two, because
+ * the terms form complex conjugate pairs. Returns 0 if the array of terms or the array of rows is
+ * full. */
 static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
                        int *rows, int *terms)
 {
@@ -261,8 +262,9 @@ static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual
     }
     return 1;
 }
-/* Computes the initial values of S and T and of their time derivatives from dual sums. A common
- * growth rate of S and T is omitted from the derivatives. */
+/* Computes the initial values of S and T and of their time derivatives from dual sums. The
+ * derivatives omit a growth rate that S and T have in common, because it does not affect the
+ * heading. */
 static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx sum[2], cx slope[2])
 {
     const dual_work *d = &w->dual;
@@ -286,8 +288,9 @@ static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx su
         slope[j] = cx_add(slope[j], cx_scale(turn, cx_of(-sum[j].im, sum[j].re)));
     }
 }
-/* Computes and stores all dual sums for one value of beta. The constants of S and T must already be
- * known for this value of beta. Returns 0 if the array of terms or the array of rows is full. */
+/* Computes and stores the coefficients of all dual theta sums for one value of beta. The constant
+ * factors of the sums S and T must already have been fitted for this value of beta. Returns 0 if
+ * the array of terms or the array of rows is full. */
 static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};

@@ -4,9 +4,9 @@
  *     G = +- g1 g2,   a = sum L A G,   p = -sum L B G / a,   q = -d1 d2 / a,
  *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
  *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
- * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. Five signs must be
- * determined, one for each root of phi and one for each arc. The signs are determined by comparison
- * with a state shortly after the initial time.
+ * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. Five signs of
+ * square roots must be determined, one for each root of phi and one for each arc. These signs are
+ * determined by comparison with a state shortly after the initial time.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_SAMPLES_H
@@ -20,7 +20,7 @@ typedef struct kowalewski_roots {
     double sign[5];
 } kowalewski_roots;
 
-/* Quantities in the formulas for the state that depend only on the point on one arc. */
+/* Quantities in the formulas for the state that depend only on the position on one of the arcs. */
 typedef struct arc_point {
     cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
     dd N, D, d;
@@ -150,9 +150,10 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
     }
 }
 /* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
- * end. If the lower end is finite, `rest` is the distance from this end. The direction of motion
- * follows from `next`, the value of `gap` at a later time. Returns 0 if the point is so close to an
- * end of the arc that sin(x/2) or cos(x/2) is at most `least`. */
+ * end. If the arc has a finite lower end, `rest` is the distance from this end. The argument
+ * `next`, the value of `gap` at a later time, determines the direction of motion along the arc.
+ * Returns 0 if the point is so close to an end of the arc that sin(x/2) or cos(x/2) is at most
+ * `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
                          dd next, double least, arc_point *out)
 {
@@ -188,8 +189,8 @@ static double miss_of(const dd got[6], const dd want[6])
     return most;
 }
 /* Determines the five signs of the square roots by comparison with a single state. Only the correct
- * signs reproduce the components p and q of the state. Returns the error of the state for the best
- * choice of signs. */
+ * signs reproduce the components p and q of the state. Returns the error of the reconstructed state
+ * for the combination of signs that fits best. */
 static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
                          const dd state[6])
 {
@@ -223,9 +224,9 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
 }
 /* Determines the signs of the square roots and the initial angles on the torus. The signs are
  * determined from the first state whose points are not close to the ends of the arcs. If w1 or w2
- * changes slowly, points closer to the ends are accepted. The returned error is divided by the
- * state's rate of change, because errors in the angles of a slow motion change the state only
- * slightly. */
+ * moves so slowly that no such state is found, points closer to the ends of the arcs are accepted.
+ * The returned error is divided by the state's rate of change, because errors in the angles of a
+ * slow motion change the state only slightly. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

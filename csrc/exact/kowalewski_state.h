@@ -68,8 +68,8 @@ INLINE void fill_growth_powers(dd a, int most, wide out[])
         up[-k] = up[-(k / 2)] * up[k / 2 - k];
     }
 }
-/* Computes the powers of both growth factors. The array x contains half of each torus angle, in
- * turns. `bend` has the elements of 2 pi^2 B^-1. */
+/* Computes the powers of the growth factors exp(a1/4) and exp(a2/4). The array x contains half of
+ * each torus angle, in turns. `bend` has the elements of 2 pi^2 B^-1. */
 INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], growth_lanes *w)
 {
     wide power[2 * WIDE_MOST + 1];

@@ -1,13 +1,15 @@
 /* The coefficients of the theta sums of a Kowalewski top. With n = (k1, k2)/2, up to a constant
  * factor for each class of n, the coefficients are
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
- * with beta = 0 for P, Q and R. The classes and signs of the terms depend on the order of the real
- * roots. Each theta sum contains terms of only some of the classes. The rules were found
- * numerically and have not been proved. The study validation/studies/torus_accuracy.py tests the
- * rules for classes and signs with 1e6 random tops. A solution is rejected if its theta sums do not
- * reproduce known states of the top. The constants of S and T are the null vector of the equations
+ * with beta = 0 for P, Q and R. The class and the sign of each term depend on how the real roots of
+ * phi and the numbers k and -k are ordered. Some of the classes have no terms in a given theta sum.
+ * The rules were found numerically and have not been proved. The study
+ * validation/studies/torus_accuracy.py tests the rules for classes and signs with 1e6 random tops.
+ * A solution is rejected if its theta sums do not reproduce known states of the top. The constants
+ * of S and T are the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
- * at points of the torus. The constants of P, Q and R are found by linear least squares.
+ * at points of the torus. The constant factors of P, Q and R are determined by linear least
+ * squares.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_THETA_H
@@ -18,23 +20,24 @@
 #include "least_squares.h"
 
 /* The equations for the constants of S and T count as satisfied if the ratio of the two smallest
- * singular values of their matrix is below SATISFIED. NEARLY_SATISFIED is the looser limit for a
- * fit to only a third of the samples. */
+ * singular values of their matrix is below SATISFIED. For a fit to only a third of the samples, the
+ * less strict limit NEARLY_SATISFIED applies. */
 #define SATISFIED 1e-8
 #define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds of curves, classified by the order of the real roots. With e denoting a root of phi,
- * the six orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds of curves, classified by the order of the real roots. If e denotes a root of phi, the
+ * six kinds have the orders -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* A term of a theta sum, excluding the constant factor of its class. The array `value` has one
- * element for each of two theta sums, because the sign of the term may differ between the sums. */
+/* A term of a theta sum, without the constant factor that all terms of its class share. The array
+ * `value` has one element for each of two theta sums, because the sign of the term may differ
+ * between the sums. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
 } sum_term;
-/* All significant terms for one value of beta, sorted by k1 and then by k2. The array `wide` holds
- * the largest |k1| and |k2|. */
+/* All significant terms of two theta sums for one value of beta, sorted by k1 and then by k2. The
+ * array `wide` holds the largest |k1| and |k2|. */
 typedef struct sum_terms {
     int count, wide[2];
     sum_term term[TERMS];
@@ -77,10 +80,10 @@ static int class_of(int kind, int k1, int k2)
     if (has_pairs(kind)) return 2 * odd(k1) + odd(k2);
     return 4 * odd(k1) + ((k2 - 2 * floor_half(k1)) & 3);
 }
-/* Returns 1 if a sum contains terms of the class with the given index. */
+/* Returns 1 if a given theta sum contains terms of the class with the given index. */
 static int has_class(int kind, int sum, int index)
 {
-    /* Bit i of an entry is set if the sum contains terms of class i. */
+    /* In each table entry, bit i is set if the theta sum contains terms of class i. */
     static const unsigned char classes[KINDS][SUMS] = {
         {0x55, 0xaa, 0x55, 0x0a, 0xaa}, {0x0f, 0x0f, 0x0f, 0x0a, 0x0f},
         {0x0f, 0x0f, 0x07, 0x02, 0x0d}, {0x0f, 0x0f, 0x07, 0x02, 0x0d},
@@ -88,7 +91,7 @@ static int has_class(int kind, int sum, int index)
     };
     return classes[kind][sum] >> index & 1;
 }
-/* Returns the sign of the term k1, k2 in a given sum. */
+/* Returns the sign of the term with the indices (k1, k2) in a given theta sum. */
 static double sign_of_term(int kind, int sum, int k1, int k2)
 {
     static const double signs[KINDS][SUMS][2] = {
@@ -165,8 +168,8 @@ static void make_waves(double theta, int most, cx wave[])
     for (int k = 2; k <= most; k++) w[k] = cx_mul(w[k / 2], w[k - k / 2]);
     for (int k = 1; k <= most; k++) w[-k] = cx_conj(w[k]);
 }
-/* Sums the terms of each class at one sample, for two theta sums. Terms with the same k1 and the
- * same k2 modulo 4 belong to the same class. */
+/* Adds up the terms of each class at one point of the torus, for two theta sums. Two terms belong
+ * to the same class if their k1 are equal and their k2 differ by a multiple of 4. */
 static void sum_classes(theta_work *w, const int sum[2], const double theta[2], cx out[2][CLASSES])
 {
     const sum_term *t = w->terms.term, *const end = t + w->terms.count;
@@ -212,9 +215,9 @@ static void fill_columns(theta_work *w, const int sum[2], sample_choice choice)
     for (int i = 0; i < SAMPLES; i++)
         if (is_chosen(i, choice)) sum_classes(w, sum, w->sample[i].theta, w->column[i]);
 }
-/* Fits the constants of S and T to some or all samples. The equation for each sample is divided by
- * the approximate magnitude of S and T at this sample. Returns the ratio of the smallest singular
- * value to the second smallest. */
+/* Fits the constant factors of the theta sums S and T to the samples selected by `choice`. The
+ * equation for each sample point is divided by the approximate magnitude of S and T at this point.
+ * Returns the ratio of the smallest singular value to the second smallest. */
 static double solve_spinor(theta_work *w, sample_choice choice)
 {
     lsq *m = &w->lsq;
@@ -242,16 +245,16 @@ static double solve_spinor(theta_work *w, sample_choice choice)
                 has_class(w->kind, spinor_sums[j], index) ? null[at++] : 0.0;
     return ratio;
 }
-/* Computes the denominator D at all samples. */
+/* Computes D, the common denominator of the components of the state, at all sample points. */
 static void find_sizes(theta_work *w)
 {
     for (int i = 0; i < SAMPLES; i++)
         w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
                                         cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
 }
-/* Fits the constants of S and T to all samples. The fit is repeated after each equation has been
- * divided by D, so that all errors are small relative to D. Returns the ratio of the smallest
- * singular value to the second smallest. */
+/* Fits the constant factors of the theta sums S and T to all samples. The fit is repeated after
+ * each equation has been divided by D, so that all errors are small relative to D. Returns the
+ * ratio of the smallest singular value to the second smallest. */
 static double solve_spinor_twice(theta_work *w)
 {
     const double ratio = solve_spinor(w, ALL_SAMPLES);
@@ -261,9 +264,9 @@ static double solve_spinor_twice(theta_work *w)
     find_sizes(w);
     return better;
 }
-/* Fits the constants of S and T for one value of beta. If `thorough` is 0, the function fails
- * unless a third of the samples can be fitted. Returns the ratio of the two smallest singular
- * values, or INFINITY on failure. */
+/* Fits the constant factors of the theta sums S and T for a given value of beta. If `thorough` is
+ * 0, the function first fits only a third of the samples, and fails if this fit is inaccurate.
+ * Returns the ratio of the two smallest singular values, or INFINITY on failure. */
 static double find_spinor(theta_work *w, const double beta[2], int thorough)
 {
     if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
@@ -274,7 +277,7 @@ static double find_spinor(theta_work *w, const double beta[2], int thorough)
     return solve_spinor_twice(w);
 }
 /* Computes beta from one of four candidates for b, which differ by rows of B/2. Multiples of the
- * rows of B are added to make the terms of the sums as small as possible. */
+ * rows of B are added to beta such that the terms of the theta sums become as small as possible. */
 static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
 {
     const double det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -286,7 +289,8 @@ static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
     beta[0] = 0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0];
     beta[1] = 0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1];
 }
-/* Fits the constants of S and T for one of the four candidates for b. Returns the ratio of the two
+/* Fits the constant factors of the theta sums S and T for one of the four candidates for the vector
+ * b. Returns the ratio of the two
  * smallest singular values, or INFINITY on failure. */
 static double try_spinor_class(theta_work *w, int i, int thorough)
 {
@@ -294,9 +298,9 @@ static double try_spinor_class(theta_work *w, int i, int thorough)
     find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta, thorough);
 }
-/* Tries the four candidates for b until the equations for S and T are satisfied to high accuracy.
- * If no candidate is accurate, the best one is used. Returns 0 if the equations are not satisfied
- * for any candidate. */
+/* Tries the four candidates for the vector b until one of them satisfies the equations for S and T
+ * to high accuracy. If no candidate reaches this accuracy, the one with the smallest error is used.
+ * Returns 0 if no candidate satisfies the equations. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;
@@ -310,8 +314,8 @@ static int find_spinor_class(theta_work *w)
     w->certificate = try_spinor_class(w, best, 1);
     return 1;
 }
-/* Fits the constants of one of the sums P, Q and R. The largest residual is recorded in
- * `misfit`. */
+/* Fits the constant factors of one of the theta sums P, Q and R. The largest residual is recorded
+ * in `misfit`. */
 static void find_velocity(theta_work *w, const int sum[2], int which)
 {
     double right[LSQ_ROWS] = {0.0}, most = 0.0, miss = 0.0, solution[LSQ_COLUMNS];

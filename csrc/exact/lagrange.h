@@ -2,9 +2,9 @@
  * a, U u the potential energy, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
  * The roots, the rate nu of the nutation, and the rates k1 and k2 of alpha and beta are computed in
- * double-double arithmetic. The moment of inertia about the axis contributes only a constant spin,
- * which is added separately. This header is compiled once for each instruction set and number of
- * lanes (lane_types.h). */
+ * double-double arithmetic. The moment of inertia about the symmetry axis affects only the spin, by
+ * a constant rate that is added separately. This header is compiled once for each instruction set
+ * and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
@@ -139,8 +139,8 @@ static inline void heights_about_top(const initial *s, wide guess, turning *r)
     about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
 }
-/* Finds the roots u1, u2 and u3 of the cubic. The expansion point is chosen such that two nearly
- * equal roots can be computed accurately. */
+/* Finds the roots u1, u2 and u3 of the cubic polynomial that governs the height of the axis. The
+ * expansion point is chosen such that two nearly equal roots can be computed accurately. */
 static turning turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -319,8 +319,8 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const mask least = wide_less(of_first, of_second);
     const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
                by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
-    /* Any two of the three phases determine the remaining one. The two with the smallest rounding
-     * errors are used. */
+    /* Any two of the three phases determine the third, so the two with the smallest rounding errors
+     * are used. */
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
@@ -370,9 +370,9 @@ static void set_angles(setting *s)
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
 /* Computes n closed-form solutions in internal units, after begin_setting has been called for each.
- * No axis may be at rest at a pole, and weight * |com| must be positive. Each stage is completed
- * for all tops before the next, because the code of all stages does not fit into the first-level
- * instruction cache. */
+ * No symmetry axis may be at rest at a pole, and weight * |com| must be positive. Each stage is
+ * completed for all tops before the next, because the code of all stages does not fit into the
+ * first-level instruction cache. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);

@@ -25,7 +25,8 @@
 #include "math/isa.h"
 #include "math/simd.h"
 
-/* A theta series describes a heavy or a torque-free top, and uses the nome or the dual nome. The
+/* The kinds of theta series, for heavy (LAGRANGE) and torque-free (EULER) tops, in powers of the
+ * nome or of the dual nome. The
  * dual nome is smaller than the nome if K' < K, for example near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 

@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include "kreisel.h"
 
-/* A theta function, stored as two polynomials in sin^2 of the argument, for the real and the
- * imaginary part. */
+/* A theta function, stored as two polynomials in sin^2 of the argument, one for the real and one
+ * for the imaginary part. */
 enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];

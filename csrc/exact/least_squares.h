@@ -135,8 +135,9 @@ static inline double lsq_iterate(const lsq *m, double *x)
     return lsq_normalise(x, m->rank);
 }
 /* Writes the singular vector for the smallest singular value of a factored matrix. Returns the
- * ratio of the smallest singular value to the second smallest. Both singular vectors are computed
- * by inverse iteration, with the second kept orthogonal to the first. */
+ * ratio of the smallest singular value to the second smallest. The singular vectors for the two
+ * smallest singular values are computed by inverse iteration, with the second vector kept
+ * orthogonal to the first. */
 static inline double lsq_null(lsq *m, double *out)
 {
     double x[LSQ_COLUMNS] = {0.0}, y[LSQ_COLUMNS], last = 0.0, second = 0.0;

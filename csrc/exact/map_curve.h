@@ -25,7 +25,8 @@ typedef struct map_link {
     double unit;           /* m = unit W */
     double sign;           /* sign of 1 + b s */
 } map_link;
-/* Parameters of the elliptic functions on a curve. The phase increases by 2 pi in each period. */
+/* Parameters of the elliptic functions that describe the states of the Bobenko-Suris map. The phase
+ * increases by 2 pi in each period. */
 typedef struct map_curve {
     dd k2, kp2, mean, ratio; /* k^2, k'^2, agm(1, k'), K'/K */
     dd eta, y1, y2;          /* growth of the phase in a step; imaginary parts of the arguments */
@@ -42,7 +43,8 @@ static void cross(const dd a[3], const dd b[3], dd r[3])
         r[i] = dd_sub(dd_mul(a[j], b[k]), dd_mul(a[k], b[j]));
     }
 }
-/* Performs the first step of the map, and computes the constants of the curve. */
+/* Performs the first step of the Bobenko-Suris map, and computes the constants of its elliptic
+ * curve. */
 static map_link map_link_of(const exact_top *top, double step)
 {
     const dd one = dd_of(1.0), i1 = equal_moment(top), scale = dd_div(dd_of(0.5 * step), i1);
@@ -130,7 +132,8 @@ static void find_map_roots(map_link *k)
     k->s2 = dd_add(k->s, k->above);
 }
 /* Writes s and (u' - u)^2 = P(s)/(1 + b s) for the link at the phase with the given values of sn^2
- * and cn^2. The calculation uses only the distances between s and the roots. */
+ * and cn^2. To avoid cancellation, the calculation uses only the distances between s and the
+ * roots. */
 static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));

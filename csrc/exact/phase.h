@@ -48,8 +48,8 @@ static inline phase_lanes phase_of(dd rate)
     const phase_lanes r = {.fast = f.hi, .slow = f.lo};
     return r;
 }
-/* Sets the initial value of a phase, in turns, reduced by whole turns to the range 1 +- 1/2 that
- * phase_at requires. */
+/* Sets the initial value of a phase, in turns, after adding whole turns such that it lies between
+ * 1/2 and 3/2, as phase_at requires. */
 static inline void phase_start(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
@@ -177,8 +177,8 @@ static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top with up and down interchanged, q -> i q. The interchange reverses the direction
- * of gravity. */
+/* Returns the same top with up and down interchanged (q -> i q), and therefore with gravity
+ * reversed. */
 static inline exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
@@ -199,9 +199,9 @@ static inline void turn_over(exact_lanes *exact)
     exact->precession = -exact->precession;
 }
 
-/* Converts a solution, except for its frame, from internal units to the user's units. The arguments
- * `unit` and `momentum` are the internal units of time and momentum, expressed in the user's
- * units. */
+/* Converts a solution from internal units to the user's units, but leaves its frame unchanged. The
+ * arguments `unit` and `momentum` are the internal units of time and momentum, expressed in the
+ * user's units. */
 static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;

@@ -18,7 +18,8 @@ typedef struct described_top {
 } described_top;
 
 /* Computes the rotation that maps the third internal axis of a spherical body to the direction of
- * its centre of mass. The rotation corrects the rounding error of the internal axis. Returns
+ * its centre of mass. This small rotation corrects the rounding error in the direction of the
+ * internal axis. Returns
  * |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {

@@ -6,8 +6,8 @@
 #include "frame.h"
 #include "phase.h"
 
-/* Returns the state at t, which is the initial time plus `span`. The kernel is called with constant
- * arguments for each kind of series, so the compiler can remove unused code. */
+/* Returns the state at the time t, which is the initial time plus `span`. The kernel is called with
+ * constant arguments for each kind of series, so the compiler can remove unused code. */
 static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
@@ -22,8 +22,8 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = framed(e->frame, r.q);
     return r;
 }
-/* Returns the initial state, whose integrals of motion are correct, if t is too large for the
- * phases to be computed. Returns NaN if t is not finite. */
+/* If t is too large for the phases to be computed, returns the initial state, because this state at
+ * least has the correct integrals of motion. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};

@@ -65,8 +65,8 @@ static inline wide elliptic_agm(wide a, wide b)
     return 0.5 * (a + b);
 }
 /* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. For series in the
- * square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. The phase of a dual series is
- * multiplied by pi / T. For dual series, pi / T is stored in double-double precision. */
+ * square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. In a dual theta series, the
+ * phase is multiplied by pi / T. For dual series, pi / T is stored in double-double precision. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -159,8 +159,8 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j of a table to `sum`. In row j, all coefficients after the j-th are
- * zero. */
+/* Adds `weight` times row j of a table to `sum`. In row j of such a table, all coefficients after
+ * the j-th are zero. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];

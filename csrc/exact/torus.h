@@ -1,8 +1,8 @@
 /* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
  * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. A structure of fixed size,
- * called a plan, stores the data of a closed-form solution. The structure begins with the members
- * declared in kreisel.h and ends with series coefficients. The set-up needs additional memory,
- * which follows the structure. */
+ * called a plan, stores the data of a closed-form solution. A plan begins with the members declared
+ * in kreisel.h and ends with the coefficients of the series. The set-up of a closed-form solution
+ * needs additional memory, which directly follows its plan. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "layout.h"

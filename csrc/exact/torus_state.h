@@ -22,8 +22,8 @@ INLINE double fraction_of_turns(double turns)
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
 /* Returns t minus the initial time, or 0 if t is not finite or too large for the phases to be
- * computed. If the result is 0, the caller computes the initial state, whose integrals of motion
- * are correct. */
+ * computed. If the result is 0, the caller computes the initial state, which at least has the
+ * correct integrals of motion. */
 INLINE dd torus_span(const kr_torus *torus, wide t)
 {
     const dd span = two_sum(t, wide_splat(-torus->begin));

@@ -10,8 +10,8 @@
 #include "lagrange.h"
 
 /* Types of motion. Quantities are considered equal if they agree within KR_INPUT_RTOL. For angles,
- * the tolerance is measured in radians. For precession rates and momenta, the tolerance is relative
- * to the magnitude of their terms. */
+ * the tolerance is measured in radians. For a precession rate or a momentum, the tolerance is
+ * relative to the magnitude of the terms in its formula. */
 enum motion_type {
     RESTING,    /* no torque, and the apex rests */
     CIRCLE,     /* no torque: a circle about the angular momentum */
@@ -29,8 +29,9 @@ static const char *const motion_type_names[] = {"resting", "circle",     "sleepi
                                                 "steady",  "separatrix", "pendulum", "rosette",
                                                 "loops",   "cusps",      "waves"};
 
-/* Returns the nutation angle for the height u, given 1 - u and 1 + u. Distances of at most 2e-36
- * count as zero, because `sharpen` replaces smaller distances with 1e-36. */
+/* Returns the nutation angle for the height u, given 1 - u and 1 + u. Values of 1 - u and 1 + u of
+ * at most 2e-36 count as zero, because the function `sharpen` replaces values below 1e-36 with
+ * 1e-36. */
 static double turning_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
@@ -38,7 +39,8 @@ static double turning_angle(dd minus, dd plus)
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
 /* Returns the sign of the precession rate at the height u, given 1 - u and 1 + u. Returns 0 if the
- * rate is at most `tol` times the sum of the absolute values of its terms. */
+ * magnitude of the precession rate is at most `tol` times the sum of the absolute values of its
+ * terms. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
@@ -67,8 +69,8 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the earliest nonnegative times at which the axis reaches its lowest and highest
- * positions. */
+/* Writes the earliest nonnegative times at which the apex of the top reaches its lowest and its
+ * highest point. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -81,7 +83,7 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Sets the members of the result that do not depend on the turning points, in internal units.
+/* Sets the members of kr_turning_form that do not depend on the turning points, in internal units.
  * Gravity must point downwards. The argument `rotor` is the momentum of an axial rotor divided by
  * I3. */
 static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
@@ -126,7 +128,8 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Undoes the interchange of up and down in the turning points. */
+/* Converts turning points that were computed with up and down interchanged to the correct
+ * orientation. */
 static void flip_turning(kr_turning_form *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;

@@ -3,9 +3,9 @@
  *     q' = q W / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
  * where W and P are the angular velocity and the vertical in the body frame, and h is the momentum
  * of the rotor. Neither method conserves any integral of the motion. This file uses GSL's step and
- * control objects, but not gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the step size is exactly
- * the difference between the end time and the start time. The end time may be infinite, and a
- * failed step does not change the state. */
+ * control objects, but not gsl_odeiv2_evolve. Unlike gsl_odeiv2_evolve, this file makes each step
+ * size exactly equal to the difference between the end and the start time of the step. The end time
+ * of a step may be infinite. A failed step does not change the state of the motion. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -18,8 +18,8 @@ enum { MAX_TRIES = 1000 };
  * would be too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
 /* Upper limits on h^2 a and h a, where h is the step size and a bounds the angular acceleration due
- * to gravity. For larger steps, rounding may make the matrix 1 - h J singular, where J is the
- * Jacobian. If the matrix is singular, GSL reads uninitialized memory. */
+ * to gravity. If h^2 a or h a were larger, rounding errors might make the matrix 1 - h J singular,
+ * where J is the Jacobian. If the matrix is singular, GSL reads uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {

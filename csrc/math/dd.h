@@ -3,8 +3,8 @@
  * 2^-104 (Joldes, Muller, Popescu, ACM TOMS 44, 2017). The operations require strict floating-point
  * evaluation: compile with -ffp-contract=off, and never with -ffast-math. Functions named dd_...
  * round their results to double-double; two_sum and two_product are exact. If KR_DD_LANES is
- * defined, hi and lo are vectors of doubles (simd.h). The result in each lane is then bitwise equal
- * to that of a scalar computation. */
+ * defined, hi and lo are vectors of doubles (simd.h). In each SIMD lane, the result is bitwise
+ * equal to that of the same computation with scalars. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>

@@ -1,6 +1,6 @@
-/* The fraction and the exponent of a double, extracted from its bits. The functions return the same
- * results as frexp and ldexp in libm, but take a fifth of the time. Zero, subnormal, infinite and
- * NaN arguments are passed to libm. */
+/* The fraction and the exponent of a double, extracted from its bits. The functions in this file
+ * return the same results as frexp and ldexp of libm in a fifth of the time. Zero, subnormal,
+ * infinite and NaN arguments are passed to libm. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H
 #include <math.h>

@@ -52,8 +52,8 @@
 #endif
 
 /* Vector code requires a compiler with __builtin_shufflevector. If KR_PLAIN is defined, the code is
- * plain C99 without vectors. Every aarch64 processor has NEON, so the base instruction set is
- * called neon there. */
+ * plain C99 without vectors. On aarch64, the base instruction set is called neon, because every
+ * aarch64 processor has NEON. */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif
@@ -70,9 +70,9 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
-/* Each function returns nonzero if the current processor supports the instruction set. The features
- * are tested individually, because some compilers do not recognize level names such as
- * x86-64-v4. */
+/* Each function returns nonzero if the current processor supports the instruction set. CPU features
+ * are tested individually, because some compilers do not recognize the names of processor levels,
+ * such as x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
 /* KR_SCALAR_NAME forms the name of the scalar version of a function. The AVX-512 code uses the AVX2
  * versions of scalar functions, because wider registers would not make scalar code faster. */

@@ -124,7 +124,7 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Marks the end of code that uses wide vectors. Without this instruction, later code that uses
+/* Marks the end of code that uses wide vectors. If wide_leave were not called, later code that uses
  * narrower vector registers would run slowly. */
 INLINE void wide_leave(void)
 {

@@ -72,17 +72,18 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is closer to `last`. Both quaternions describe the same attitude, but
- * the closer one avoids jumps. */
+/* Returns q or -q, whichever is closer to `last`. The quaternions q and -q describe the same
+ * attitude; choosing the closer one avoids sign changes between successive attitudes. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
 /* Returns the normalized quaternion q / |q|. Assumes that |q| differs from 1 only by rounding
- * errors. One Newton step is then sufficient, and no square root is needed. The correction is added
- * to q, because multiplying q by a factor near 1 would introduce a rounding bias. This bias would
- * cause an energy drift of 1e-12 over 1e6 steps. */
+ * errors. The norm is therefore corrected by one step of Newton's method, without a square root.
+ * The correction is added to q, because multiplying q by a factor near 1 would introduce a rounding
+ * bias. The rounding bias of a multiplication would cause an energy drift of 1e-12 over 1e6
+ * steps. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);

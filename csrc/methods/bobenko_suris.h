@@ -4,9 +4,9 @@
  *     kick   m <- m + k e3 x a
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
  * The twist R is a rotation about the symmetry axis by the same angle in every step. The twist R
- * makes the total rotation about the symmetry axis exact. Theorem 4.2 of the thesis (Bodack 2008)
- * has 2 atan(h c / 2 I3) instead of h c / I3. The twist commutes with drifts and kicks, so all
- * twists are applied together when the state is read. */
+ * makes the total rotation about the symmetry axis exact. In theorem 4.2 of the thesis (Bodack
+ * 2008), the twist angle contains 2 atan(h c / 2 I3) instead of h c / I3. The twist commutes with
+ * drifts and kicks, so all twists are applied together when the state is read. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"
@@ -40,7 +40,7 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
     o->sine = s * o->cos_s + c * o->sin_s;
     if ((int64_t)o->n % BOBENKO_SURIS_SEED == 0) sin_cos(o->n * o->s, &o->sine, &o->cosine);
 }
-/* Sets the twist angle of each step to 2 s. */
+/* Sets the angle of the twist, a rotation about the symmetry axis in each step, to 2 s. */
 static inline void bobenko_suris_set_twist(bobenko_suris_orbit *o, double s)
 {
     o->s = s;
@@ -59,7 +59,7 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
     bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
                                    arc_tangent(0.5 * h * c / motion->inertia.x));
 }
-/* Returns 1 if the number of steps in a work array is valid. */
+/* Returns 1 if the number of steps stored in a work array is valid. */
 static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;

@@ -1,13 +1,13 @@
 /* Coefficients of symmetric compositions of kicks and drifts. The sequence of a step is
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
  * where a_i and b_i are fractions of the step size. The kick coefficients and the drift
- * coefficients are palindromic, and each set sums to 1. The table lists the first half of each
- * sequence; the middle coefficients follow from the sums. A table row without kick coefficients
- * describes a composition of a symmetric second-order method, such as Strang splitting, with b_i =
- * (a_i + a_(i+1)) / 2. At orders 6 and 8, the tabulated compositions are cheaper than repeated
- * compositions with Suzuki's coefficients. A composition with kick coefficients begins and ends
- * with a drift (b_0 = 0). With an exact drift, only the order conditions of Runge-Kutta-Nystrom
- * methods must be satisfied. */
+ * coefficients are palindromic, and each set sums to 1. The table lists only the first half of each
+ * set; the middle coefficient follows from the condition that the sum is 1. A table row without
+ * kick coefficients describes a composition of a symmetric second-order method, such as Strang
+ * splitting, with b_i = (a_i + a_(i+1)) / 2. At orders 6 and 8, the tabulated compositions are
+ * cheaper than repeated compositions with Suzuki's coefficients. A composition with kick
+ * coefficients begins and ends with a drift (b_0 = 0). With an exact drift, only the order
+ * conditions of Runge-Kutta-Nystrom methods must be satisfied. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -50,7 +50,7 @@ typedef struct composition {
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];
 } composition;
 
-/* Returns the drifts and kicks that a row of the coefficient table describes. */
+/* Returns the drift and kick coefficients of the composition in one row of compose_table. */
 static inline composition compose(int row)
 {
     const int stages = compose_table[row].stages, kicks = compose_table[row].kicks,

@@ -1,6 +1,7 @@
 /* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
  * motion with twelve equations. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps
- * and Gragg's smoothing. The expansion of the error contains only even powers of 1 / n_j. The
+ * and Gragg's smoothing. The asymptotic expansion of the error contains only even powers of 1 /
+ * n_j. The
  * Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at row j of the table T if the norm of T(j,j) - T(j,j-1) is at most tol. The
@@ -14,9 +15,9 @@
 
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
-/* A formulation of the equations of motion in variables y. The function `begin` converts a state to
- * y, and `rates` computes dy/dt. The functions `velocity`, `momentum` and `attitude` compute these
- * quantities in the space frame from y. */
+/* A formulation of the equations of motion as twelve first-order differential equations for y. The
+ * function `begin` converts a state to y, and `rates` computes dy/dt. The functions `velocity`,
+ * `momentum` and `attitude` compute these quantities in the space frame from y. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -56,8 +57,8 @@ static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
-/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Dividing the result by the
- * tolerance gives the error norm defined in the thesis (Bodack 2008). */
+/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). This root mean square, divided by
+ * the tolerance, is the error norm defined in the thesis (Bodack 2008). */
 static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
@@ -119,9 +120,9 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* Searches the table rows `from` to target + 1, and returns the number of the first row that meets
- * the tolerance. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the
- * tolerance. Returns GBS_UNSTABLE if the extrapolation diverges. */
+/* Computes the extrapolation table up to row target + 1, and returns the first row, from row `from`
+ * on, that meets the tolerance. Returns GBS_REJECTED as soon as the remaining rows are unlikely to
+ * meet the tolerance. Returns GBS_UNSTABLE if the extrapolation diverges. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {

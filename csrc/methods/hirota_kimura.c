@@ -6,7 +6,8 @@
  * conserves two rational integrals, which differ by O(h^2) from functions of the energy and |m|.
  * The angular momentum vector itself is not conserved. The map applies only to torque-free bodies.
  * An analogous map exists for the Lagrange top, but it does not conserve the length of the
- * body-frame vertical P. Moreover, the vertical alone does not determine the attitude. */
+ * body-frame vertical P. Moreover, the vertical P alone does not determine the attitude of a
+ * top. */
 #include "method.h"
 
 typedef struct {

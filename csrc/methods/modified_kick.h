@@ -1,4 +1,5 @@
-/* The modified kick of Takahashi and Imada, which gives order 4 up to a change of variables.
+/* The modified kick of Takahashi and Imada, with which a splitting has order 4 up to a change of
+ * variables.
  *     kick h:  m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12
  * with the lever A. It is the kick of a modified potential: the potential minus h^2/24 <torque,
  * J^-1 torque>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The
@@ -58,9 +59,9 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Returns 1 if the rotation of the top per step does not exceed `most` radians. The rotation is
- * estimated from the larger of two rates: the maximum permitted by the energy, and the rate due to
- * the rotor. */
+/* Returns 1 if the rotation of the top per step does not exceed `most` radians. The angle of
+ * rotation per step is estimated from the larger of two rates: the maximum that the energy permits,
+ * and the rate due to the rotor. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {

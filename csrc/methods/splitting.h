@@ -3,9 +3,10 @@
  * A kick changes only the momentum, and a drift changes only the attitude (McLachlan 1993, Reich
  * 1994). The flow of the term in |m|^2 is a rotation about m, and commutes with the flows of the
  * other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
- * consists of two rotations. In general, four rotations are needed: about m, about N, about T, and
- * about N again. The local error of the general drift is of third order in the step size. The error
- * is smallest if B is the axis of the intermediate moment of inertia. A rotor with momentum h
+ * consists of two rotations. The drift of an asymmetric body consists of four rotations: about m,
+ * about N, about T, and about N again. For an asymmetric body, the local error of the drift is of
+ * third order in the step size. This error of the drift is smallest if B is the axis of the
+ * intermediate moment of inertia. A rotor with momentum h
  * changes the rates of rotation by constants, such as -h_N / I_N about the axis N. A rotor requires
  * an additional rotation about B. For a symmetric body, the drift remains exact if the rotor is
  * along T. Sums are compensated: the rounding error of each sum is stored and added to the next sum
@@ -106,9 +107,9 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Applies the rotation about m for `part` times the step size, and normalizes q. Also applies the
- * accumulated rotation of `b`, unless `b` is NULL. The normalization uses the norm of q before the
- * rotation, so it does not depend on the angle. */
+/* Rotates q about the momentum m for `part` times the step size, and normalizes q. Unless `b` is
+ * NULL, the rotation accumulated in b->r is applied as well. The norm of q is measured before the
+ * rotation, so its correction does not depend on the rotation angle. */
 static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -122,7 +123,7 @@ static inline void splitting_rotate(splitting *s, const splitting_body *b, doubl
     s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);
     s->q.z = splitting_sum(s->q.z, change.z, &s->low_q.z);
 }
-/* Returns 1 if the drift of a body with a rotor is exact. */
+/* Returns 1 if the drift reproduces the torque-free motion of a body with a rotor exactly. */
 static inline int splitting_is_exact(const splitting *s)
 {
     return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;
@@ -140,8 +141,8 @@ static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, d
     splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
                    &b->r.z);
 }
-/* Applies the drift of a body with a rotor. The function is not inlined, to keep the code for other
- * bodies short. */
+/* Applies the drift of a body with a rotor. This function is not inlined, so that the code for
+ * bodies without a rotor remains short. */
 static void splitting_drift_rotor(splitting *s, double part)
 {
     splitting_body b = splitting_body_of(s);
@@ -166,8 +167,8 @@ static inline void splitting_drift(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Writes the state to `out`, with a kick scaled by `part` undone and the accumulated rotation about
- * T applied. */
+/* Writes the state to `out`, after undoing the fraction `part` of a kick and applying the
+ * accumulated rotation about T. */
 static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
                                   kr_state *out)
 {

@@ -2,10 +2,11 @@
  * moments I, and a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
  * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The nonlinear equation for r
- * is solved by Newton's method. A drift leaves the momentum in space unchanged. Each step conserves
- * the kinetic energy up to the tolerance of the iteration. For a symmetric body, the momentum about
- * the symmetry axis is conserved to the same accuracy. Over 10^6 steps, the conserved quantities
- * drift by 1e-12 to 1e-10. */
+ * is solved by Newton's method. A drift does not change the space-frame components of the momentum.
+ * Each drift conserves the kinetic energy up to the tolerance of Newton's method. For a symmetric
+ * body, each drift also conserves the momentum about the symmetry axis, up to the tolerance of
+ * Newton's method. Over 10^6 steps, the values of the conserved quantities change by 1e-12 to
+ * 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"
@@ -24,8 +25,8 @@ static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir
     }
     return v_sub(r, v_solve(columns, F));
 }
-/* Applies the drift of one step. On entry, `r` holds the initial guess, and on return the
- * solution. */
+/* Applies the Moser-Veselov drift of one step to the attitude q. On entry, `r` holds the initial
+ * guess, and on return the solution. */
 static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
                                       kr_vec3 *r)
 {

@@ -296,7 +296,8 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
     if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
-        /* Jacobi's method converges quadratically, so 16 sweeps are more than enough. */
+        /* Jacobi's method converges quadratically, so 16 sweeps are more than enough for a 3 x 3
+         * matrix. */
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
         set_axes(&b, nearest_axes(b.axes), a, com);

@@ -1,6 +1,7 @@
-/* Names and descriptions of status codes, kinds and flags, generated from the lists in kreisel.h.
- * The strings are members of a struct, and the tables store offsets into it. Offsets are smaller
- * than pointers, each of which would need a relocation entry. */
+/* Names and descriptions of status codes, kinds of tops and method flags, generated from the lists
+ * in kreisel.h. All strings of a table are members of one struct, and the table contains their
+ * offsets in this struct. The offset of a string is smaller than a pointer to the string, and needs
+ * no relocation entry. */
 #include <stddef.h>
 #include <string.h>
 #include "kreisel.h"

@@ -22,7 +22,7 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
-/* Returns the components of the momentum along the principal axes, without that of the rotor. `q`
+/* Returns the components, along the principal axes, of the momentum without that of the rotor. `q`
  * is the attitude of the principal axes. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
@@ -205,8 +205,8 @@ static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
                   eased = divide_by_moments(apex, scene->body.inertia);
     const double spin = v_dot(V, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased);
-    /* A spin no larger than the rounding errors is treated as zero. Friction then holds the top if
-     * the required torque is within its limit. */
+    /* A spin that is not larger than its rounding error is treated as zero. Friction then holds the
+     * top if the required torque is within its limit. */
     const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
     return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
 }

@@ -21,7 +21,7 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
-/* A top is considered held by friction if its spin is at most this fraction of its angular
+/* A top is considered held by friction if its spin is at most KR_SPIN_OF_HELD times its angular
  * velocity. */
 #define KR_SPIN_OF_HELD 0x1p-40
 
@@ -49,7 +49,7 @@ static inline kr_component kr_component_of(int number)
     const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};
     return component;
 }
-/* Returns 1 if rotating the top about the vertical changes the component. */
+/* Returns 1 if the component of a quantity changes when the top is rotated about the vertical. */
 int kr_component_is_turned(int number);
 /* Returns the value of a component at a state, or NaN if `number` is invalid. */
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s);

@@ -35,7 +35,7 @@ typedef struct quantity_change {
 } quantity_change;
 typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
 
-/* Returns the linear combination of three axes with the components of v as coefficients. */
+/* Returns the linear combination of three axes whose coefficients are the components of v. */
 static kr_vec3 sum_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v_axpy(v.x, axes[0], v_axpy(v.y, axes[1], v_scale(v.z, axes[2])));

@@ -1,7 +1,7 @@
-/* Modified rates and the conserved energy of the fourth-order map bobenko_suris4. In the units used
- * here, the moment I1 is 1. All energies exclude the rotational energy about the symmetry axis. Let
- * u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible torque, and b = e^2 g / 4. The map with
- * step e
+/* Modified rates and the conserved energy of the fourth-order map bobenko_suris4. The units are
+ * chosen such that the moment of inertia I1 is 1. All energies exclude the rotational energy about
+ * the symmetry axis. Let u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible torque, and b =
+ * e^2 g / 4. The map with step e
  *     half kick m += (e/2) V'(u) e3 x a,    a' = Cay(e m) a,    half kick,
  *     V'(u) = g (1 - b u) / (1 + b^2 u^2)
  * conserves c, l and
@@ -53,8 +53,8 @@ static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
     r->spin = -0.25 * e * e * e * B * g * l;
     return e * (A + 0.125 * e * e * e * e * g * l * c * (B + (1.0 + z) * D));
 }
-/* Finds the step size of the map for a time step h of the continuous motion, by the secant
- * method. */
+/* Finds the step size of the map that corresponds to a time step h of the continuous motion, by the
+ * secant method. */
 static inline resummed resum(double h, double g, kr_vec3 a, kr_vec3 m)
 {
     resummed r = {h, 0.0, 0.0, 0.0};

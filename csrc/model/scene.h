@@ -45,14 +45,15 @@ static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);
 }
-/* Returns 1 if the support rotates about the vertical. Rotation about the vertical does not affect
- * an undamped top as seen in the inertial frame. */
+/* Returns 1 if the support rotates about the vertical. In the inertial frame, an undamped top moves
+ * as if its support did not rotate about the vertical. */
 static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
-/* Returns 1 if damping, friction or support motion rules out a closed-form solution. Rotation of
- * the support about the vertical is permitted if `own` is nonzero. */
+/* Returns 1 if damping, friction or support motion rules out a closed-form solution. If `own` is
+ * nonzero, a rotation of the support about the vertical does not rule out a closed-form
+ * solution. */
 static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 {
     kr_scene at_rest = *scene;
@@ -71,8 +72,8 @@ typedef struct kr_swing {
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
 /* The smallest permitted internal unit; the reciprocal of a smaller unit might overflow. */
 static const double kr_min_unit = 0x1p-1020;
-/* Determines the exponent `power` of the unit of time, 2^power. `momentum` is the magnitude of the
- * largest component of the momentum. Returns 0 if the units exceed the range of doubles. */
+/* Determines the exponent `power` of the unit of time, 2^power. `momentum` is the largest absolute
+ * value of a component of the momentum. Returns 0 if the units exceed the range of doubles. */
 static inline int kr_swing_time(const kr_swing *swing, double momentum, int *power)
 {
     const double turn = momentum * swing->per_moment,
@@ -86,6 +87,7 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 /* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if a unit exceeds the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns the horizon of a scene whose units and axes are already known (see kr_scene_horizon). */
+/* Returns the horizon of a scene, like kr_scene_horizon, but from known internal units and working
+ * axes. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

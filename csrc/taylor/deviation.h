@@ -3,16 +3,16 @@
  * (deviation_batch.h), each in double and in double-double precision. The headers for single
  * tangents and for batches define four types. A `triple` holds the three components of one
  * vector for each tangent.
- * The type `turned` is a triple whose components are permuted for multiplication by a path
- * coefficient. A path coefficient has the type `path_term`. The type `halves` holds two sums of
- * products; their difference is a cross product. In each sum, the latest coefficient is added last,
- * because all other terms can be added before it is known. */
+ * The type `path_term` holds one Taylor coefficient of the path. The type `turned` is a triple
+ * whose components are permuted for multiplication by a `path_term`. The type `halves` holds two
+ * sums of products; their difference is a cross product. In each sum, the latest coefficient is
+ * added last, because all other terms can be added before it is known. */
 #include "tangents.h"
 
-/* Taylor coefficients with their components permuted for multiplication. The coefficients of the
- * path (`w` for W, `p` for P) are stored as (prev | next), and are padded in front with BEFORE
- * zeros. The coefficients of a tangent (`turn` for theta, `push` for N, `cross` for c x theta) are
- * stored as (next | prev). */
+/* Taylor coefficients with their components permuted for multiplication. For the path, the
+ * coefficients of W (`w`) and P (`p`) are stored as two cyclic permutations (prev | next), preceded
+ * by BEFORE zeros. For a tangent, the coefficients of theta (`turn`), N (`push`) and c x theta
+ * (`cross`) are stored as two cyclic permutations (next | prev). */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -106,8 +106,8 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     if (g->damped != 0.0) force = triple_sub(force, damping(g, rate, plus, minus));
     set_deviation(g, d, n + 1, rate, force);
 }
-/* Adds every second term of the sums to `a`, beginning with the term `first`. If PARTS_AT_ONCE is
- * 2, the other terms are added to `b`. */
+/* Adds every second term of the Cauchy products to `a`, beginning with the term of index `first`.
+ * If PARTS_AT_ONCE is 2, the remaining terms of the Cauchy products are added to `b`. */
 INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
                       const turned_deviation *d, int few, int first, int n)
 {
@@ -123,7 +123,7 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
     }
 }
 /* Computes the Taylor coefficients of order n + 1 of the first `few` tangents or batches in `g`.
- * The even and the odd terms of each sum are accumulated separately. */
+ * The even and the odd terms of each Cauchy product are accumulated separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
 {

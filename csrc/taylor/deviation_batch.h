@@ -1,7 +1,7 @@
 /* Implements the types and operations of deviation.h for batches of eight tangents. Each lane of a
  * vector holds one tangent. A triple consists of three hardware vectors, one for each axis, so
- * cyclic permutations cost nothing. Even and odd terms are summed one after the other, because
- * there are not enough registers to sum both at once. */
+ * cyclic permutations cost nothing. The even terms of a Cauchy product are summed before the odd
+ * ones, because there are too few vector registers to sum both at once. */
 #include "tangents.h"
 
 enum {
@@ -25,7 +25,7 @@ INLINE triple triple_all(duo x, duo y, duo z)
     const triple r = {x, y, z};
     return r;
 }
-/* Returns a triple with the same vector for every tangent. */
+/* Returns a triple that holds the same vector for every tangent of a batch. */
 INLINE triple triple_of(const double *four)
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));
@@ -95,8 +95,8 @@ INLINE triple load_rotor(const kr_tangent *g)
     return triple_all(duo_load(g->rotor_of), duo_load(g[WORDS].rotor_of),
                       duo_load(g[2 * WORDS].rotor_of));
 }
-/* For each element of a symmetric matrix, the index of the struct that holds this element. The
- * three rows are for the elements (xx, yy, zz), (xy, yz, zx) and (xz, yx, zy). */
+/* For each element of a symmetric matrix, the index of the struct that holds this element. The rows
+ * of matrix_places refer to the elements (xx, yy, zz), (xy, yz, zx) and (xz, yx, zy). */
 static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
 /* Returns three elements of the derivative of the inertia tensor, selected by a row of
  * matrix_places. */

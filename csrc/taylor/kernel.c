@@ -4,7 +4,8 @@
 #include "quat_simd.h"
 #include "series.h"
 
-/* The next two functions compute the Taylor coefficients with and without the heading. */
+/* The next two functions compute the Taylor coefficients of the motion, first with and then without
+ * the attitude q. */
 PER_ORDER void expand_whole(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, WHOLE);

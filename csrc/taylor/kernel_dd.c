@@ -1,6 +1,8 @@
-/* Taylor series to 20 and 30 digits. The leading terms (head) are computed in double-double
- * precision, and the remaining terms (tail) in double precision. At 20 digits, the head consists of
- * only a few terms. At 30 digits, the head contains about half of all terms. This file is compiled
+/* Computation of Taylor series with 20 and 30 digits. The leading terms of a series (its head) are
+ * computed in double-double precision, and the remaining terms (its tail) in double precision. For
+ * results with 20 digits, only a few terms of the series are computed in double-double precision.
+ * For results with 30 digits, about half of the terms of the series are computed in double-double
+ * precision. This file is compiled
  * once for each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"

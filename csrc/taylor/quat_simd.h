@@ -1,9 +1,11 @@
 /* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. Each of the
- * two types is a hardware vector if the instruction set has vectors of its width. Otherwise, the
- * type is a pair of vectors of half the width, down to plain C99 doubles. Hardware vectors have 8
+ * two types is a hardware vector if the instruction set has vectors of its width. If the hardware
+ * has no vectors of this width, the type is a pair of vectors of half the width, and so on down to
+ * single doubles. Hardware vectors have 8
  * lanes on x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on baseline x86-64 and on arm64. The
  * operation fma is a fused multiply-add if the hardware has one, and a product followed by a sum
- * otherwise. The results therefore depend only on whether the hardware has a fused multiply-add.
+ * otherwise. Numerical results therefore depend on the hardware only in whether it has a fused
+ * multiply-add.
  * This header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
@@ -20,9 +22,10 @@
 #  define ALIGNED
 #endif
 /* UNROLL requests that the compiler unroll a loop over the terms of a series. Up to 28 copies of a
- * loop body fit in the instruction cache if vectors have eight lanes. With narrower vectors, loops
- * are not unrolled. Without unrolling, a function marked PER_ORDER is compiled only once for all
- * orders. If KR_ROLLED is defined, loops are never unrolled. */
+ * loop body fit in the instruction cache if vectors have eight lanes. Loops are not unrolled if
+ * vectors have fewer than eight lanes. If loops are not unrolled, a function marked PER_ORDER is
+ * compiled only once for all orders of the series. If KR_ROLLED is defined, loops are never
+ * unrolled. */
 #if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
@@ -105,9 +108,9 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* A `quad` is a quaternion. The functions quad_i, quad_j and quad_k permute the lanes like a
- * multiplication by i, j or k, but do not change signs. The functions quad_next and quad_prev
- * permute the vector part cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
+/* A `quad` is a quaternion. The functions quad_i, quad_j and quad_k permute the components of a
+ * quaternion like a multiplication by i, j or k, but do not change signs. The functions quad_next
+ * and quad_prev permute the vector part cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
 #if defined KR_AVX2 && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -132,12 +135,13 @@ INLINE quad quad_prev(quad a)
 }
 #endif
 
-/* A `duo` is a pair of quaternions. The functions duo_i, duo_j and duo_k permute both quaternions.
- * The functions duo_lo and duo_hi return the first and the second quaternion. The functions
+/* A `duo` is a pair of quaternions. The functions duo_i, duo_j and duo_k apply quad_i, quad_j and
+ * quad_k to both quaternions of a pair. The functions duo_lo and duo_hi return the first and the
+ * second quaternion of a pair. The functions
  * duo_next_prev and duo_prev_next return both cyclic permutations of one vector. The function
  * duo_lane_of copies one component of the vector w to all lanes; its argument `a` is
- * duo_next_prev(w). With eight lanes, the component is taken from `a`, because loading it from
- * memory would be slower. */
+ * duo_next_prev(w). If vectors have eight lanes, the component is copied from `a`, because loading
+ * it from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -171,7 +175,8 @@ INLINE duo duo_lane_of(duo a, const double *w, int lane)
 #endif
 
 /* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, which hides instruction
- * latency. Newer instruction sets have enough registers for two parallel chains. The function
+ * latency. Instruction sets with fused multiply-add have enough vector registers for two parallel
+ * chains of additions. The function
  * lone_fma computes a multiply-add of scalar doubles. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
@@ -182,9 +187,9 @@ INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
 /* The header quat_simd_dd.h redefines the following operations for double-double numbers. The
- * function duo_lane returns one component of w in all lanes. The function duo_scale multiplies the
- * lanes by eight numbers that are exact doubles. The function duo_span returns the difference of
- * two times, and duo_inverse returns 1 / n. */
+ * function duo_lane copies one component of w to all SIMD lanes. The function duo_scale multiplies
+ * the eight SIMD lanes by eight constants that doubles represent exactly. The function duo_span
+ * returns the difference of two times, and duo_inverse returns 1 / n. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

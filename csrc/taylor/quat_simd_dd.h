@@ -38,7 +38,8 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
 
 /* DOUBLED defines a type D, which has a high and a low word of type T, and the arithmetic
  * operations on D. For speed, fma returns an unnormalized result, in which |lo| may be a few units
- * in the last place of hi. The operations mul and store normalize their results. */
+ * in the last place of hi. The operations mul and store normalize their double-double results, so
+ * that |lo| is at most half a unit in the last place of hi. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \
@@ -95,7 +96,7 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
 DOUBLED(duo2, duo)
 DOUBLED(quad2, quad)
 
-/* Operations that only move lanes apply to high and low words alike. */
+/* Operations that only permute SIMD lanes are applied to the high and the low words separately. */
 #define BOTH_WORDS(D, T, name)                                                                     \
     INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
 BOTH_WORDS(duo2, duo, i)

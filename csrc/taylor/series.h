@@ -2,20 +2,21 @@
  * size, and evaluates the series. This source file is compiled twice for each instruction set: in
  * double precision (quat_simd.h) and in double-double precision (quat_simd_dd.h). Three
  * optimizations make the recurrence fast. Every convolution sum starts with its middle terms, so
- * that it can begin before the latest coefficients are known. The two terms with indices (j, m) and
- * (m, j) are added in parallel. The order is a compile-time constant, so loops can be unrolled. */
+ * that it can begin before the latest coefficients are known. The two terms of a convolution sum
+ * with indices (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so
+ * loops can be unrolled. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* Signs and factors of the terms in quaternion and cross products, in the lane order of duo_i,
- * duo_j and duo_k. */
+/* Signs and factors of the terms of quaternion products and cross products, in the order in which
+ * duo_i, duo_j and duo_k permute the lanes. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless variant omits the attitude, whose lanes remain zero. Separate code for damped
- * motions keeps the computation of undamped motions fast. */
+/* The variant HEADLESS does not compute the attitude q, so the SIMD lanes of q remain zero.
+ * Separate code for damped motions keeps the computation of undamped motions fast. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
 /* The two cyclic permutations of a vector coefficient: (next | prev) and (prev | next). */
@@ -23,7 +24,7 @@ typedef struct {
     duo ahead, behind;
 } turned_vector;
 /* The permuted coefficients of W and P are adjacent in memory, so that one instruction can load
- * both. The vertical P is used only in the headless variant. */
+ * both. The permuted coefficients of P are used only if the attitude is not computed (HEADLESS). */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
@@ -42,14 +43,14 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
     a->behind = duo_prev_next(value);
 }
 
-/* Adds the rotor terms to the initial coefficient of the angular velocity. The torque of the rotor
- * is then included in all products with the initial coefficient. */
+/* Adds the rotor terms to the initial coefficient of the angular velocity. As a result, every
+ * product with the initial coefficient of the angular velocity includes the torque of the rotor. */
 INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
 /* For a vector coefficient (x, y, z), returns half the componentwise product of (y, z, x) and (z,
- * x, y). The rotor terms are included if j is 0. */
+ * x, y). If j is 0, the rotor terms are first added to the coefficient. */
 INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
@@ -69,7 +70,8 @@ INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, 
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
 }
-/* Adds the products with indices (j, m) to `a`, and those with indices (m, j) to `b`. */
+/* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
+ * j) to `b`. */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const turned_pair *of,
                      int j, int m, form what)
 {
@@ -88,8 +90,8 @@ INLINE void add_chains(series_sums *a, const series_sums *b, form what)
     }
 }
 
-/* Returns the n-th coefficients of all products of Taylor series. Each sum starts with its middle
- * terms, and ends with the products of the latest coefficients. */
+/* Returns the n-th coefficients of all products of Taylor series in the equations of motion. Each
+ * sum starts with its middle terms, and ends with the products of the latest coefficients. */
 INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
@@ -128,7 +130,8 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
                     torque);
 }
 
-/* Computes the Taylor coefficients of order n + 1. */
+/* Computes the Taylor coefficients of order n + 1 for a top without friction on a support at
+ * rest. */
 INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what,
                                     linear_terms linear)
 {
@@ -146,8 +149,8 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
 
 /* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Two
  * correct digits suffice for a step size. The function approx_log2 replaces the logarithm of the
- * mantissa by the mantissa itself. The error of this approximation is small, because the logarithm
- * is later divided by the order. */
+ * mantissa by the mantissa itself. The error of approx_log2 hardly affects the step size, because
+ * the logarithm is later divided by the order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -176,10 +179,11 @@ INLINE double series_log2_radius(const kr_series *s, int n)
 }
 /* Returns the step size for which the last retained Taylor term equals the tolerance. The radius of
  * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
- * or odd series vanishes. The last term is not used, so that the last coefficients and the step
- * size can be computed in parallel. Very close to an unstable equilibrium, all terms are below the
- * tolerance and give no estimate. The step size is therefore also limited by the rate at which a
- * falling top leaves the equilibrium. */
+ * or odd series vanishes. The estimate does not use the last Taylor term, so that the processor can
+ * compute the step size and the last coefficients in parallel. Very close to an unstable
+ * equilibrium, all Taylor terms are below the tolerance, so they do not determine the step size.
+ * The step size is therefore also limited by the rate at which a falling top leaves the
+ * equilibrium. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -189,10 +193,10 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of the middle Taylor coefficients have the magnitude
- * 2^log2_size. The tail of the series, computed in doubles, begins with a sum of products of two
- * coefficients of about half the order. If the products cancel, the tail is small, but the rounding
- * errors of the products are not. A step size based only on the last Taylor term would be too large
- * in this case. */
+ * 2^log2_size. The tail of a series (the terms computed in doubles) begins with a sum of products
+ * of coefficients of about half the order. If these products cancel, the tail of the series is
+ * small, but the rounding errors of the products are not. In the case of such a cancellation, a
+ * step size based only on the last Taylor term would be too large. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

@@ -5,15 +5,15 @@
  * This equation is solved by iteration. O is the angular velocity of the support, and U is the
  * angular velocity of the top relative to the support. G is the effective gravity on a shaken
  * support (support.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear in
- * W, like the damping torque, and may exceed it. All other coefficients follow from the recurrence
- * of taylor.h. The radius of convergence is that of the slow motion, so steps can be long. With the
- * explicit recurrence, steps would be limited to about one damping time A / D, because the problem
- * is stiff. The neglected transient decays as exp(-D t / A), and is below the rounding errors
- * (Fenichel 1979). Until the motion reaches the slow manifold, steps are computed with the explicit
- * recurrence. Before the slow manifold is reached, the tolerance is relative to the small angular
- * velocity on the manifold. A top with dry friction has two slow manifolds. While the top slides,
- * friction is a constant torque. The case in which friction holds the top is treated in
- * slow_held.h. */
+ * W, like the damping torque, and may exceed it. All other Taylor coefficients are computed by the
+ * recurrence described in taylor.h. The radius of convergence of the Taylor series is that of the
+ * slow motion, so steps can be long. With the explicit recurrence, steps would be limited to about
+ * one damping time A / D, because the problem is stiff. The neglected transient decays as exp(-D t
+ * / A), and is below the rounding errors (Fenichel 1979). Until the motion reaches the slow
+ * manifold, steps are computed with the explicit recurrence. Before the slow manifold is reached,
+ * the tolerance is relative to the small angular velocity on the manifold. A top with dry friction
+ * has two slow manifolds. While the top slides, the friction torque is constant. The case in which
+ * friction holds the top is treated in slow_held.h. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -29,8 +29,8 @@ static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
     const double *w = s->end_w + 1;
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
-/* Returns the rotor's contribution to the angular acceleration about a strongly damped axis. For
- * the other strongly damped axes, only the support's angular velocity is taken into account. */
+/* Returns the rotor's contribution to the angular acceleration about a strongly damped axis. About
+ * the other strongly damped axes, the top is assumed to rotate with the support. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -40,7 +40,8 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
 /* Returns an upper bound on the angular velocity, relative to the support, about a strongly damped
- * axis. Unless the support rotates, the product of two strongly damped components is negligible. */
+ * axis. If the support does not rotate, the product of two strongly damped components of the
+ * angular velocity is negligible. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -60,8 +61,8 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     return size;
 }
 
-/* Returns the smallest non-negligible angular velocity about a strongly damped axis. If no torques
- * act about these axes, returns the largest angular velocity instead. */
+/* Returns the smallest non-negligible angular velocity about a strongly damped axis. If no torque
+ * acts about any strongly damped axis, returns the largest angular velocity instead. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
@@ -137,8 +138,8 @@ static double largest_torque(const kr_motion *motion)
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
 /* Inverts a 3 x 3 matrix with ones on its diagonal. The off-diagonal elements of row i are ahead[i]
- * in column i + 1 and behind[i] in column i - 1 (modulo 3). Matrix elements that involve a weakly
- * damped axis are zero. */
+ * in column i + 1 and behind[i] in column i - 1 (modulo 3). Off-diagonal elements in the row or
+ * column of a weakly damped axis are replaced by zero. */
 static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
                    double inverse[3][3])
 {
@@ -157,7 +158,8 @@ static void invert(const double ahead[3], const double behind[3], const int is_s
     for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
     for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
 }
-/* Computes the angular velocities that normalized torques cause about the strongly damped axes. */
+/* Computes the matrix `gain` of the angular velocities about the strongly damped axes that result
+ * from normalized torques. */
 static void set_gain(const kr_motion *motion, slow_axes *slow)
 {
     double D[3], h[3], ahead[3], behind[3];
@@ -183,8 +185,8 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
     return fmax(direct, carried / weakest * carried) / least;
 }
 /* Marks as strongly damped all axes whose damping rate is at least that of axis `least`. Returns 1
- * if damping about the marked axes dominates all other effects. `undamped` is an upper bound on the
- * undamped rates, and `pull` is an upper bound on the torque. */
+ * if damping about the axes marked as strongly damped dominates all other effects. `undamped` is an
+ * upper bound on the undamped rates, and `pull` is an upper bound on the torque. */
 static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
                           slow_axes *slow)
 {
@@ -250,7 +252,8 @@ static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
 }
 
 /* Chooses the end of the step according to the tolerance, and evaluates the series there. In
- * double-double precision, terms after the head are rounded to doubles, so they must be small. */
+ * double-double precision, all terms except the leading ones are rounded to doubles, so they must
+ * be small. */
 static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                      const slow_axes *slow, double log2_tol)
 {
@@ -315,8 +318,8 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
                  noise = fmax(near * least_size(p->series, slow), rounding);
     return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
 }
-/* Computes a step on the slow manifold that belongs to a set of strongly damped axes. `strong` is
- * the largest set of strongly damped axes if a step with this set has failed, and NULL
+/* Computes a step on the slow manifold that results from strong damping about a given set of axes.
+ * `strong` is the largest set of strongly damped axes if a step with this set has failed, and NULL
  * otherwise. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_axes *slow, const slow_axes *strong)
@@ -354,8 +357,9 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
-/* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. On moving supports, this
- * quick test often saves a more expensive computation. */
+/* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. On moving supports,
+ * comparing the damping rates with the angular velocity often avoids a more expensive
+ * computation. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -394,7 +398,8 @@ static void reset_rate(kr_taylor *p, const kr_motion *motion)
     kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
 }
 /* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
- * lowered, because the angular velocity is small compared with the damping rate. */
+ * lowered, because the angular velocity, and hence its permitted error, is small compared with the
+ * damping rate. */
 static double tolerance_of_transient(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
@@ -437,7 +442,8 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
 /* Let y be the magnitude of the angular velocity U relative to the support, with y^2 = <U, A U>.
- * Backward in time, y satisfies dy/dt >= `growth` y - `loss`. */
+ * Backward in time, damping increases y, which satisfies the inequality dy/dt >= `growth` y -
+ * `loss`. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -453,8 +459,9 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
 /* If damping D is the same about all axes, the angular momentum L grows backward in time at the
- * rate D <W, A W> / L^2. Without torques, the growth rate of the angular momentum does not
- * decrease. Small torques change the growth rate only slightly. */
+ * rate D <W, A W> / L^2. If only the damping torque acts, the growth rate of the angular momentum
+ * does not decrease with time. Small additional torques change the growth rate of the angular
+ * momentum only slightly. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;

@@ -11,6 +11,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol);
  * possible backward in time, where damping accelerates the top. */
 int kr_slow_drives_apart(const kr_motion *motion, double until);
 /* Returns 1 if a damped top turns too fast for a series of the given order, now or before the time
- * `until`. Overflow is possible only backward in time. */
+ * `until`. Taylor coefficients can overflow only backward in time, where damping accelerates the
+ * top. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until);
 #endif

@@ -6,9 +6,9 @@
 #include "math/dd.h"
 #include "support_motion.h"
 
-/* Rows of the table of Taylor coefficients in slow_terms.h. Rows from ROW_U on are used only with
- * friction or moving supports. The rows from ROW_R on hold the velocities u_i defined in
- * slow_held.h. */
+/* Rows of the table of Taylor coefficients in slow_terms.h. The table rows from ROW_U on are used
+ * only for tops with friction or on moving supports. The table rows from ROW_R on hold the Taylor
+ * coefficients of the velocities u_i (slow_held.h). */
 enum {
     ROW_Q = 0,
     ROW_P = 4,
@@ -26,8 +26,8 @@ enum {
  * vector. */
 #define U_OF(slow) (KR_HAS_SUPPORTS && (slow)->turns ? ROW_U : ROW_W)
 #define GP_OF(slow) (KR_HAS_SUPPORTS && (slow)->shakes ? ROW_GP : ROW_P)
-/* Damping about an axis is strong if its rate is more than STRONG times all other rates. The
- * smaller factor STRONG_ALONE suffices if damping is strong about all three axes. */
+/* Damping about an axis is strong if its rate is more than STRONG times all other rates. If all
+ * three axes are strongly damped, the smaller factor STRONG_ALONE is used instead of STRONG. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
 /* An angular velocity below TINY_VELOCITY times the damping rate counts as zero. */
@@ -40,7 +40,8 @@ enum {
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
 #define ROUNDING 0x1p-50
-/* The motion is tested again after PATIENCE times the estimated time to reach the slow manifold. */
+/* If the motion has not reached the slow manifold, the test is repeated after PATIENCE times the
+ * estimated time to reach it. */
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 
@@ -52,8 +53,9 @@ typedef struct slow_axes {
     /* Directions that replace the principal axes while friction holds the top; otherwise NULL. */
     const held_directions *held;
     double rate, fall;
-    /* Angular velocities that torques cause about the strongly damped axes. Each torque is
-     * normalized so that it causes the angular velocity 1 if no rotor couples the axes. */
+    /* Matrix of the angular velocities about the strongly damped axes that result from normalized
+     * torques. Each torque is normalized so that it causes the angular velocity 1 if no rotor
+     * couples the axes. */
     double gain[3][3];
 } slow_axes;
 

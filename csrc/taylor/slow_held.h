@@ -10,8 +10,8 @@
 #define KR_TAYLOR_SLOW_HELD_H
 #include "slow_axes.h"
 
-/* Directions perpendicular to the apex, in ascending order of their damping rates d_i. All rates
- * are expressed in the motion's unit of time. */
+/* Directions perpendicular to the apex vector, in ascending order of their damping rates d_i. All
+ * rates are expressed in the motion's unit of time. */
 struct held_directions {
     dd v[2][3], weight[2][3]; /* v_i and A v_i */
     dd drag[2][2];    /* <v_i, D v_k>, where the two values for i != k are rounding errors */
@@ -54,7 +54,7 @@ static void decouple_directions(dd v[2][3], const double D[3])
     held_combine(v[0], c, v[1], dd_neg(s));
     held_combine(v[1], c, before, s);
 }
-/* Computes two directions that are perpendicular to the apex. */
+/* Computes two vectors that are perpendicular to the apex vector. */
 static void set_directions(dd v[2][3], const dd apex[3], const double A[3], const double D[3])
 {
     int k = 0;
@@ -176,8 +176,9 @@ static double held_velocity_size(const kr_series *s, const slow_axes *slow)
             size = fmax(size, sqrt(slow->held->square[i]) * held_size(s, slow, i));
     return size;
 }
-/* Returns the smallest non-negligible velocity along a strongly damped direction. The velocities
- * are computed from W, so their rounding errors are relative to the largest component of W. */
+/* Returns the smallest non-negligible velocity along a strongly damped direction. Velocities along
+ * damped directions are computed from W, so their rounding errors are proportional to the largest
+ * component of W. */
 static double least_held_size(const kr_series *s, const slow_axes *slow)
 {
     const double size = held_velocity_size(s, slow), most = v_largest(v_of(s->end_w + 1));

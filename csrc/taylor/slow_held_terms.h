@@ -83,7 +83,8 @@ static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
     }
     return moved;
 }
-/* Returns the velocity u_i at the end of a series. */
+/* Returns the component u_i of the angular velocity relative to the support at the end of a Taylor
+ * step. */
 static number NAME(held_velocity)(const NAME(terms) * s, const NAME(directions) * held,
                                   const kr_series from[2], int i)
 {

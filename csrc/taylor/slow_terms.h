@@ -1,14 +1,14 @@
 /* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source file
  * is included once for doubles and once for double-doubles. The macro `number` is the type of a
- * coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are the operations
- * on coefficients. The macro NAME forms the names of types and functions. */
+ * Taylor coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are the
+ * operations on coefficients. The macro NAME forms the names of types and functions. */
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
     number k[3], up[3], down[3], drag[3], rub[3];
     number ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
 } NAME(terms);
-/* The data of held_directions, converted to the unit of time of the series. */
+/* Members of the struct held_directions, converted to the unit of time of the Taylor series. */
 typedef struct NAME(directions) {
     number v[2][3], weight[2][3], drag[2][2], load[2], moment[3];
 } NAME(directions);
@@ -42,7 +42,8 @@ static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axi
     return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
 /* Solves for the strongly damped components of the angular velocity when a rotor couples the axes.
- * `follows` holds the torques divided by the damping constants. */
+ * The array `follows` holds the torque about each axis divided by the damping constant of the
+ * axis. */
 static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const number follows[3],
                               int n)
 {
@@ -201,9 +202,9 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
     }
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
- * About each strongly damped axis, the difference must not exceed `near` times the larger of
- * slow_size and least_size. If the motion has not reached the slow manifold, `wait` receives an
- * estimate of the remaining time. */
+ * About each strongly damped axis, these angular velocities may differ by at most `near` times the
+ * larger of slow_size and least_size. If the motion has not reached the slow manifold, `wait`
+ * receives an estimate of the remaining time. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {
@@ -221,9 +222,9 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold in a Taylor series about the end of the last step. The
- * errors of the expansion are at most `noise` times the magnitude of W. Returns 0 if the iteration
- * does not converge, or if the motion has not reached the slow manifold. On failure, `wait`
- * receives the time until the next attempt. */
+ * error of the Taylor series is at most `noise` times the magnitude of W. Returns 0 if the
+ * iteration does not converge, or if the motion has not reached the slow manifold. On failure,
+ * `wait` receives the time until the next attempt. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {

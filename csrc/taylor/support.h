@@ -4,20 +4,23 @@
  *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
  *
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
- * the support. All vectors, including the apex a, are in the body frame. G = base + sway cos(...)
- * is the acceleration along -e3, in units of the acceleration contained in c. This source file is
+ * the support. All vectors, including the apex a, are in the body frame. The effective gravity G =
+ * base + sway cos(...) is the acceleration along -e3, divided by the acceleration that the lever
+ * arm c contains as a factor. This source file is
  * included by series.h, and is compiled in double and in double-double precision. Lane 0 of W holds
  * the friction variable. While the top slides, the friction variable is the spin <U, a>. While
  * friction holds the top, the friction variable is the friction torque relative to its maximum.
- * Without friction, lane 0 is unused. */
+ * If the top has no friction, lane 0 of W is unused. */
 
 /* Auxiliary series: the relative angular velocity (in `w`) and the effective gravity (in all lanes
- * of `x`). In double-double precision, the second struct holds the low words. */
+ * of `x`). In double-double precision, `words` consists of one struct of high words and one struct
+ * of low words. */
 typedef struct {
     kr_series words[2];
 } support_series;
-/* Taylor coefficients of W, U, O and P with cyclically permuted components. U is stored as (next |
- * prev), and O and P as (prev | next). The vertical P is used only in the headless variant. */
+/* Taylor coefficients of W, U, O and P with cyclically permuted components. The coefficients of U
+ * are stored as the cyclic permutations (next | prev), and those of O and P as (prev | next). The
+ * permuted coefficients of P are used only if the attitude is not computed (HEADLESS). */
 typedef struct {
     turned_vector w;
     duo u, o, p;
@@ -43,7 +46,8 @@ INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_serie
     if (turns) a->turned = duo_fma(u, of[m].o, a->turned);
     if (shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the products with indices (j, m) to `a`, and those with indices (m, j) to `b`. */
+/* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
+ * j) to `b`. */
 INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *s,
                              const kr_series *own, const turned_support *of, int j, int m,
                              form what, int turns, int shakes)
@@ -52,8 +56,8 @@ INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *
     add_support_term(b, s, own, of, m, j, what, turns, shakes);
     a->plain.cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->plain.cross);
 }
-/* Returns the n-th coefficients of all products of Taylor series. The terms of each sum are added
- * in the same order as in cauchy_products. */
+/* Returns the n-th coefficients of all products of Taylor series in the equations of motion. The
+ * terms of each sum are added in the same order as in cauchy_products. */
 INLINE support_sums support_products(const kr_series *s, const kr_series *own,
                                      const turned_support *of, int n, form what, int turns,
                                      int shakes)
@@ -88,14 +92,15 @@ INLINE quad dot_lanes(kr_series *own, quad a, quad b)
     const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
     return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
-/* Stores a number in lane 0 of the n-th coefficient of the angular velocity. All lanes of `number`
- * are equal. */
+/* Stores a number in lane 0 of the n-th coefficient of the angular velocity. The vector `number`
+ * must hold the same value in all SIMD lanes. */
 INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
 {
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Adds the friction that keeps the spin constant to coefficient n + 1 of W, and returns the sum. */
+/* Adds to coefficient n + 1 of W the effect of the friction torque that keeps the spin constant,
+ * and returns the sum. */
 INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -144,7 +149,8 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
         duo_store(own->x[n], cosine);
     }
 }
-/* Stores the permuted n-th coefficient of the vertical P, which the headless variant needs. */
+/* Stores the permuted n-th coefficient of the vertical P, which is needed if the attitude is not
+ * computed. */
 INLINE void turn_vertical(const kr_series *s, turned_support *of, int n)
 {
     of[n].p = duo_prev_next(quad_load(s->x[n] + 4));
@@ -161,7 +167,8 @@ INLINE void next_known_coefficient(kr_series *s, kr_series *own, turned_support 
     set_velocities(s, own, of, n + 1, quad_load(s->w[n + 1]), turning_rates(turned, n + 1), turns,
                    1);
 }
-/* Computes the Taylor coefficients of order n + 1. */
+/* Computes the Taylor coefficients of order n + 1 for a top with friction or on a moving
+ * support. */
 INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
                                      form what, int turns, int shakes)
 {

@@ -12,10 +12,11 @@
 typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);
-/* The path, expanded about the beginning of a substep. `relative` is the angular velocity of the
- * top relative to the support, and `body` is the angular velocity of the support. `momentum` is the
- * angular momentum, `dragged` is the damping torque, and `pulled` is the effective gravity vector.
- * `torque` is the friction torque, and `ease` is <a / A, a>. */
+/* Taylor series of the motion of the top (the path), expanded about the beginning of a substep.
+ * `relative` is the angular velocity of the top relative to the support, and `body` is the angular
+ * velocity of the support. `momentum` is the angular momentum, `dragged` is the damping torque, and
+ * `pulled` is the effective gravity vector. `torque` is the friction torque, and `ease` is <a / A,
+ * a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
@@ -24,7 +25,8 @@ typedef struct LOCAL(moving_path) {
     number q[4];
     int rubs, holds;
 } LOCAL(moving_path);
-/* Taylor series of one tangent: theta, N, c x theta and theta x a + d. `turn_by` and `push_by` are
+/* Taylor series of one tangent: the rotation vector theta, the momentum change N, and the vectors c
+ * x theta and theta x a + d. `turn_by` and `push_by` are
  * the inhomogeneous terms of theta' and N'. */
 typedef struct LOCAL(moving_deviation) {
     LOCAL(series) turn, push, cross, leaned, turn_by, push_by;

@@ -108,7 +108,7 @@ static void put_words(kr_series s[2], double *high, dd a)
     *high = a.hi;
     *(double *)(void *)((char *)high + ((char *)&s[1] - (char *)&s[0])) = a.lo;
 }
-/* Sets the friction constants of a series. */
+/* Sets the constants of a Taylor series that describe friction. */
 static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd apex = apex_of(motion), eased = divide_by_axes(apex, motion->inertia);
@@ -257,8 +257,8 @@ static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
 }
-/* Returns the threshold below which a spin is treated as zero, in the units of the series. The
- * threshold is lowered if damping is much faster than all other effects. */
+/* Returns the threshold below which a spin is treated as zero, in the units of the series. This
+ * threshold for the spin is lowered if damping is much faster than all other effects. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -308,7 +308,7 @@ static double first_negative(double *b, int n, double low, double high)
     return first < INFINITY ? first : first_negative(b, n, middle, high);
 }
 /* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
- * first becomes negative. Returns INFINITY if the sum never becomes negative. */
+ * first becomes negative. Returns INFINITY if this sum does not become negative within the step. */
 static double find_limit(const kr_series *s, int order, double sign, double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
@@ -328,8 +328,8 @@ static double find_limit(const kr_series *s, int order, double sign, double cons
     return first_negative(b, order, 0.0, 1.0);
 }
 /* Returns the time, since the start of the step, at which the friction variable equals `value`.
- * Newton's method starts at the time `near`, where the variable differs from `value` by about
- * `noise`. */
+ * Newton's method starts at the time `near`, where the friction variable differs from `value` by
+ * about `noise`. */
 static dd refine_limit(const kr_series s[2], int order, double value, double near, double noise)
 {
     const double span = s->end - s->t, far = FARTHEST_PART * fabs(span);
@@ -372,8 +372,8 @@ static dd slope_at_end(const kr_series s[2], int order)
     return sum;
 }
 /* Returns 1 if the spin of a sliding top vanishes within the step, although find_limit has not
- * detected it. A spin that becomes only slightly negative is not detected by find_limit. Returns 0
- * if the spin is already zero at the beginning of the step. */
+ * detected it. The function find_limit does not detect a spin that becomes only slightly negative.
+ * Returns 0 if the spin is already zero at the beginning of the step. */
 static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
@@ -382,7 +382,8 @@ static int passes_zero(const kr_series s[2], int order, double sliding, double n
     const double at = refine_limit(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
-/* Switches between sliding and holding after a step whose end was determined by friction. `value`
+/* Chooses the friction mode (sliding or held) after a step in which the friction variable has
+ * reached its limit. `value`
  * is the limit that the friction variable has reached. */
 static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
 {
@@ -395,7 +396,8 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
         return;
     }
     /* The torque to be balanced is computed from the slope of the spin and the friction during the
-     * last step. Strong damping would amplify the rounding errors of the velocity. */
+     * last step. A computation from the velocity is avoided, because strong damping would amplify
+     * the rounding errors of the velocity. */
     p->before_hold = before;
     decide_hold(p, motion, slope * s->per_grip + before);
 }
@@ -510,7 +512,8 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     double log2_tol = p->log2_tol, unit = 1.0;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
     if (!kr_slow_step(motion, kernel, &log2_tol)) {
-        /* While the top slides, the friction variable must not shorten the steps. */
+        /* While the top slides, the unit of time is chosen so that the friction variable does not
+         * shorten the steps. */
         if (rubs)
             set_rate(p, motion, p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate));
         keep_velocity_small(p, motion);

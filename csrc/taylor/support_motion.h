@@ -15,8 +15,8 @@ static inline int kr_support_moves(const kr_scene *scene)
  * support.h. If a shaken support increases the energy later, kr_support_step changes the unit of
  * time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
-/* Sets the constants of the support and of the friction. Returns the lever arm of the effective
- * gravity. */
+/* Sets the constants of a Taylor series that describe the support and the friction. Returns the
+ * lever arm of the effective gravity. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Returns the lever arm of the effective gravity G in the units of the motion. Writes the constant
  * part of G to `base`, and the amplitude of the oscillating part to `sway`. */
@@ -39,8 +39,8 @@ kr_vec3 kr_support_acceleration(const kr_series *s);
 double kr_support_friction(const kr_motion *motion, double rate);
 /* Returns the sign of the spin of a sliding top, or 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);
-/* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes the
- * argument `factor` for kr_support_jump_tangents. `factor` is NaN if the top starts without spin
+/* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes to `factor`
+ * the factor that kr_support_jump_tangents needs. `factor` is NaN if the top starts without spin
  * and friction cannot hold the top. If the spin is zero, the direction of the friction depends on
  * the sign of the perturbation. */
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
@@ -48,6 +48,7 @@ int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
  * friction can no longer hold the top. */
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);
 /* Writes the time derivatives of the attitude, the vertical and the angular velocity at the end of
- * the last step. The friction mode of the last step still applies. */
+ * the last step. These derivatives are computed with the friction mode (sliding or held) of the
+ * last step. */
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4]);
 #endif

@@ -1,5 +1,5 @@
 /* Tangents of tops with dry friction or on moving supports, in double and in double-double
- * precision. The series are computed by support_deviation.h. */
+ * precision. The Taylor series of the tangents are computed by the code in support_deviation.h. */
 #include <string.h>
 #include "series_words.h"
 #include "support_motion.h"

@@ -8,7 +8,8 @@
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 kr_tangent *first, size_t n, int order);
 /* Subtracts factor * (derivative of the spin) * apex from the momentum part of n single tangents,
- * at the end of the last step. Tangents that do not affect the spin remain unchanged. */
+ * at the end of the last step. Tangents for which the derivative of the spin is zero remain
+ * unchanged. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               kr_tangent *first, size_t n, dd factor);
 #endif

@@ -1,17 +1,19 @@
 /* Tangents along a path of the Taylor method: initial values, propagation, and evaluation within a
  * step. If the truncation error of a tangent is too large, the step is divided into substeps. Each
- * substep re-expands a copy of the path, so the path itself never changes. */
+ * substep works on a copy of the Taylor series of the path, so tangents do not affect the
+ * motion. */
 #include "support_motion.h"
 #include "support_tangents.h"
 
 /* Maximum number of substeps in a step, and maximum number of attempts to shorten a substep. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
 /* Largest admissible relative truncation error of a tangent, divided by the tolerance of the path.
- * For most paths, the truncation error of the tangents remains below the limit. */
+ * For most motions, the truncation errors of the tangents remain below this limit, so no substeps
+ * are needed. */
 static const double rest_over_tolerance = 0x1p9;
 
-/* Header of the memory for tangents, which contains the path series of one substep. The tangents
- * are stored after the header. */
+/* Header of the memory block for tangents, with the Taylor series of the path on one substep. The
+ * tangents are stored in the memory block after this header. */
 typedef struct {
     kr_series path[2];
     double parts;            /* number of substeps of the last step */
@@ -32,9 +34,9 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* Returns the number of batches, which are stored before the single tangents. Batches and single
- * tangents give bitwise equal results, so a small build can omit batches. Tangents on moving
- * supports are always single. */
+/* Returns the number of batches, which are stored before the single tangents. Tangents are bitwise
+ * equal whether computed in batches or one by one, so a small build can omit batches. Tangents of
+ * tops on moving supports are never combined in batches. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -57,8 +59,9 @@ static size_t count_structs(double *memory, size_t n)
     return KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + count_single(memory, n);
 }
 
-/* Memory location of a tangent: the struct `from`, the lane in a batch, and the distance `apart`
- * between components. The distance is counted in doubles, and is 0 for a single tangent. */
+/* Memory location of a tangent: the first struct `from`, the lane in a batch, and the distance
+ * `apart` between components. The distance between components is counted in doubles, and is 0 for a
+ * single tangent. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;
@@ -311,7 +314,7 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     if (count_single(memory, n) > 0)
         kernel->expand(path, rest_of_them, count_single(memory, n), order_of(motion));
 }
-/* Expands the path about the time `at`, and restarts the series of the tangents from there. */
+/* Starts new Taylor series of the path and of the tangents at the time `at`. */
 static void restart_series(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_kernel *kernel = motion->aux;
@@ -332,9 +335,9 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(g->x[0], g->part_end, sizeof g->part_end);
     }
 }
-/* Shortens a substep until its relative truncation error is at most `most`. `worst` is the
- * truncation error at the time `to`. Returns the truncation error at the end of the shortened
- * substep. */
+/* Shortens a substep until its relative truncation error does not exceed the limit `most`. `worst`
+ * is the truncation error at the time `to`. Returns the truncation error at the end of the
+ * shortened substep. */
 static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
                       double most)
 {
@@ -357,8 +360,8 @@ static double largest_last_term(const kr_motion *motion)
     return rest_over_tolerance * exp2(series_work(motion)->log2_tol);
 }
 /* Computes the Taylor series of the tangents for one substep. The substep ends at the end of the
- * step, or earlier to keep the truncation error small enough. Returns the relative truncation error
- * at the end of the substep. */
+ * step, or earlier if the truncation error of a tangent would be too large. Returns the largest
+ * relative truncation error of the tangents at the end of the substep. */
 static double expand_part(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
@@ -372,7 +375,7 @@ static double expand_part(const kr_motion *motion, double *memory, size_t n)
     return worst;
 }
 /* Computes the Taylor series of the tangents for the first substep of the last step. Returns the
- * relative truncation error at the end of the substep. */
+ * largest relative truncation error of the tangents at the end of this substep. */
 static double expand_first_part(const kr_motion *motion, double *memory, size_t n)
 {
     const size_t words = words_of(motion->digits);
@@ -386,8 +389,8 @@ static double expand_first_part(const kr_motion *motion, double *memory, size_t 
     c->part = 1.0;
     return expand_part(motion, memory, n);
 }
-/* Computes the Taylor series of the tangents for the next substep. Returns the relative truncation
- * error at the end of the substep. */
+/* Computes the Taylor series of the tangents for the next substep. Returns the largest relative
+ * truncation error of the tangents at the end of the next substep. */
 static double expand_next_part(const kr_motion *motion, double *memory, size_t n)
 {
     restart_series(motion, memory, n);
@@ -432,8 +435,8 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
 }
 
 /* Computes the Taylor series of the tangents for the substep that contains the time `to`, unless
- * these series are already in memory. Substeps are rarely recomputed, because times usually
- * increase from call to call. */
+ * these series are already in memory. Substeps are rarely recomputed, because the requested times
+ * usually increase from call to call. */
 static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
 {
     tangent_work *c = tangent_work_of(memory);
@@ -460,8 +463,9 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
         tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
                                     first[i * words].at);
 }
-/* Converts a momentum change from the body frame to the space frame. For up to 16 digits, the
- * rotation is computed in doubles, because double-double arithmetic would dominate the cost. */
+/* Converts a momentum change from the body frame to the space frame. If at most 16 digits are
+ * requested, the vector is rotated in double precision, because double-double arithmetic would
+ * dominate the run time. */
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

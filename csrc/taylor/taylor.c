@@ -2,8 +2,8 @@
  * as long as the tolerance permits, independently of the requested times. A state within a step
  * costs only one evaluation of the series. The equations are given in taylor.h, and the step size
  * follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the tolerance. The
- * unit of time is a power of two, chosen so that the angular velocity remains below one.
- * Coefficients therefore do not overflow, and thresholds are dimensionless. */
+ * unit of time is a power of two, chosen so that the angular velocity remains below one, Taylor
+ * coefficients do not overflow, and all thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
 #include "series_words.h"
@@ -49,18 +49,19 @@ const kr_isa *kr_taylor_isa(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns log2 of the tolerance for one step. The tolerances for 20 and 30 digits were determined
- * by `taylor_kernel_study.py depth` in validation/studies. */
+/* Returns log2 of the tolerance for one step. The tolerances for integration with 20 and 30 digits
+ * were determined by the command `taylor_kernel_study.py depth` in validation/studies. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel with the fastest order for the given tolerance. If the last Taylor terms have
- * equal size, a series of higher order has a larger error. The tolerance is therefore lowered for
- * high orders, but not below the rounding error. Orders and tolerances were determined by
- * `taylor_kernel_study.py orders` in validation/studies. */
+/* Returns the kernel of the order that is fastest for the given tolerance. If the last Taylor terms
+ * are equally large, truncating the series at a higher order causes a larger error. For high
+ * orders, the tolerance is therefore lowered, but not below the rounding error of a double. The
+ * orders of the kernels and these tolerances were determined by the command `taylor_kernel_study.py
+ * orders` in validation/studies. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -80,8 +81,8 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns a power of two that exceeds all rates of the motion. The angular velocity is bounded by
- * the energy. The other rates are those of the damping, the rotor and the support motion. Damping
+/* Returns a power of two that exceeds all rates of the motion. The energy bounds the angular
+ * velocity; the other rates are those of the damping, the rotor and the support motion. Damping
  * does not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
@@ -104,9 +105,10 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
     s[0].shift[lane] = shift.hi;
     s[1].shift[lane] = shift.lo;
 }
-/* Sets the rotor terms of the series. If two moments of inertia are equal, the coefficient of the
- * corresponding product of angular velocities is zero. Because the rotor terms are divided by this
- * coefficient, zero is replaced by the negligibly small KR_LEAST_FACTOR. */
+/* Sets the terms of the Taylor recurrence that describe the rotor. If two moments of inertia are
+ * equal, the coefficient of the corresponding product of angular velocities is zero. The rotor
+ * terms are divided by the coefficients of these products, so a zero coefficient is replaced by the
+ * negligibly small KR_LEAST_FACTOR. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];
@@ -148,7 +150,7 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
     if (KR_HAS_SUPPORTS && moves) kr_support_limit_steps(s, motion, rate);
 }
-/* Returns the attitude. Without the heading, returns the smallest rotation that takes P to the
+/* Returns the attitude. If skip_heading is set, returns the smallest rotation that takes P to the
  * vertical. Because |P| is close to 1, two terms of the series for 1 / |P| suffice. */
 static kr_quat series_attitude(const kr_motion *motion, const double x[8])
 {
@@ -192,7 +194,7 @@ static int is_series_finite(const kr_series *s)
         sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
     return isfinite(sum);
 }
-/* Replaces the step by a step of length 0 that starts at the same time. */
+/* Replaces the last step of the series by a step of length 0 that starts at the same time. */
 static void reset_to_begin(kr_series s[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -282,8 +284,8 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
-    /* A time can lie outside the step only because of rounding errors. The series is not valid
-     * there, so the nearer end of the step is used. */
+    /* Only rounding errors can place a requested time outside the step. The Taylor series is not
+     * valid outside the step, so the nearer end of the step is used instead. */
     const double before = begin - p->series->at, behind = p->series->at - end;
     if (before * behind < 0.0) {
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;

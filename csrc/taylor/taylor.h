@@ -18,11 +18,13 @@
 #include "method.h"
 #include "math/isa.h"
 
-/* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term in
- * double-double precision, and LAST is that of the last term in double precision. Later terms are
- * so small that doubles suffice. A product that is summed in doubles may exceed the tolerance by a
- * factor of at most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values
- * were determined by `taylor_kernel_study.py depth` in validation/studies. */
+/* Numbers of Taylor terms for results with 20 and with 30 digits. HEAD is the index of the last
+ * Taylor term computed in double-double precision, and LAST is the index of the last Taylor term.
+ * The terms after HEAD are so small that double precision suffices. A product that is summed in
+ * doubles may exceed the tolerance by a factor of at most 2^LESS, about the reciprocal of the
+ * relative rounding error 2^-53. These numbers of terms were determined by the command
+ * `taylor_kernel_study.py depth` in validation/studies.
+ * */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -40,8 +42,8 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
  * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
  * the low words of the double-double numbers. The attitude q and the vertical P share vectors of
  * eight lanes (q | P), so P costs no extra time. Right multiplication by i, j or k permutes the
- * lanes of q and of P in the same way, up to signs. If the heading is skipped, the lanes of q are
- * zero. */
+ * lanes of q and of P in the same way, up to signs. If skip_heading is set, the attitude q is not
+ * computed, and its SIMD lanes are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -136,8 +138,9 @@ static inline int kr_taylor_is_deep(const kr_motion *motion)
 #endif
 }
 /* An instruction set that is included in the build. The arrays `plain` and `headless` contain
- * KR_ORDERS kernels each, with and without the heading. The array `deep` contains KR_DEPTHS
- * kernels, for 20 and 30 digits. `product` multiplies two power series (see kr_step_polynomial). */
+ * KR_ORDERS kernels each; the kernels in `headless` do not compute the heading. The array `deep`
+ * contains KR_DEPTHS kernels, which compute states with 20 and 30 digits. `product` multiplies two
+ * power series (see kr_step_polynomial). */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);

@@ -29,10 +29,12 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Computes a cuboid of density 1 if possible, and the largest possible cuboid otherwise. The
+/* Computes a cuboid with the inertia of the body, which has density 1 if possible, and otherwise
+ * the largest possible volume. The
  * largest cuboid is found by ternary search, because the logarithm of the volume is concave in 1 /
- * mass. The density of the cuboid increases with its mass. The factor 1.001 is a margin for the
- * body used in the thesis (Bodack 2008), whose largest cuboid has density 1. */
+ * mass. The density of the cuboid increases with its mass. The factor 1.001 extends the search
+ * slightly beyond the largest cuboid, because the largest cuboid of the body in the thesis (Bodack
+ * 2008) has density 1. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -114,9 +116,9 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
 }
 
 /* Computes the semi-axes of the rod's cross section, which lie along the two principal axes farther
- * from the apex. The bending stiffness in a direction is proportional to the square of the
- * thickness in that direction. If the exponent `power` is 0.5, the stiffness is proportional to the
- * moment of inertia of the body about the other axis. */
+ * from the apex. The bending stiffness of the rod in one direction is proportional to the square of
+ * its thickness in that direction. If the exponent `power` is 0.5, the stiffness is proportional to
+ * the moment of inertia of the body about the other axis. */
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {

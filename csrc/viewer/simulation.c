@@ -2,7 +2,7 @@
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks, whose square fits in 64 bits. */
+/* Largest permitted step size in ticks, chosen so that its square fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
 /* Converts a number of ticks to a time. */
@@ -81,7 +81,7 @@ static void widen_extremes(kr_record_row *row, int i, const double low[], const 
         if (high[k] > row->high[i][k] || isnan(row->high[i][k])) row->high[i][k] = high[k];
     }
 }
-/* Initializes the next row of the record with NaN. */
+/* Initializes the next row of measured values with NaN. */
 static void begin_row(kr_simulation *simulation)
 {
     kr_record_row *row = &simulation->record[simulation->rows];
@@ -89,8 +89,8 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Halves the number of rows of the record by merging rows in pairs. Moves the incomplete row behind
- * the merged rows. */
+/* Halves the number of rows of the record by merging rows in pairs. The incomplete last row of the
+ * record is moved to the position after the merged rows. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {

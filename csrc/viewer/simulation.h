@@ -8,9 +8,10 @@
 #define KR_SIMULATION_H
 #include "kreisel.h"
 
-/* Indices of the measured values of a top. The list begins with the scalar quantities that do not
- * depend on the heading, in the order of quantities.def. The last two values are the attitude error
- * relative to a reference, in radians, and the modified energy that bobenko_suris conserves. */
+/* Indices of the measured values of a top. The first measured values are the scalar quantities that
+ * do not depend on the heading, in the order of quantities.def. The last two measured values are
+ * the attitude error relative to a reference, in radians, and the modified energy that
+ * bobenko_suris conserves. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -24,7 +25,8 @@ enum {
     KR_SIMULATION_TOPS = 8,
     /* Number of most recent attitudes stored for each top. */
     KR_SIMULATION_TRACE = 4096,
-    /* Maximum number of rows of the record. When the record is full, rows are merged in pairs. */
+    /* Maximum number of rows in the record of measured values. When the record is full, rows are
+     * merged in pairs. */
     KR_SIMULATION_ROWS = 1024,
     /* Number of times that integrals and errors are measured between two rows of the record. The
      * number is smaller if the tops have fewer times in common. */
@@ -96,24 +98,27 @@ const kr_quantity *kr_simulation_quantity(int k);
  * memory while it contains tops. */
 void kr_simulation_clear(kr_simulation *simulation);
 /* Adds a top in its initial state, and clears the record. An adaptive method without dense output
- * is restarted after each step of the simulation, as in the thesis (Bodack 2008). Without the
- * restarts, the states would not depend on `step`. */
+ * is restarted after each step of the simulation, as in the thesis (Bodack 2008). Without these
+ * restarts, the states computed by an adaptive method would not depend on the step size `step`. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
-/* Adds a top whose states are given, one for each step, beginning with the initial state. The array
+/* Adds a top whose motion is given by the array `track`: the initial state and the state after each
+ * step. The array
  * `track` must outlive the simulation. */
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
 /* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
- * below `lowest`. This limit is the cosine of the nutation at which the rim touches the floor. The
+ * below `lowest`. The value of `lowest` is the cosine of the nutation angle at which the rim of the
+ * top touches the floor. The
  * top then remains in the last state above the floor. The time of contact with the floor is found
  * by interpolation within the next step, and is stored in `stood`. By default, there is no
  * floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
- * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted
- * within a step. The next call continues the interrupted step. */
+ * `most` steps for all tops together. Returns the time reached. Sets `is_late` if the step budget
+ * is exhausted within a step. The next call of kr_simulation_advance continues the interrupted
+ * step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measured values of top i. All values are NaN if the computation for the top
  * has failed. The attitude error is NaN if the top has no reference, or if the reference has
