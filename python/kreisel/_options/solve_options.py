@@ -70,8 +70,8 @@ class SolveOptions:
         precise = self.has_extended_precision or self.has_events
         can_leave = self.method.skips_heading and not self.keeps_heading
         leave_heading = level and can_leave and not precise
-        own = self.step or 0.0, self.tol or 0.0, self.digits or 0
-        return self.method.name, *own, self.max_steps, leave_heading
+        accuracy = self.step or 0.0, self.tol or 0.0, self.digits or 0
+        return self.method.name, *accuracy, self.max_steps, leave_heading
 
     @cached_property
     def copy_with_default_run_settings(self) -> SolveOptions:
@@ -132,12 +132,16 @@ def validate_solve_options(
     None if they are unknown. Raises TypeError or ValueError for an invalid argument.
     """
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
-    chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
-    is_open = chosen.name == FALLBACK and method == "auto" and step is tol is digits is None
+    resolved_method = resolve_method(
+        FALLBACK if method == "auto" and digits is not None else method, top
+    )
+    is_open = (
+        resolved_method.name == FALLBACK and method == "auto" and step is tol is digits is None
+    )
     if is_open and t is not None and has_torus_closed_form(top) and prefers_closed_form(top, t):
-        chosen = methods[EXACT]
+        resolved_method = methods[EXACT]
     name = method if requested is None else requested
-    options = make_solve_options(chosen, step, tol, digits, max_steps, name, want, every)
+    options = make_solve_options(resolved_method, step, tol, digits, max_steps, name, want, every)
     return options.copy_options_with_heading() if any(top.turning) else options
 
 
@@ -200,16 +204,16 @@ def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | No
         raise TypeError(
             f"want must be names of quantities, as want=('apex', 'energy'), not {short_repr(want)}"
         )
-    given = list(want)
-    for name in given:
+    names = list(want)
+    for name in names:
         if not isinstance(name, str) or (name not in RECORDABLE and name != "t"):
             raise ValueError(
                 unknown_name_message("quantity in want:", str(name), ["t", *RECORDABLE])
             )
-    kept = tuple(name for name in dict.fromkeys(given) if name != "t")
-    if not kept:
+    quantities = tuple(name for name in dict.fromkeys(names) if name != "t")
+    if not quantities:
         raise ValueError("want contains no quantity besides t; leave it out to record all")
-    return kept
+    return quantities
 
 
 def validate_step(method: Method, step: object) -> float | None:
@@ -255,10 +259,10 @@ def validate_digits(method: Method, digits: object, tol: object) -> int | None:
         )
     if tol is not None:
         raise ValueError("give either digits or tol, not both")
-    asked = as_int("digits", digits, 1)
-    if asked > 30:
+    count = as_int("digits", digits, 1)
+    if count > 30:
         raise ValueError(f"digits must be at most 30, not {digits!r}")
-    return 16 if asked <= 16 else 20 if asked <= 20 else 30
+    return 16 if count <= 16 else 20 if count <= 20 else 30
 
 
 def validate_recording_interval(method: Method, every: object) -> int | None:
