@@ -123,13 +123,13 @@ def validate_solve_options(
     max_steps: object = 0,
     want: object = None,
     every: object = None,
-    requested: object = None,
+    requested_method: object = None,
     t: object = None,
 ) -> SolveOptions:
     """Return the validated options for solving `scene`.
 
-    `requested` is the name of the method given by the user. `t` contains the requested times, or is
-    None if they are unknown. Raises TypeError or ValueError for an invalid argument.
+    `requested_method` is the name of the method given by the user. `t` contains the requested
+    times, or is None if they are unknown. Raises TypeError or ValueError for an invalid argument.
     """
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
     resolved_method = resolve_method(
@@ -140,7 +140,7 @@ def validate_solve_options(
     )
     if is_open and t is not None and has_torus_closed_form(top) and prefers_closed_form(top, t):
         resolved_method = methods[EXACT]
-    name = method if requested is None else requested
+    name = method if requested_method is None else requested_method
     options = make_solve_options(resolved_method, step, tol, digits, max_steps, name, want, every)
     return options.copy_options_with_heading() if any(top.turning) else options
 
@@ -151,7 +151,7 @@ def validate_options_for_method(
     tol: object,
     digits: object,
     max_steps: object,
-    requested: object,
+    requested_method: object,
     want: object,
     every: object = None,
 ) -> SolveOptions:
@@ -166,7 +166,7 @@ def validate_options_for_method(
         validate_digits(method, digits, tol),
         as_int("max_steps", max_steps, 0),
         validate_requested_quantities(want),
-        str(requested),
+        str(requested_method),
         validate_recording_interval(method, every),
     )
 
@@ -180,17 +180,21 @@ def make_solve_options(
     tol: object,
     digits: object,
     max_steps: object,
-    requested: object,
+    requested_method: object,
     want: object,
     every: object = None,
 ) -> SolveOptions:
     """Return the validated options for a method, from a cache if possible."""
     if want is None or type(want) is tuple:
         try:
-            return _find_options(method, step, tol, digits, max_steps, requested, want, every)
+            return _find_options(
+                method, step, tol, digits, max_steps, requested_method, want, every
+            )
         except TypeError:  # an argument is not hashable, or invalid
             pass
-    return validate_options_for_method(method, step, tol, digits, max_steps, requested, want, every)
+    return validate_options_for_method(
+        method, step, tol, digits, max_steps, requested_method, want, every
+    )
 
 
 def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
