@@ -78,9 +78,9 @@ class View:
                 f"this kreisel was installed without its viewer, {_PAGE}: run `make viewer` in the "
                 "source folder (it needs npm), then `pip install .` again"
             )
-        inside = json.dumps(self.scene).replace("<", "\\u003c")
+        data = json.dumps(self.scene).replace("<", "\\u003c")
         return _PLACE.sub(
-            lambda place: place[1] + inside + place[2], _PAGE.read_text(encoding="utf-8"), count=1
+            lambda place: place[1] + data + place[2], _PAGE.read_text(encoding="utf-8"), count=1
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -93,15 +93,15 @@ class View:
         The file is overwritten by the next viewer of a scene with the same name. Issues a warning
         if no browser was found.
         """
-        file, shown = open_viewer(self)
-        if not shown:
+        file, is_open = open_viewer(self)
+        if not is_open:
             warnings.warn(f"no browser was found to open the viewer: {file}", stacklevel=2)
         return file
 
     def _repr_html_(self) -> str:
         style = "width:100%;height:600px;border:0"
-        inside = f'srcdoc="{html.escape(self.html)}" style="{style}"'
-        return f'<iframe {inside} title="kreisel: the top"></iframe>'
+        attributes = f'srcdoc="{html.escape(self.html)}" style="{style}"'
+        return f'<iframe {attributes} title="kreisel: the top"></iframe>'
 
 
 def open_viewer(page: View) -> tuple[File, bool]:
@@ -222,15 +222,15 @@ def _validate_viewer_methods(names: str | list[str] | None, scene: Scene) -> lis
         return ["taylor"]
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
-    chosen = [names] if isinstance(names, str) else list(names)
-    if not 1 <= len(chosen) <= 3:
+    method_names = [names] if isinstance(names, str) else list(names)
+    if not 1 <= len(method_names) <= 3:
         raise ValueError(
-            f"the viewer shows one to three methods side by side, not {short_repr(chosen)}"
+            f"the viewer shows one to three methods side by side, not {short_repr(method_names)}"
         )
-    for name in chosen:
+    for name in method_names:
         if resolve_method(name, scene).name.startswith("gsl_") or name == "auto":
             raise ValueError(f"the viewer has no {name!r}: view a path that this method computed")
-    return chosen
+    return method_names
 
 
 def _is_whole_millionths(step: float) -> bool:
@@ -250,12 +250,12 @@ def _validate_viewer_step(step: float) -> float:
 def _make_viewer_track(path: Path) -> _ViewerTrackData:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
-    even = (
+    is_even = (
         n > 1
         and _is_whole_millionths(step)
         and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
     )
-    if not even:
+    if not is_even:
         raise ValueError(
             "the viewer plays states at equal intervals of whole millionths from t = 0 on: solve "
             "with step=0.01, every=10, or with t=np.arange(n) * 0.1"

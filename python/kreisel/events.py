@@ -162,8 +162,8 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
     """
     if of not in _VECTORS:
         raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
-    along = zip("xyz", as_three_floats("normal", normal), strict=True)
-    return crossing({f"{of}_{i}": n for i, n in along if n}, offset, **more)
+    pairs = zip("xyz", as_three_floats("normal", normal), strict=True)
+    return crossing({f"{of}_{i}": n for i, n in pairs if n}, offset, **more)
 
 
 def nutation(**more: Unpack[_More]) -> Event:
@@ -196,8 +196,8 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
         raise ValueError(
             f"within must be at least 1e-7, the effect of rounding, not {short_repr(within)}"
         )
-    left = {name: factor * (within * within - 1.0) for name, factor in _SPEED.items()}
-    return extremum({"apex_z": 1.0}, where=left | {"spin*spin": 1.0}, **more)
+    terms = {name: factor * (within * within - 1.0) for name, factor in _SPEED.items()}
+    return extremum({"apex_z": 1.0}, where=terms | {"spin*spin": 1.0}, **more)
 
 
 _KINETIC = [f"body_momentum_{i}*body_velocity_{i}" for i in "xyz"]
@@ -209,9 +209,9 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
     For a body with a rotor, give its momentum `body.rotor` as `rotor` [M L^2 T^-1]. The other
     arguments are the same as for kreisel.events.crossing.
     """
-    twice = dict.fromkeys(_KINETIC, 0.5)
+    terms = dict.fromkeys(_KINETIC, 0.5)
     linear = zip("xyz", as_three_floats("rotor", rotor), strict=True)
-    return crossing(twice | {f"body_velocity_{i}": -0.5 * h for i, h in linear if h}, value, **more)
+    return crossing(terms | {f"body_velocity_{i}": -0.5 * h for i, h in linear if h}, value, **more)
 
 
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
@@ -224,7 +224,7 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
     if kinetics and np.any(tops.turning):
         raise ValueError("kinetic does not support turning supports")
     if np.any(tops.body.rotor) and any(
-        not any(of and not times for _, of, times in event.terms) for event in kinetics
+        not any(first and not second for _, first, second in event.terms) for event in kinetics
     ):
         raise ValueError(
             "kinetic needs the rotor of this body: kreisel.events.kinetic(value, rotor=body.rotor)"
@@ -263,12 +263,12 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     """
     check_type("scene", scene, Scene)
     if scene._is_shaken or any(scene.turning):
-        instead = "find the highest points of the apex by kr.events.nutation()"
+        hint = "find the highest points of the apex by kr.events.nutation()"
         refuse_disturbances(
             scene,
             "the unstable equilibrium is not known for tops",
             ("damping", "friction"),
-            instead,
+            hint,
         )
     if scene.gravity and any(scene.body.com):
         if "direction" in more:
@@ -288,8 +288,8 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     middle = sorted(range(3), key=moments.__getitem__)[1]
     x, y, z = (float(i == middle) for i in range(3))
     axis = turn(scene.body.axes, (x, y, z))
-    along = zip("xyz", axis, strict=True)
-    return extremum({f"body_velocity_{i}": a for i, a in along if a}, **more)
+    pairs = zip("xyz", axis, strict=True)
+    return extremum({f"body_velocity_{i}": a for i, a in pairs if a}, **more)
 
 
 def _validate_terms(name: str, function: object) -> Terms:
@@ -313,8 +313,8 @@ def _validate_terms(name: str, function: object) -> Terms:
                 f"a term of {name} must be a quantity or a product of two, as in 'm_x*m_y', not "
                 f"{key!r}"
             )
-        of, times = sorted((_component(word) for word in [*words, "1"][:2]), reverse=True)
-        terms.append((as_float(f"the factor of {key!r}", factor), of, times))
+        first, second = sorted((_component(word) for word in [*words, "1"][:2]), reverse=True)
+        terms.append((as_float(f"the factor of {key!r}", factor), first, second))
     return tuple(sorted((term for term in terms if term[0]), key=lambda term: term[1]))
 
 
@@ -342,9 +342,9 @@ def _component(word: str) -> int:
     if row["in_events"]:
         *most, last = map(repr, row["components"])
         raise ValueError(f"{name!r} has several components: {', '.join(most)} and {last}")
-    there = ", ".join(row["name"] for row in quantities if row["in_events"])
-    instead = _INSTEAD.get(name, f"these have: {there}")
-    raise ValueError(f"events have no series of {name!r}, {row['text']}; {instead}")
+    names = ", ".join(row["name"] for row in quantities if row["in_events"])
+    hint = _INSTEAD.get(name, f"these have: {names}")
+    raise ValueError(f"events have no series of {name!r}, {row['text']}; {hint}")
 
 
 def _validate_condition(where: Function | None) -> Terms:
@@ -357,13 +357,13 @@ def _validate_condition(where: Function | None) -> Terms:
 
 def _event(
     terms: Terms,
-    where: Terms,
+    condition: Terms,
     extremum: bool,
     direction: int,
     max_count: int | None,
     terminal: bool,
 ) -> Event:
-    if not any(of for _, of, _ in terms):
+    if not any(first for _, first, _ in terms):
         raise ValueError("the function is constant and has no events: give a nonzero factor")
     if direction not in (-1, 0, 1):
         raise ValueError(f"direction must be 1, -1 or 0, not {short_repr(direction)}")
@@ -371,7 +371,7 @@ def _event(
         if not isinstance(value, bool):
             raise TypeError(f"{name} must be True or False, not {short_repr(value)}")
     limit = None if max_count is None else as_int("max_count", max_count, 1)
-    return Event(terms, where, extremum, int(direction), limit, terminal)
+    return Event(terms, condition, extremum, int(direction), limit, terminal)
 
 
 MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and files
@@ -389,13 +389,15 @@ def validate_events(method: str, events: object) -> tuple[Event, ...]:
         raise ValueError(
             f"events need the polynomials of method={FALLBACK!r}; {method!r} computes none"
         )
-    listed = [events] if isinstance(events, Event) else events
-    if not isinstance(listed, Sequence) or not all(isinstance(event, Event) for event in listed):
+    event_list = [events] if isinstance(events, Event) else events
+    if not isinstance(event_list, Sequence) or not all(
+        isinstance(event, Event) for event in event_list
+    ):
         raise TypeError(
             "events must be a list of events from kreisel.events, such as kr.events.loop(), not "
             f"{short_repr(events)}"
         )
-    return tuple(listed)
+    return tuple(event_list)
 
 
 CoreEvents = list[
@@ -441,7 +443,7 @@ def to_record(event: Event) -> EventRecord:
 
 
 def _terms_by_name(terms: Terms) -> list[tuple[float, str, str]]:
-    return [(float(factor), _NAMES[of], _NAMES[times]) for factor, of, times in terms]
+    return [(float(factor), _NAMES[first], _NAMES[second]) for factor, first, second in terms]
 
 
 def from_record(row: EventRecord) -> Event:

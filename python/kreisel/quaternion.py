@@ -74,12 +74,12 @@ def from_rotation(rotation: Rotation) -> Quaternion:
     """
     if not hasattr(rotation, "as_quat"):
         raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")
-    given = rotation.as_quat()
-    if np.ndim(given) != 1:
+    numbers = rotation.as_quat()
+    if np.ndim(numbers) != 1:
         raise ValueError(
-            f"rotation must be a single rotation, not an array of shape {given.shape[:-1]}"
+            f"rotation must be a single rotation, not an array of shape {numbers.shape[:-1]}"
         )
-    return from_xyzw("rotation", given)
+    return from_xyzw("rotation", numbers)
 
 
 def unit(name: str, given: object, last: bool = False) -> Quaternion:
@@ -134,12 +134,12 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
 def conventions() -> str:
     """Return a text that explains the conventions for frames, components and units."""
     quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
-    turned = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
+    vector = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
     return (
         "attitude  q = (w, x, y, z), scalar first, unit; from the frame in which the body was "
         "described into space:\n"
         "          v_space = q v q*, so that (0.7071, 0, 0, 0.7071) turns (1, 0, 0) into "
-        f"{turned}\n"
+        f"{vector}\n"
         "momentum  angular momentum about the fixed point, seen from space\n"
         "velocity  angular velocity, seen from space: dq/dt = velocity q / 2\n"
         "gravity   along -e3 where positive\n"

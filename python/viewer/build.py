@@ -156,10 +156,10 @@ def is_unused(condition: str) -> bool:
 def find_end(lines: list[str], first: int) -> int:
     """Return the line of the `#else`, `#elif` or `#endif` that belongs to the `#if` at `first`."""
     depth = 0
-    for at in range(first + 1, len(lines)):
-        if depth == 0 and lines[at].startswith(("#el", "#endif")):
-            return at
-        depth += lines[at].startswith("#if") - lines[at].startswith("#endif")
+    for index in range(first + 1, len(lines)):
+        if depth == 0 and lines[index].startswith(("#el", "#endif")):
+            return index
+        depth += lines[index].startswith("#if") - lines[index].startswith("#endif")
     return first
 
 
@@ -167,15 +167,15 @@ def shorten_shader(source: str) -> str:
     """Return a shader without comments, indentation, and blocks for features not used."""
     bare = re.sub(r"//.*|/\*[\s\S]*?\*/", "", source)
     lines = [line.strip() for line in bare.splitlines() if line.strip()]
-    kept, at = [], 0
-    while at < len(lines):
-        end = find_end(lines, at) if is_unused(lines[at]) else at
-        if lines[end] == "#endif" and end > at:
-            at = end + 1
+    output, index = [], 0
+    while index < len(lines):
+        end = find_end(lines, index) if is_unused(lines[index]) else index
+        if lines[end] == "#endif" and end > index:
+            index = end + 1
             continue
-        kept.append(lines[at])
-        at += 1
-    return "\n".join(kept)
+        output.append(lines[index])
+        index += 1
+    return "\n".join(output)
 
 
 def bundle(modules: Path, wasm: Path, entry: Path, *options: str) -> str:

@@ -112,40 +112,40 @@ class Apex:
             )
         first, last = low[0], low[-1]
         period = (last - first) / (len(low) - 1)
-        turned = self._interpolate_values_at_time(
+        angle = self._interpolate_values_at_time(
             self.azimuth, last
         ) - self._interpolate_values_at_time(self.azimuth, first)
         greatest, least = (
             float(np.mean([self._interpolate_nutation(t) for t in times])) for times in (low, high)
         )
-        return Nutation(least, greatest, period, turned / (last - first))
+        return Nutation(least, greatest, period, angle / (last - first))
 
     def _measure_steady_nutation(self) -> Nutation:
         nutation = np.arctan2(np.hypot(*self.trace[:, :2].T), self.height)
-        turned, took = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
-        rate = float(turned / took) if took else math.nan
+        angle, duration = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
+        rate = float(angle / duration) if duration else math.nan
         return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
 
     def _refuse_coarse_sampling(self) -> None:
         """Raise ValueError if the states are too far apart to resolve the turning points."""
         top = exact(self.scene.replace(damping=None, friction=None))
-        period, apart = (
+        period, spacing = (
             2.0 * abs(top.t_least - top.t_greatest),
             float(np.abs(np.diff(self.t)).max()),
         )
-        if period and _FEWEST * apart > period * (1.0 + 1e-9):
+        if period and _FEWEST * spacing > period * (1.0 + 1e-9):
             raise ValueError(
-                f"the states are up to {apart:g} apart, and a nutation takes {period:g}: request "
+                f"the states are up to {spacing:g} apart, and a nutation takes {period:g}: request "
                 f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
             )
 
     def _find_times_of_height_extrema(self, sign: float) -> list[float]:
         """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
         rise = sign * self.rate[:, 2]
-        after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
+        indices = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
         return [
             _find_zero_of_interpolant(*self._select_four_nearest_samples(i, rise))
-            for i in after.tolist()
+            for i in indices.tolist()
         ]
 
     def _select_four_nearest_samples(self, i: int, values: Array) -> tuple[Array, Array]:
@@ -181,19 +181,19 @@ def apex(path: Path) -> Apex:
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 
-def _interpolate_polynomial(t: Array, values: Array, at: float) -> float:
-    """Return the value at time `at` of the polynomial that interpolates the points (t, values)."""
+def _interpolate_polynomial(t: Array, values: Array, time: float) -> float:
+    """Return the value at `time` of the polynomial that interpolates the points (t, values)."""
     total = 0.0
     for i, value in enumerate(values.tolist()):
         others = np.delete(t, i)
-        total += value * float(np.prod((at - others) / (t[i] - others)))
+        total += value * float(np.prod((time - others) / (t[i] - others)))
     return total
 
 
 def _find_zero_of_interpolant(t: Array, values: Array) -> float:
     """Return the time at which an interpolating polynomial changes from negative to positive."""
-    inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
-    low, high = float(t[inside]), float(t[inside + 1])
+    i = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
+    low, high = float(t[i]), float(t[i + 1])
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (

@@ -106,12 +106,12 @@ def _format_table_cell(value: object) -> str:
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def _validate_steps_or_tols(name: str, given: Iterable[float]) -> list[float]:
+def _validate_steps_or_tols(name: str, values: Iterable[float]) -> list[float]:
     try:
-        each = list(given)
+        each = list(values)
     except TypeError:
         raise TypeError(
-            f"{name} must be a list, as in {name}=[1e-3], not {short_repr(given)}"
+            f"{name} must be a list, as in {name}=[1e-3], not {short_repr(values)}"
         ) from None
     return [as_positive(name, x) for x in each]
 
@@ -194,19 +194,24 @@ def compare(
     kreisel.CompareInterrupted, whose attribute `table` contains the completed runs.
     """
     check_type("scene", scene, Scene)
-    by_step, by_tol = _validate_steps_or_tols("steps", steps), _validate_steps_or_tols("tols", tols)
-    runs = _list_runs_to_compare(scene, t, methods, by_step, by_tol)
+    step_sizes, tolerances = (
+        _validate_steps_or_tols("steps", steps),
+        _validate_steps_or_tols("tols", tols),
+    )
+    runs = _list_runs_to_compare(scene, t, methods, step_sizes, tolerances)
     rounds = as_int("repeats", repeats, 1)
-    tell = validate_progress_callback(progress)
+    report_progress = validate_progress_callback(progress)
     reference: Path | None = None
     try:
         reference = (
-            truth if isinstance(truth, Path) else _compute_reference_path(scene, t, truth, by_step)
+            truth
+            if isinstance(truth, Path)
+            else _compute_reference_path(scene, t, truth, step_sizes)
         )
         for done in range(rounds * len(runs)):
             runs[done % len(runs)].solve_and_store_seconds()
-            if tell is not None:
-                tell((done + 1) / (rounds * len(runs)))
+            if report_progress is not None:
+                report_progress((done + 1) / (rounds * len(runs)))
     except KeyboardInterrupt:
         table = _build_comparison_table(scene, runs, reference)
         total = f"{len(table)} of {len(runs)} runs were completed"
@@ -220,8 +225,8 @@ def _build_comparison_table(
     """Return a table of all completed runs, or an empty table if there is no reference solution."""
     if truth is None:
         return Table(())
-    made = [run for run in runs if run.seconds or run.failure]
-    return Table(tuple(run.make_comparison_row(name_of(scene), truth) for run in made))
+    attempts = [run for run in runs if run.seconds or run.failure]
+    return Table(tuple(run.make_comparison_row(name_of(scene), truth) for run in attempts))
 
 
 class CompareInterrupted(KeyboardInterrupt):
@@ -241,8 +246,8 @@ def _list_runs_to_compare(
     scene: Scene,
     t: Numbers,
     methods: Iterable[MethodName] | None,
-    by_step: list[float],
-    by_tol: list[float],
+    step_sizes: list[float],
+    tolerances: list[float],
 ) -> list[_TimedMethodRun]:
     """Return the runs to measure: one for each method and each step size or tolerance."""
     if isinstance(methods, str):
@@ -252,15 +257,15 @@ def _list_runs_to_compare(
     runs = []
     for name in methods:
         method = resolve_method(name, scene)
-        if not method.adaptive and not by_step:
+        if not method.adaptive and not step_sizes:
             raise ValueError(
                 f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]"
             )
         if method.adaptive:
-            tols = by_tol if by_tol and not method.exact else [None]
+            tols = tolerances if tolerances and not method.exact else [None]
             runs += [_TimedMethodRun(scene, t, name, tol=tol) for tol in tols]
         else:
-            runs += [_TimedMethodRun(scene, t, name, step=step) for step in by_step]
+            runs += [_TimedMethodRun(scene, t, name, step=step) for step in step_sizes]
     return runs
 
 
@@ -270,16 +275,16 @@ def _compute_max_attitude_error(path: Path, truth: Path) -> float:
 
 
 def _compute_reference_path(
-    scene: Scene, t: Numbers, method: MethodName, by_step: list[float]
+    scene: Scene, t: Numbers, method: MethodName, step_sizes: list[float]
 ) -> Path:
-    chosen = resolve_method(method, scene)
-    if chosen.digits:
+    resolved_method = resolve_method(method, scene)
+    if resolved_method.digits:
         return solve(scene, t, method, digits=20)
-    if chosen.adaptive:
+    if resolved_method.adaptive:
         return solve(scene, t, method, tol=_TRUTH_TOL)
-    if not by_step:
+    if not step_sizes:
         raise ValueError(
             f"the method {method!r} of truth has a fixed step: give steps; it uses a sixteenth "
             "of the smallest"
         )
-    return solve(scene, t, method, step=min(by_step) / 16.0)
+    return solve(scene, t, method, step=min(step_sizes) / 16.0)

@@ -34,8 +34,8 @@ def compute_angle_between_paths(a: Path, b: Path) -> AngleBetweenPaths:
             ),
             "attitudes",
         )
-    across = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
-    return AngleBetweenPaths(a.t, np.arctan2(across, (a.apex * b.apex).sum(axis=1)), "apexes")
+    sines = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
+    return AngleBetweenPaths(a.t, np.arctan2(sines, (a.apex * b.apex).sum(axis=1)), "apexes")
 
 
 def _restrict_paths_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
@@ -43,14 +43,14 @@ def _restrict_paths_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
     if np.array_equal(a.t, b.t):
         return a, b
     low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())
-    own, other = (path[(path.t >= low) & (path.t <= high)] for path in (a, b))
-    ways: list[Callable[[], tuple[Path, Path]]] = [
-        lambda: (own, b(own.t)),
-        lambda: (a(other.t), other),
+    part_a, part_b = (path[(path.t >= low) & (path.t <= high)] for path in (a, b))
+    alternatives: list[Callable[[], tuple[Path, Path]]] = [
+        lambda: (part_a, b(part_a.t)),
+        lambda: (a(part_b.t), part_b),
     ]
-    for way in ways if len(own) >= len(other) else reversed(ways):
+    for restrict in alternatives if len(part_a) >= len(part_b) else reversed(alternatives):
         with suppress(ValueError):  # a closed form of a map has no states between its steps
-            return way()
+            return restrict()
     _, i, j = np.intersect1d(a.t, b.t, return_indices=True)
     return a[i], b[j]
 

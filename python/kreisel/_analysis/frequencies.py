@@ -153,14 +153,14 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     _refuse_free_body_with_tilted_rotor(path)
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
-    even = np.linspace(t[0], t[-1], len(t))
-    if not np.abs(t - even).max() <= _EVEN * abs(even[1] - even[0]) or t[0] == t[-1]:
+    grid = np.linspace(t[0], t[-1], len(t))
+    if not np.abs(t - grid).max() <= _EVEN * abs(grid[1] - grid[0]) or t[0] == t[-1]:
         raise ValueError(
             "the states of the path must be equally spaced in time: call solve with "
             "numpy.linspace(0.0, t, n), or use a method of fixed step"
         )
-    seen = path.apex[:, 0] + 1j * path.apex[:, 1]
-    lines, amplitudes, rest = _find_strongest_spectral_lines(t, seen, count)
+    signal = path.apex[:, 0] + 1j * path.apex[:, 1]
+    lines, amplitudes, rest = _find_strongest_spectral_lines(t, signal, count)
     spectrum = lines, amplitudes, rest
     freeze_arrays(spectrum)
     turning = path.scene.turning[2]
@@ -185,9 +185,12 @@ def _refuse_varying_rates(scene: Scene) -> None:
 def _transform_path_to_inertial_frame(path: Path, turning: float) -> Path:
     """Transform a path from the frame of a support that turns about e3 to the inertial frame."""
     zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
-    turned = np.cos(half), zero, zero, np.sin(half)
+    rotation = np.cos(half), zero, zero, np.sin(half)
     w, x, y, z = path.q.T
-    q, m = multiply(turned, (w, x, y, z)), turn(turned, (path.m[:, 0], path.m[:, 1], path.m[:, 2]))
+    q, m = (
+        multiply(rotation, (w, x, y, z)),
+        turn(rotation, (path.m[:, 0], path.m[:, 1], path.m[:, 2])),
+    )
     states = np.stack((path.t, *q, *m), axis=-1)
     scene = path.scene.replace(turning=None)
     return Path(scene, states, path.stats, path._options, path._is_back)
@@ -202,11 +205,11 @@ def _compute_closed_form_rates(form: Exact) -> tuple[float, float, float] | None
 
 def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
     """Compute the precession, nutation and spin rates from the states of a path."""
-    t, (up, along) = path.t, _choose_space_and_body_axes(path)
-    principal, east = path.frame, _perpendicular_unit_vector(up)
-    axis, first = along @ principal, _perpendicular_unit_vector(along) @ principal
-    about = np.cross(axis, first) @ up + 1j * (first @ up)
-    motion = compute_axis_motion_about_direction(path, up, along, east)
+    t, (space_axis, body_axis) = path.t, _choose_space_and_body_axes(path)
+    principal, east = path.frame, _perpendicular_unit_vector(space_axis)
+    axis, first = body_axis @ principal, _perpendicular_unit_vector(body_axis) @ principal
+    spin_signal = np.cross(axis, first) @ space_axis + 1j * (first @ space_axis)
+    motion = compute_axis_motion_about_direction(path, space_axis, body_axis, east)
     level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:
@@ -214,18 +217,18 @@ def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
         nutation = abs(float(line))
     if not np.abs(motion.z).max() > _LEVEL:
         return math.nan, nutation, math.nan
-    turns = measure_angle_increments(path, motion, about, up, along, east)
+    turns = measure_angle_increments(path, motion, spin_signal, space_axis, body_axis, east)
     window, span = _kaiser_window(len(t) - 1), len(t) - 1
     if not math.tau * span * float(window[turns.unknown].sum()) < _SMOOTH:
         return math.nan, nutation, math.nan
     is_through = span * float(window[turns.through > 0].sum()) > _SMOOTH
     part = 0.5 * nutation if is_through else nutation
     precession = _estimate_mean_angle_rate(t, motion.z, turns.precession, part)
-    return precession, nutation, _estimate_mean_angle_rate(t, about, turns.spin, part)
+    return precession, nutation, _estimate_mean_angle_rate(t, spin_signal, turns.spin, part)
 
 
-def _estimate_mean_angle_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from its increments `turned` between successive states.
+def _estimate_mean_angle_rate(t: Array, signal: Waves, increments: Array, part: float) -> float:
+    """Compute the mean rate of an angle from its `increments` between successive states.
 
     The mean rate differs from the frequency of the strongest spectral line by an integer multiple
     of `part`, which is the nutation frequency or half of it. If this multiple can be determined
@@ -233,12 +236,12 @@ def _estimate_mean_angle_rate(t: Array, signal: Waves, turned: Array, part: floa
     increments is used if the angle varies smoothly. In all other cases, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
-    mean = float(_kaiser_window(len(turned)) @ turned) / step
-    is_smooth = span * _bound_aliasing_error_of_mean(turned / step) < _SMOOTH
+    mean = float(_kaiser_window(len(increments)) @ increments) / step
+    is_smooth = span * _bound_aliasing_error_of_mean(increments / step) < _SMOOTH
     [line], _, _ = _find_strongest_spectral_lines(t, signal, 1)
-    found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
-    if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
-        return found
+    rate = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
+    if span * abs(rate - mean) < (_NEAR if is_smooth else math.pi):
+        return rate
     return mean if is_smooth else math.nan
 
 
@@ -276,8 +279,8 @@ def _choose_space_and_body_axes(path: Path) -> tuple[Array, Array]:
     momentum = path.frame @ path.m[0]
     rotor = np.array(path.scene.body.principal_rotor)
     if rotor.any():
-        along = rotor / np.linalg.norm(rotor)
-        return path.m[0] / np.linalg.norm(path.m[0]), -along if momentum[0] @ along < 0.0 else along
+        unit = rotor / np.linalg.norm(rotor)
+        return path.m[0] / np.linalg.norm(path.m[0]), -unit if momentum[0] @ unit < 0.0 else unit
     moments = np.array(path.scene.body.moments)
     middle = int(np.argsort(moments)[1])
     odd = int(np.argmax(np.abs(moments - moments[middle])))
@@ -292,27 +295,27 @@ def _choose_space_and_body_axes(path: Path) -> tuple[Array, Array]:
 
 def _perpendicular_unit_vector(v: Array) -> Array:
     """Return a unit vector perpendicular to the unit vector `v`."""
-    made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
-    return made / float(np.linalg.norm(made))
+    normal: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
+    return normal / float(np.linalg.norm(normal))
 
 
 def _kaiser_window(n: int) -> Array:
     window = np.kaiser(n, math.pi * _SHARPNESS)
-    made: Array = window / window.sum()
-    return made
+    weights: Array = window / window.sum()
+    return weights
 
 
 def _find_strongest_spectral_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
     """Return the frequencies, amplitudes and relative residual of the strongest spectral lines."""
-    window, left = _kaiser_window(len(t)), signal.astype(np.complex128)
+    window, remainder = _kaiser_window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):
-        frequency[k] = _find_peak_frequency(t, window * left)
+        frequency[k] = _find_peak_frequency(t, window * remainder)
         wave = np.exp(1j * frequency[k] * t)
-        amplitude[k] = (window * left) @ wave.conj()
-        left = left - amplitude[k] * wave
+        amplitude[k] = (window * remainder) @ wave.conj()
+        remainder = remainder - amplitude[k] * wave
     size = math.sqrt(float(window @ np.abs(signal) ** 2))
-    rest = math.sqrt(float(window @ np.abs(left) ** 2)) / size if size > 0.0 else 0.0
+    rest = math.sqrt(float(window @ np.abs(remainder) ** 2)) / size if size > 0.0 else 0.0
     return frequency, amplitude, rest
 
 
@@ -324,14 +327,14 @@ def _find_peak_frequency(t: Array, signal: Waves) -> float:
     size = 1 << (4 * len(t) - 1).bit_length()  # numpy is slow for lengths with large factors
     step = float(t[-1] - t[0]) / (len(t) - 1)
     best = int(np.abs(np.fft.fft(signal, size)).argmax())
-    found = math.tau * (best - size if 2 * best > size else best) / (size * step)
-    since = t - 0.5 * (t[0] + t[-1])
+    frequency = math.tau * (best - size if 2 * best > size else best) / (size * step)
+    offsets = t - 0.5 * (t[0] + t[-1])
     for _ in range(_ROUNDS):
-        wave = signal * np.exp(-1j * found * since)
-        sum0, sum1, sum2 = wave.sum(), (wave * since).sum(), (wave * since * since).sum()
+        wave = signal * np.exp(-1j * frequency * offsets)
+        sum0, sum1, sum2 = wave.sum(), (wave * offsets).sum(), (wave * offsets * offsets).sum()
         slope = float((sum0.conjugate() * -1j * sum1).real)
         bend = float(abs(sum1) ** 2 - (sum0.conjugate() * sum2).real)
-        if not bend < 0.0 or found - slope / bend == found:
+        if not bend < 0.0 or frequency - slope / bend == frequency:
             break
-        found -= slope / bend
-    return found
+        frequency -= slope / bend
+    return frequency

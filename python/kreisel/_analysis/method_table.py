@@ -61,8 +61,8 @@ def _format_cost_ratio(ratio: float) -> str:
 def _measure_step_times_of_methods(methods: Methods) -> dict[str, list[float]]:
     """Measure the run time per step, in seconds, of each method for three different tops."""
     tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
-    timed = [(method, top) for method in methods.values() for top in tops]
-    samples = [[_measure_step_time(method, top) for method, top in timed] for _ in range(_ROUNDS)]
+    cases = [(method, top) for method in methods.values() for top in tops]
+    samples = [[_measure_step_time(method, top) for method, top in cases] for _ in range(_ROUNDS)]
     costs = iter([min(sample) for sample in zip(*samples, strict=True)])
     return {name: [next(costs) for _ in tops] for name in methods}
 

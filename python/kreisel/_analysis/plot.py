@@ -65,9 +65,9 @@ def plot(
         )
     from .._plot.charts import plot_paths
 
-    both = [(one, one.events.path if len(one.events) else None) for one in paths]
+    paths_with_events = [(one, one.events.path if len(one.events) else None) for one in paths]
     pair = partial(compute_angle_between_paths, *paths) if len(paths) == 2 else None
-    return plot_paths(both, axes, degrees, time_unit, pair)
+    return plot_paths(paths_with_events, axes, degrees, time_unit, pair)
 
 
 def _validate_plot_paths_and_axes(

@@ -134,9 +134,9 @@ class Rod:
             draw_tube,
         )
 
-        drawn = create_figure_axes() if axes is None else check_axes_type(axes)
+        target = create_figure_axes() if axes is None else check_axes_type(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
-        turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
+        view = as_float("elevation", elevation), as_float("azimuth", azimuth)
         unit = as_unit_name("length_unit", length_unit)
         if len(self.s) < 2:
             raise ValueError(f"a rod of {len(self.s)} states cannot be drawn: solve for more times")
@@ -144,12 +144,12 @@ class Rod:
             compute_twist_free_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
         )
         section = (1.0, 1.0) if self.isotropic else self.section
-        along = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)  # as the tangents point
+        order = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)  # as the tangents point
         draw_tube(
-            self.centre[along], normals[along], section, drawn, side, colour or ORANGE, *turned
+            self.centre[order], normals[order], section, target, side, colour or ORANGE, *view
         )
-        draw_start_and_scale_bar(self.centre, drawn, unit, *turned)
-        return drawn
+        draw_start_and_scale_bar(self.centre, target, unit, *view)
+        return target
 
     def _repr_html_(self) -> str | None:
         """Return an image of the rod, or None if the rod has fewer than two states."""
@@ -181,15 +181,15 @@ def rod(path: Path) -> Rod:
     axes = _choose_elastic_rod_frame(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)
     i_n, i_b, i_t = ((axes**2) @ np.array(body.moments)).tolist()
-    about_n, about_b, about_t = np.einsum("nij,nj->in", frame, path.velocity)
-    bent = np.cross(path.velocity, frame[:, 2])
+    rate_n, rate_b, rate_t = np.einsum("nij,nj->in", frame, path.velocity)
+    tangent_rate = np.cross(path.velocity, frame[:, 2])
     weight = body.mass * path.scene.gravity * hypot(*body.com)
     return Rod(
         s=path.t,
-        centre=_integrate_cubic_interpolant(path.t, frame[:, 2], bent),
+        centre=_integrate_cubic_interpolant(path.t, frame[:, 2], tangent_rate),
         frame=frame,
-        curvature=np.stack([about_b, -about_n], axis=-1),
-        torsion=about_t,
+        curvature=np.stack([rate_b, -rate_n], axis=-1),
+        torsion=rate_t,
         stiffness=(i_b, i_n, i_t),
         load=(0.0, 0.0, -weight),
     )

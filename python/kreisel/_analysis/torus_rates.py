@@ -61,15 +61,15 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
 
     Returns None if the motion is too close to a separatrix.
     """
-    rates, known = np.array(form.frequencies), -1
+    rates, cell_count = np.array(form.frequencies), -1
     for n in _GRIDS:
         turns = (np.arange(n) + _OFFSET) / n
         grid = np.stack(np.meshgrid(turns, turns, indexing="ij"), axis=-1)
         signals = _compute_body_axis_at_torus_angles(form, grid)
         cells, index = _find_grid_cells_with_zeros(signals.z)
-        if len(cells) == known:
+        if len(cells) == cell_count:
             break
-        known = len(cells)
+        cell_count = len(cells)
     else:
         return None
     zeros = np.array(
@@ -78,12 +78,12 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     zeros = zeros.reshape(-1, 2)
     if not np.isfinite(zeros).all():
         return None
-    since = zeros - _OFFSET / n
+    offsets = zeros - _OFFSET / n
     # Only the sum of precession and spin is smooth at the upper pole, only the difference at the
     # lower one.
     side = -np.sign(_compute_body_axis_at_torus_angles(form, zeros).height)
-    precession = _compute_windings_along_torus_angles(signals.z, since, index) @ rates[:2]
-    spin = _compute_windings_along_torus_angles(signals.about, since, side * index) @ rates[:2]
+    precession = _compute_windings_along_torus_angles(signals.z, offsets, index) @ rates[:2]
+    spin = _compute_windings_along_torus_angles(signals.about, offsets, side * index) @ rates[:2]
     return TorusRates(
         float(rates[2] + precession), _find_rate_of_strongest_harmonic(signals, rates), float(spin)
     )
@@ -104,17 +104,17 @@ def _compute_body_axis_at_torus_angles(form: ExactTorus, turns: Array) -> _BodyA
     if form.scene.body.kind == "goryachev_chaplygin":  # the heading is that of the momentum
         level = level * np.exp(-1j * np.arctan2(states[:, 6], states[:, 5]))
     shape = turns.shape[:-1]
-    about = two[2] + 1j * one[2]
+    spin_signal = two[2] + 1j * one[2]
     return _BodyAxisAtTorusAngles(
-        level.reshape(shape), about.reshape(shape), apex[2].reshape(shape)
+        level.reshape(shape), spin_signal.reshape(shape), apex[2].reshape(shape)
     )
 
 
 def _find_grid_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
     """Find the grid cells around which a complex function has a nonzero winding number."""
     one, two = _compute_grid_phase_differences(z, 0), _compute_grid_phase_differences(z, 1)
-    around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
-    index = np.rint(around / math.tau)
+    circulation = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
+    index = np.rint(circulation / math.tau)
     cells = np.argwhere(index)
     return cells, index[tuple(cells.T)]
 
@@ -125,35 +125,36 @@ def _compute_grid_phase_differences(z: Waves, axis: int) -> Array:
     return steps
 
 
-def _refine_zero_by_newton(form: ExactTorus, near: Array, n: int) -> Array:
+def _refine_zero_by_newton(form: ExactTorus, guess: Array, n: int) -> Array:
     """Return the torus angles [turns] of a zero of z near a grid cell, or NaN if none is found."""
-    at = near
+    angles = guess
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
-        z = _compute_body_axis_at_torus_angles(form, at + offsets).z
+        z = _compute_body_axis_at_torus_angles(form, angles + offsets).z
         one, two = (z[1] - z[2]) / (2.0 * _STEP), (z[3] - z[4]) / (2.0 * _STEP)
         area = float((one.conjugate() * two).imag)
         if area == 0.0:
             break
         # The steps a and b solve one * a + two * b = -z.
         step = np.array([(two.conjugate() * z[0]).imag, -(one.conjugate() * z[0]).imag]) / area
-        at = at + step
-        if np.abs(at - near).max() > 1.5 / n:
+        angles = angles + step
+        if np.abs(angles - guess).max() > 1.5 / n:
             break
         if np.abs(step).max() <= _SETTLED:
-            return at
+            return angles
     return np.full(2, np.nan)
 
 
-def _compute_windings_along_torus_angles(z: Waves, since: Array, index: Array) -> Array:
+def _compute_windings_along_torus_angles(z: Waves, offsets: Array, index: Array) -> Array:
     """Return the mean winding numbers of z along the two angles of the torus.
 
-    `since` contains the torus angles of the zeros of z, measured from the first grid point [turns].
+    `offsets` contains the torus angles of the zeros of z [turns], measured from the first grid
+    point.
     """
     first = round(float(_compute_grid_phase_differences(z, 0)[:, 0].sum()) / math.tau)
     second = round(float(_compute_grid_phase_differences(z, 1)[0].sum()) / math.tau)
-    one = first - float((index * (1.0 - since[:, 1])).sum())
-    two = second + float((index * (1.0 - since[:, 0])).sum())
+    one = first - float((index * (1.0 - offsets[:, 1])).sum())
+    two = second + float((index * (1.0 - offsets[:, 0])).sum())
     return np.array([one, two])
 
 

@@ -75,8 +75,8 @@ class _ArcsBetweenStates(NamedTuple):
     z1: Waves
     rate1: Waves
 
-    def select_arcs(self, at: Flags) -> _ArcsBetweenStates:
-        columns: Any = (column[at] for column in self)
+    def select_arcs(self, mask: Flags) -> _ArcsBetweenStates:
+        columns: Any = (column[mask] for column in self)
         return _ArcsBetweenStates(*columns)
 
     def halve_arcs(self, z: Waves, rate: Waves) -> _ArcsBetweenStates:
@@ -103,64 +103,73 @@ class _ArcAnglesAndChordDistances(NamedTuple):
 
 
 def compute_axis_motion_about_direction(
-    path: Path, up: Array, along: Array, east: Array
+    path: Path, space_axis: Array, body_axis: Array, east: Array
 ) -> BodyAxisMotion:
     """Compute the motion of a body axis about a fixed direction.
 
-    `along` contains the components of the body axis along the principal axes, and `up` is the fixed
-    direction. The projection is a real number if the axis lies in the plane spanned by `up` and
-    `east`.
+    `body_axis` contains the components of the body axis along the principal axes, and `space_axis`
+    is the fixed direction. The projection is a real number if the axis lies in the plane spanned by
+    `space_axis` and `east`.
     """
-    axis, velocity = along @ path.frame, path.velocity
+    axis, velocity = body_axis @ path.frame, path.velocity
     return BodyAxisMotion(
-        *_project_axis_horizontally(axis, velocity, up, east),
-        axis @ up,
-        velocity @ up,
+        *_project_axis_horizontally(axis, velocity, space_axis, east),
+        axis @ space_axis,
+        velocity @ space_axis,
         np.asarray((velocity * axis).sum(axis=-1)),
     )
 
 
 def measure_angle_increments(
-    path: Path, motion: BodyAxisMotion, about: Waves, up: Array, along: Array, east: Array
+    path: Path,
+    motion: BodyAxisMotion,
+    spin_signal: Waves,
+    space_axis: Array,
+    body_axis: Array,
+    east: Array,
 ) -> AngleIncrements:
     """Count the turns about the body axis and about a fixed direction between successive states."""
     z, rate, n = motion.z, motion.rate, len(motion.z) - 1
-    apart = np.diff(path.t)
-    arcs = _ArcsBetweenStates(np.arange(n), np.zeros(n), apart, z[:-1], rate[:-1], z[1:], rate[1:])
-    angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
-    nearest, gap = np.full(n, np.inf), np.zeros(n)
+    intervals = np.diff(path.t)
+    arcs = _ArcsBetweenStates(
+        np.arange(n), np.zeros(n), intervals, z[:-1], rate[:-1], z[1:], rate[1:]
+    )
+    angle, passes = np.zeros(n), np.zeros(n, dtype=np.int64)
+    min_distance, gap = np.full(n, np.inf), np.zeros(n)
     for k in range(_ROUNDS):
-        found = _measure_arc_angles_by_chords(arcs)
-        known = arcs.parent[found.is_known]
-        np.add.at(angle, known, found.angle[found.is_known])
-        np.add.at(through, known, found.through[found.is_known])
-        np.minimum.at(nearest, known, found.distance[found.is_known])
-        arcs = arcs.select_arcs(~found.is_known)
+        chords = _measure_arc_angles_by_chords(arcs)
+        indices = arcs.parent[chords.is_known]
+        np.add.at(angle, indices, chords.angle[chords.is_known])
+        np.add.at(passes, indices, chords.through[chords.is_known])
+        np.minimum.at(min_distance, indices, chords.distance[chords.is_known])
+        arcs = arcs.select_arcs(~chords.is_known)
         if not arcs.parent.size:
             break
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
-        half, whole = _compute_projected_axis_at_times(path, arcs.parent, times, up, along, east)
+        middle, end = _compute_projected_axis_at_times(
+            path, arcs.parent, times, space_axis, body_axis, east
+        )
         if k == 0:
-            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _compare_with_integration(
-                arcs, whole
+            angle[arcs.parent], passes[arcs.parent], gap[arcs.parent] = _compare_with_integration(
+                arcs, end
             )
-            arcs = arcs._replace(z1=whole[0], rate1=whole[1])
-        arcs = arcs.halve_arcs(*half)
+            arcs = arcs._replace(z1=end[0], rate1=end[1])
+        arcs = arcs.halve_arcs(*middle)
     # The errors of a path add up, so a pass is uncertain if its distance from the pole is less than
     # n gaps. But a pass through a pole to within THROUGH is no coincidence, and is trusted.
-    is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
-    unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
-    unknown[arcs.parent] = True
+    is_beside = np.convolve(passes > 0, np.ones(3), "same") < 0.5
+    is_unsure = (is_beside & (min_distance < n * gap)) | ~np.isfinite(gap)
+    is_unsure[arcs.parent] = True
     return AngleIncrements(
         angle,
-        _compute_spin_angle_increments(motion, about, apart, angle, through),
-        through,
-        unknown,
+        _compute_spin_angle_increments(motion, spin_signal, intervals, angle, passes),
+        passes,
+        is_unsure,
     )
 
 
 def _compare_with_integration(
-    arcs: _ArcsBetweenStates, whole: tuple[Waves, Waves]
+    arcs: _ArcsBetweenStates, end: tuple[Waves, Waves]
 ) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
@@ -173,27 +182,27 @@ def _compare_with_integration(
     is_on_line = (
         np.maximum(
             _distance_from_origin_to_line(arcs.z1, arcs.rate1),
-            _distance_from_origin_to_line(*whole),
+            _distance_from_origin_to_line(*end),
         )
         < THROUGH
     )
-    aside, gap = z1 * whole[0].conj(), np.abs(arcs.z1 - whole[0])
-    is_between = is_on_line & (aside.real < 0.0)
+    product, gap = z1 * end[0].conj(), np.abs(arcs.z1 - end[0])
+    is_between = is_on_line & (product.real < 0.0)
     is_wide = ~is_on_line & (_SAFETY * gap > np.abs(arcs.z1))
-    angle = np.angle(np.where(is_between, -aside, aside))
+    angle = np.angle(np.where(is_between, -product, product))
     return angle, is_between.astype(np.int64), np.where(is_wide, np.inf, gap)
 
 
 def _distance_from_origin_to_line(z: Waves, rate: Waves) -> Array:
     """Return the distance of a line in the complex plane from the origin."""
     size = np.abs(rate)
-    across: Array = np.abs((z * rate.conj()).imag)
+    area: Array = np.abs((z * rate.conj()).imag)
     start: Array = np.abs(z)
-    return np.divide(across, size, out=start, where=size > 0.0)
+    return np.divide(area, size, out=start, where=size > 0.0)
 
 
 def _compute_spin_angle_increments(
-    motion: BodyAxisMotion, about: Waves, apart: Array, turned: Array, through: Indices
+    motion: BodyAxisMotion, spin_signal: Waves, intervals: Array, precession: Array, passes: Indices
 ) -> Array:
     """Return the angles by which the body turns about the given axis between successive states.
 
@@ -204,44 +213,46 @@ def _compute_spin_angle_increments(
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
     rates = [
-        (own[at] + side * turning[at]) / (1.0 + side * height[at])
-        for at in (slice(None, -1), slice(1, None))
+        (own[part] + side * turning[part]) / (1.0 + side * height[part])
+        for part in (slice(None, -1), slice(1, None))
     ]
-    thought: Array = 0.5 * apart * (rates[0] + rates[1]) - side * turned
-    seen = np.angle(about[1:] * about[:-1].conj()) + np.pi * through
-    exact = seen + 2.0 * np.pi * np.rint((thought - seen) / (2.0 * np.pi))
-    is_seen = np.minimum(np.abs(about[1:]), np.abs(about[:-1])) > THROUGH
-    return np.where(is_seen, exact, thought)
+    estimate: Array = 0.5 * intervals * (rates[0] + rates[1]) - side * precession
+    measurement = np.angle(spin_signal[1:] * spin_signal[:-1].conj()) + np.pi * passes
+    exact = measurement + 2.0 * np.pi * np.rint((estimate - measurement) / (2.0 * np.pi))
+    is_seen = np.minimum(np.abs(spin_signal[1:]), np.abs(spin_signal[:-1])) > THROUGH
+    return np.where(is_seen, exact, estimate)
 
 
 def _measure_arc_angles_by_chords(arcs: _ArcsBetweenStates) -> _ArcAnglesAndChordDistances:
     """Compare each arc with its chord in a fixed frame and in a rotating frame."""
     angle, distance, bend = _measure_chord_angles_and_distances(arcs)
-    at_rest = distance > _SAFETY * bend
+    is_safe_at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
     pace = 0.5 * (
         _compute_angular_rate_about_origin(arcs.z0, arcs.rate0)
         + _compute_angular_rate_about_origin(arcs.z1, arcs.rate1)
     )
     pace = np.where(np.abs(pace * length) < np.pi, pace, 0.0)
-    other, far, bent = _measure_chord_angles_and_distances(
+    angle_in_frame, distance_in_frame, bend_in_frame = _measure_chord_angles_and_distances(
         _transform_arcs_to_rotating_frame(arcs, pace)
     )
-    in_frame = far > _SAFETY * bent
-    passes = (distance < THROUGH) & (bend < THROUGH) & ~at_rest
-    from_pole, to_pole = np.abs(arcs.z0) < THROUGH, np.abs(arcs.z1) < THROUGH
-    passes &= ~from_pole & ~to_pole
-    leaves = from_pole & ~to_pole & (bend < _STRAIGHT * np.abs(arcs.z1))
-    arrives = to_pole & ~from_pole & (bend < _STRAIGHT * np.abs(arcs.z0))
-    angle = np.where(in_frame & ~at_rest, pace * length + other, angle)
-    angle = np.where(passes, np.angle(-arcs.z1 * arcs.z0.conj()), angle)
-    angle = np.where(leaves, np.angle(arcs.z1 * (length * arcs.rate0).conj()), angle)
-    angle = np.where(arrives, np.angle(-length * arcs.rate1 * arcs.z0.conj()), angle)
-    known = at_rest | in_frame | passes | leaves | arrives
-    known &= (leaves | arrives) | ~(from_pole | to_pole)
+    is_safe_in_frame = distance_in_frame > _SAFETY * bend_in_frame
+    is_pass = (distance < THROUGH) & (bend < THROUGH) & ~is_safe_at_rest
+    is_from_pole, is_to_pole = np.abs(arcs.z0) < THROUGH, np.abs(arcs.z1) < THROUGH
+    is_pass &= ~is_from_pole & ~is_to_pole
+    is_departure = is_from_pole & ~is_to_pole & (bend < _STRAIGHT * np.abs(arcs.z1))
+    is_arrival = is_to_pole & ~is_from_pole & (bend < _STRAIGHT * np.abs(arcs.z0))
+    angle = np.where(is_safe_in_frame & ~is_safe_at_rest, pace * length + angle_in_frame, angle)
+    angle = np.where(is_pass, np.angle(-arcs.z1 * arcs.z0.conj()), angle)
+    angle = np.where(is_departure, np.angle(arcs.z1 * (length * arcs.rate0).conj()), angle)
+    angle = np.where(is_arrival, np.angle(-length * arcs.rate1 * arcs.z0.conj()), angle)
+    is_known = is_safe_at_rest | is_safe_in_frame | is_pass | is_departure | is_arrival
+    is_known &= (is_departure | is_arrival) | ~(is_from_pole | is_to_pole)
     # A pass through a pole at a state is counted for the arc that starts there.
-    through = np.asarray(passes | leaves, dtype=np.int64)
-    return _ArcAnglesAndChordDistances(angle, known, through, np.where(at_rest, distance, far))
+    passes = np.asarray(is_pass | is_departure, dtype=np.int64)
+    return _ArcAnglesAndChordDistances(
+        angle, is_known, passes, np.where(is_safe_at_rest, distance, distance_in_frame)
+    )
 
 
 def _transform_arcs_to_rotating_frame(arcs: _ArcsBetweenStates, pace: Array) -> _ArcsBetweenStates:
@@ -281,7 +292,7 @@ def _compute_angular_rate_about_origin(z: Waves, rate: Waves) -> Array:
 
 
 def _compute_projected_axis_at_times(
-    path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
+    path: Path, parent: Indices, times: Array, space_axis: Array, body_axis: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
     """Compute the projection of the body axis, and its time derivative, at the given times.
 
@@ -289,16 +300,16 @@ def _compute_projected_axis_at_times(
     integration fails.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
-    came = solve(tops, times)
-    axis = along @ came.frame
-    z, rate = _project_axis_horizontally(axis, came.velocity, up, east)
-    z[came.status != 0] = np.nan
+    result = solve(tops, times)
+    axis = body_axis @ result.frame
+    z, rate = _project_axis_horizontally(axis, result.velocity, space_axis, east)
+    z[result.status != 0] = np.nan
     return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
 
 
 def _project_axis_horizontally(
-    axis: Array, velocity: Array, up: Array, east: Array
+    axis: Array, velocity: Array, space_axis: Array, east: Array
 ) -> tuple[Waves, Waves]:
     """Return the horizontal projection of an axis and its time derivative as complex numbers."""
-    north, change = np.cross(up, east), np.cross(velocity, axis)
+    north, change = np.cross(space_axis, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)

@@ -81,22 +81,22 @@ def compare(
 
     If the comparison is interrupted, the results obtained so far are printed.
     """
-    stopped: CompareInterrupted | None = None
+    interruption: CompareInterrupted | None = None
     parse_output_files([("--csv", csv_file)])
     with convert_errors_to_usage_errors(_OPTIONS):
         words = methods, steps or (), tols or (), truth, repeats
         try:
             table = compared(scene, t.to_solve_argument(), *words)
         except CompareInterrupted as error:
-            table, stopped = error.table, error
+            table, interruption = error.table, error
     if csv_file == "-":
         click.echo(table.to_csv(), nl=False)
     else:
         if csv_file:
             table.to_csv(csv_file)
         Console(markup=False).print(_format_comparison_table(table))
-    if stopped:
-        raise stopped
+    if interruption:
+        raise interruption
 
 
 _LEFT = ("method", "")  # the columns of text, which are aligned to the left

@@ -24,23 +24,23 @@ def _parse_event_text(scene: Scene, word: str) -> Event:
     if name not in MAKERS:
         raise UsageError(f"unknown event {name!r}; {suggest_name(name, MAKERS)}")
     maker = MAKERS[name]
-    given: dict[str, object] = {}
-    free = _list_positional_arguments(maker)
-    if "scene" in free:
-        free.remove("scene")
-        given["scene"] = scene
+    arguments: dict[str, object] = {}
+    positional = _list_positional_arguments(maker)
+    if "scene" in positional:
+        positional.remove("scene")
+        arguments["scene"] = scene
     try:
         for field in fields:
             key, equals, value = field.partition("=")
             if not equals and field != "terminal":
-                if not free:
+                if not positional:
                     raise ValueError(f"{field!r} is an unexpected argument")
-                key, value = free.pop(0), field
-            given[key] = _parse_value_of_event_argument(key, value)
-        return maker(**given)
+                key, value = positional.pop(0), field
+            arguments[key] = _parse_value_of_event_argument(key, value)
+        return maker(**arguments)
     except (TypeError, ValueError) as error:
-        said = str(error).replace(f"{name}()", "it")
-        raise UsageError(f"--events {word}: {said}") from None
+        message = str(error).replace(f"{name}()", "it")
+        raise UsageError(f"--events {word}: {message}") from None
 
 
 def _list_positional_arguments(maker: Callable[..., Event]) -> list[str]:

@@ -37,24 +37,24 @@ def _split_quantity_and_value(option: str, words: str) -> tuple[str, str]:
     return name, value
 
 
-def _parse_column_options(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
+def _parse_column_options(options: tuple[str, ...]) -> dict[str, str | list[str]] | None:
     """Return a dict that maps each quantity to its column names, or None if no option is given."""
     columns: dict[str, str | list[str]] = {}
-    for words in given:
+    for words in options:
         quantity, value = _split_quantity_and_value("--column", words)
         columns[quantity] = value.split(",") if "," in value else value
     return columns or None
 
 
-def _parse_sigma_options(given: tuple[str, ...]) -> float | dict[str, float] | None:
+def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] | None:
     """Return one standard deviation for all quantities, or a separate one for each."""
     try:
-        if len(given) == 1 and "=" not in given[0]:
-            return float(given[0])
-        pairs = (_split_quantity_and_value("--sigma", words) for words in given)
+        if len(options) == 1 and "=" not in options[0]:
+            return float(options[0])
+        pairs = (_split_quantity_and_value("--sigma", words) for words in options)
         return {quantity: float(value) for quantity, value in pairs} or None
     except ValueError:
-        raise UsageError(f"--sigma {' '.join(given)}: the value must be a number") from None
+        raise UsageError(f"--sigma {' '.join(options)}: the value must be a number") from None
 
 
 @click.command()
@@ -128,23 +128,23 @@ def fit(
     """
     places = [("fit --save", save), ("--csv", csv_file), ("fit --plot", plot)]
     parse_output_files(places, (record,))
-    stopped: FitInterrupted | None = None
+    interruption: FitInterrupted | None = None
     with convert_errors_to_usage_errors(_OPTIONS):
-        own = cast(list[InstrumentName], [word for word in instrument if word])
-        measured = _read_measurement_record(
-            record, _parse_column_options(columns), time, sigma, own, degrees, point
+        instrument_names = cast(list[InstrumentName], [word for word in instrument if word])
+        measurements = _read_measurement_record(
+            record, _parse_column_options(columns), time, sigma, instrument_names, degrees, point
         )
         try:
-            found: Fit | None = estimate(
-                scene, measured, cast(list[FreeName], free), loss=loss, pieces=pieces
+            result: Fit | None = estimate(
+                scene, measurements, cast(list[FreeName], free), loss=loss, pieces=pieces
             )
         except FitInterrupted as error:
-            found, stopped = error.fit, error
-    if found is not None:
-        _write_fit_results(found, save, csv_file, plot)
-    if stopped:
-        raise stopped
-    if found is not None and not found.has_converged:
+            result, interruption = error.fit, error
+    if result is not None:
+        _write_fit_results(result, save, csv_file, plot)
+    if interruption:
+        raise interruption
+    if result is not None and not result.has_converged:
         raise click.exceptions.Exit(_NOT_CONVERGED)
 
 
@@ -172,20 +172,20 @@ def _read_measurement_record(
 
 
 def _write_fit_results(
-    found: Fit, save: str | None, csv_file: str | None, plot: str | None
+    result: Fit, save: str | None, csv_file: str | None, plot: str | None
 ) -> None:
     """Write the output files, and print a summary unless a file is written to standard output."""
     if "-" not in (save, csv_file):
-        click.echo(str(found))
+        click.echo(str(result))
     if save is not None:
-        text = found.to_toml()
+        text = result.to_toml()
         click.echo(text, nl=False) if save == "-" else atomic_write(save, text.encode())
     if csv_file is not None:
         rows = [
-            f"{name},{found.values[name]!r},{found.error[name]!r},{unit}\n"
-            for name, unit in zip(found.names, found.units, strict=True)
+            f"{name},{result.values[name]!r},{result.error[name]!r},{unit}\n"
+            for name, unit in zip(result.names, result.units, strict=True)
         ]
         table = "parameter,value,error,unit\n" + "".join(rows)
         click.echo(table, nl=False) if csv_file == "-" else atomic_write(csv_file, table.encode())
     if plot is not None:
-        found.plot().figure.savefig(os.fspath(plot))
+        result.plot().figure.savefig(os.fspath(plot))

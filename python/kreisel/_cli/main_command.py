@@ -52,22 +52,22 @@ def print_errors_on_one_line() -> Iterator[None]:
     except click.exceptions.NoArgsIsHelpError:
         raise
     except click.UsageError as error:
-        of = error.ctx.command_path if error.ctx else "kreisel"
-        code, why = 2, f"{error.format_message()} (see {of} --help)"
+        command = error.ctx.command_path if error.ctx else "kreisel"
+        code, message = 2, f"{error.format_message()} (see {command} --help)"
     except click.ClickException as error:
-        code, why = error.exit_code, error.format_message()
+        code, message = error.exit_code, error.format_message()
     except Error as error:
-        code, why = 1, str(error)
+        code, message = 1, str(error)
     except KeyboardInterrupt as error:
-        code, why = 130, str(error) or "interrupted"
+        code, message = 130, str(error) or "interrupted"
     except OSError as error:
         if error.errno == errno.EPIPE:
             raise
-        code, why = 1, str(error)
+        code, message = 1, str(error)
     else:
         return
     drop_unwritable_stdout()
-    click.echo(f"Error: {why}", err=True)
+    click.echo(f"Error: {message}", err=True)
     raise click.exceptions.Exit(code)
 
 
@@ -78,14 +78,14 @@ def convert_sigterm_to_interrupt() -> Iterator[None]:
         yield
         return
     try:
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
     except ValueError:  # only the main thread can set signal handlers
         yield
         return
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGTERM, handler)
 
 
 @contextmanager

@@ -45,27 +45,27 @@ class OutputDestination(NamedTuple):
 
 
 def parse_output_files(
-    places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
+    places: list[tuple[str, str | None]], inputs: tuple[str, ...] = ()
 ) -> list[OutputDestination]:
     """Validate the requested output files and return them.
 
     `places` lists each option with its file name, which is None if the option was not given. Raises
     UsageError if a file cannot be written, or if the same file is used twice.
     """
-    asked = [
+    destinations = [
         _append_npz_extension(OutputDestination(option, file))
         for option, file in places
         if file is not None
     ]
-    taken = {_resolve_output_path(file): file for file in read if file != "-"}
-    for place in asked:
+    owners = {_resolve_output_path(file): file for file in inputs if file != "-"}
+    for place in destinations:
         if not place.is_stdout:
             _check_output_is_writable(place.file)
-        same = _resolve_output_path(place.file)
-        if same in taken and not _is_device_file(place.file):
-            raise UsageError(f"{place.option} {place.file}: {taken[same]} is the same file")
-        taken[same] = f"{place.option} {place.file}"
-    return asked
+        path = _resolve_output_path(place.file)
+        if path in owners and not _is_device_file(place.file):
+            raise UsageError(f"{place.option} {place.file}: {owners[path]} is the same file")
+        owners[path] = f"{place.option} {place.file}"
+    return destinations
 
 
 def _append_npz_extension(place: OutputDestination) -> OutputDestination:
@@ -74,8 +74,8 @@ def _append_npz_extension(place: OutputDestination) -> OutputDestination:
     Raises UsageError if the file name has the extension of a different format.
     """
     _check_output_extension(place)
-    whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
-    return place if whole else OutputDestination(place.option, f"{place.file}.npz")
+    is_complete = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
+    return place if is_complete else OutputDestination(place.option, f"{place.file}.npz")
 
 
 def _resolve_output_path(file: str) -> str:

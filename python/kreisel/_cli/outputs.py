@@ -47,9 +47,9 @@ def write_bytes(file: str, data: bytes) -> None:
     if file != "-":
         atomic_write(file, data)
         return
-    left = memoryview(data)
-    while left:  # an unbuffered standard output may write only some of the bytes
-        left = left[sys.stdout.buffer.write(left) :]
+    remainder = memoryview(data)
+    while remainder:  # an unbuffered standard output may write only some of the bytes
+        remainder = remainder[sys.stdout.buffer.write(remainder) :]
     sys.stdout.buffer.flush()
 
 
@@ -111,15 +111,15 @@ class PathCollector:
 
 def _join_paths(pieces: list[Path]) -> Path:
     last = pieces[-1]
-    met = [piece._events for piece in pieces if piece._events is not None]
+    event_parts = [piece._events for piece in pieces if piece._events is not None]
     events = None
-    if met:
-        which, direction = (np.concatenate([getattr(m, n) for m in met]) for n in _MET)
-        events = Events(_join_paths([m.path for m in met]), which, direction)
+    if event_parts:
+        indices, direction = (np.concatenate([getattr(m, n) for m in event_parts]) for n in _MET)
+        events = Events(_join_paths([m.path for m in event_parts]), indices, direction)
     if last.want is not None:
         names: tuple[str, ...] = ("t", *last.want)
-        whole = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
-        return replace(last, states=NO_STATES, _events=events, _columns=whole)
+        table = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
+        return replace(last, states=NO_STATES, _events=events, _columns=table)
     low = None if last._low is None else np.concatenate([p._low for p in pieces])
     states = np.concatenate([piece.states for piece in pieces])
     return replace(last, states=states, _events=events, _low=low)
@@ -138,7 +138,7 @@ class EventCollector:
 
     def build_event_table(self) -> dict[str, list[object]]:
         """Return a table with one row for each event."""
-        whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
+        lists: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
             table = convert_columns_to_lists(columns(events.path, names, self.degrees))
             rows = {
@@ -147,8 +147,8 @@ class EventCollector:
                 "direction": events.direction.tolist(),
             }
             for name, column in (rows | table).items():
-                whole.setdefault(name, []).extend(column)
-        return whole
+                lists.setdefault(name, []).extend(column)
+        return lists
 
     def print_output(self) -> None:
         """Print a table of the first events to standard output."""
@@ -201,17 +201,17 @@ class RunSummaryPrinter:
 def _compute_energy_error_scale(path: Path) -> float:
     """Return the energy that is the denominator of path.energy_error [M L^2 T^-2]."""
     scene = path.scene
-    at_start = float(values_of("kinetic", scene._block, scene._start_state)[0])
+    start_energy = float(values_of("kinetic", scene._block, scene._start_state)[0])
     lever = scene.body.mass * abs(scene.gravity) * float(np.linalg.norm(scene.body.com))
-    return max(at_start, float(path.kinetic.max())) + lever
+    return max(start_energy, float(path.kinetic.max())) + lever
 
 
 def encode_path_as_json(
-    path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
+    path: Path, collector: EventCollector | None, angles: AngleOptions, reason: str | None
 ) -> bytes:
     """Return a path in JSON format, together with its scene and options.
 
-    `stopped` is the reason why the run ended early, or None if the run was completed.
+    `reason` states why the run ended early; it is None if the run was completed.
     """
     head = {
         "kreisel": version,
@@ -221,15 +221,17 @@ def encode_path_as_json(
         "tol": path.tol,
         "digits": path.digits,
         "stats": path.stats._asdict(),
-        "stopped": stopped,
+        "stopped": reason,
     }
-    found = {"t": path.t.tolist()}
+    quantities = {"t": path.t.tolist()}
     for quantity, values in build_quantity_value_pairs(
         path, list_output_quantities(path), angles.degrees, angles.unwrap
     ):
-        found[quantity.name] = _replace_nonfinite(values.tolist())
-    events = {} if met is None else {"events": _replace_nonfinite(met.build_event_table())}
-    return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
+        quantities[quantity.name] = _replace_nonfinite(values.tolist())
+    events = (
+        {} if collector is None else {"events": _replace_nonfinite(collector.build_event_table())}
+    )
+    return (json.dumps({**head, **quantities, **events}, allow_nan=False) + "\n").encode()
 
 
 def _replace_nonfinite(value: object) -> object:

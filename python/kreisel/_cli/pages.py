@@ -40,8 +40,8 @@ def view(scene: Scene, file: str | None) -> None:
     elif file:
         page.save(file)
     else:
-        place, shown = open_viewer(page)
-        click.echo(f"wrote {place}" + ("" if shown else "; no browser was found to open it"))
+        place, is_open = open_viewer(page)
+        click.echo(f"wrote {place}" + ("" if is_open else "; no browser was found to open it"))
 
 
 @click.command(
@@ -64,23 +64,23 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     --only PART[,...]   only these parts
     --out FOLDER        the output folder; default: report/
     """
-    here = File.cwd()
-    asks = not {"-h", "--help"}.isdisjoint(arguments)
-    if not (here / "validation/__main__.py").is_file():
-        if asks:
+    folder = File.cwd()
+    has_help_option = not {"-h", "--help"}.isdisjoint(arguments)
+    if not (folder / "validation/__main__.py").is_file():
+        if has_help_option:
             click.echo(ctx.get_help())
             return
         raise UsageError(
-            f"the report needs the source tree, but {here} has no folder validation/: run `make "
+            f"the report needs the source tree, but {folder} has no folder validation/: run `make "
             "report` in the top folder of the source"
         )
-    sys.path.insert(0, str(here))
+    sys.path.insert(0, str(folder))
     try:
         machinery = importlib.import_module(_REPORT)
     except ModuleNotFoundError as error:
         if (error.name or "").startswith("validation"):
             raise
-        if asks:
+        if has_help_option:
             click.echo(ctx.get_help())
             return
         raise click.ClickException(

@@ -50,11 +50,11 @@ def find_or_read_scene(word: str) -> Scene:
     """Return a named scene, or read a scene from a file or from standard input."""
     if word in about:
         return get_scene(word)
-    with warnings.catch_warnings(record=True) as said:
-        read = _read_scene_argument(word)
-    for warning in said:
+    with warnings.catch_warnings(record=True) as warning_list:
+        scene = _read_scene_argument(word)
+    for warning in warning_list:
         click.echo(f"Warning: {warning.message}", err=True)
-    return read
+    return scene
 
 
 def _read_scene_argument(word: str) -> Scene:
@@ -85,24 +85,24 @@ def parse_method_list(words: str) -> list[str]:
     return [method(name) for name in parse_name_list(words)]
 
 
-def make_name_completer(known: Iterable[str], files: bool = False) -> Completer:
-    """Return a function that completes one of the `known` names or, optionally, a file name."""
-    words = list(known)
+def make_name_completer(names: Iterable[str], files: bool = False) -> Completer:
+    """Return a function that completes one of the `names` or, optionally, a file name."""
+    words = list(names)
 
-    def complete_word(_: click.Context, __: click.Parameter, begun: str) -> Completion:
-        found = [CompletionItem(word) for word in words if word.startswith(begun)]
-        return [CompletionItem(begun, type="file"), *found] if files else found
+    def complete_word(_: click.Context, __: click.Parameter, prefix: str) -> Completion:
+        items = [CompletionItem(word) for word in words if word.startswith(prefix)]
+        return [CompletionItem(prefix, type="file"), *items] if files else items
 
     return complete_word
 
 
-def make_list_completer(known: Iterable[str]) -> Completer:
+def make_list_completer(names: Iterable[str]) -> Completer:
     """Return a function that completes the last name in a comma-separated list."""
-    words = list(known)
+    words = list(names)
 
-    def complete_word(_: click.Context, __: click.Parameter, begun: str) -> Completion:
-        before, comma, last = begun.rpartition(",")
-        return [CompletionItem(before + comma + word) for word in words if word.startswith(last)]
+    def complete_word(_: click.Context, __: click.Parameter, prefix: str) -> Completion:
+        head, comma, last = prefix.rpartition(",")
+        return [CompletionItem(head + comma + word) for word in words if word.startswith(last)]
 
     return complete_word
 
@@ -136,11 +136,11 @@ def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
     alternatives = "|".join(sorted(options, key=len, reverse=True))
     value = r"\[[^]]*\]|\([^)]*\)|'[^']*'|[^\s,;:)]+"
 
-    def format_option_of_argument(found: re.Match[str]) -> str:
-        plain = re.sub(r"[\[\]()' ]", "", found[2]).rstrip(",")
-        return f"--{found[1].replace('_', '-')} {plain}"
+    def format_option_of_argument(match: re.Match[str]) -> str:
+        plain = re.sub(r"[\[\]()' ]", "", match[2]).rstrip(",")
+        return f"--{match[1].replace('_', '-')} {plain}"
 
-    said = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_option_of_argument, message)
-    said = said.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
-    said = re.sub(rf"\b(give|leave out|leave) ({alternatives})\b", r"\1 --\2", said)
-    return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", said)
+    text = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_option_of_argument, message)
+    text = text.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
+    text = re.sub(rf"\b(give|leave out|leave) ({alternatives})\b", r"\1 --\2", text)
+    return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", text)

@@ -30,20 +30,20 @@ class StopSignalHandler:
     @contextmanager
     def defer_signals(self) -> Iterator[None]:
         """Return a context manager that records signals instead of raising KeyboardInterrupt."""
-        before = {
+        handlers = {
             number: signal.getsignal(number)
             for number in (signal.SIGINT, signal.SIGTERM)
             if signal.getsignal(number) is not signal.SIG_IGN
         }
         try:
-            for number in before:
+            for number in handlers:
                 signal.signal(number, self._handle_stop_signal)
         except ValueError:  # only the main thread can set signal handlers
-            before = {}
+            handlers = {}
         try:
             yield
         finally:
-            for number, handler in before.items():
+            for number, handler in handlers.items():
                 signal.signal(number, handler)
 
     def _handle_stop_signal(self, number: int, frame: FrameType | None) -> None:
@@ -94,11 +94,11 @@ def write_path_pieces_to_outputs(
     """
     while True:
         checkpoint = run.checkpoint if run else None
-        stopped: BaseException | None = None
+        failure: BaseException | None = None
         try:
             piece = next(pieces, None)
         except (Error, Interrupted) as error:
-            piece, stopped = error.path, error
+            piece, failure = error.path, error
         if piece is None:
             return RunOutcome(None, checkpoint)
         try:
@@ -106,7 +106,7 @@ def write_path_pieces_to_outputs(
                 output.add_path_piece(piece)
         except OSError as error:
             return RunOutcome(error, checkpoint)
-        if stopped is None and stops.asked:
-            stopped = KeyboardInterrupt(f"interrupted at t = {piece.t[-1]:g}")
-        if stopped is not None:
-            return RunOutcome(stopped, run.checkpoint if run else None)
+        if failure is None and stops.asked:
+            failure = KeyboardInterrupt(f"interrupted at t = {piece.t[-1]:g}")
+        if failure is not None:
+            return RunOutcome(failure, run.checkpoint if run else None)

@@ -84,28 +84,28 @@ class RunOutputs:
     """The outputs of a run, to which the path is written in chunks."""
 
     def __init__(
-        self, where: OutputOptions, read: tuple[str, ...], events: tuple[str, ...]
+        self, options: OutputOptions, inputs: tuple[str, ...], events: tuple[str, ...]
     ) -> None:
-        if where["events_file"] and not events:
+        if options["events_file"] and not events:
             raise UsageError("--events-csv needs --events")
         places = parse_output_files(
             [
-                ("--csv", where["csv_file"]),
-                ("--json", where["json_file"]),
-                ("--npz", where["npz_file"]),
-                ("--events-csv", where["events_file"]),
-                ("--save", where["save_file"]),
+                ("--csv", options["csv_file"]),
+                ("--json", options["json_file"]),
+                ("--npz", options["npz_file"]),
+                ("--events-csv", options["events_file"]),
+                ("--save", options["save_file"]),
             ],
-            read,
+            inputs,
         )
         self.files = {place.option: place.file for place in places}
         self._shows = not any(place.is_stdout for place in places)
-        self._open, self._where = ExitStack(), where
+        self._open, self._where = ExitStack(), options
         self._summary, self._collector = (
-            RunSummaryPrinter(self._build_angle_output_options(), where["all_rows"]),
+            RunSummaryPrinter(self._build_angle_output_options(), options["all_rows"]),
             PathCollector(),
         )
-        self._met = EventCollector(events, where["degrees"]) if events else None
+        self._met = EventCollector(events, options["degrees"]) if events else None
 
     def _build_angle_output_options(self) -> AngleOptions:
         return AngleOptions(self._where["degrees"], self._where["unwrap"])
@@ -130,8 +130,8 @@ class RunOutputs:
 
     def discard_output_files(self) -> None:
         """Discard the output, and leave existing files unchanged."""
-        refused = ValueError()
-        self._open.__exit__(ValueError, refused, None)
+        error = ValueError()
+        self._open.__exit__(ValueError, error, None)
 
     def finish_outputs(self, end: RunOutcome) -> None:
         """Finish all outputs, even if an error occurs in one of them, and save the run.
@@ -160,13 +160,13 @@ class RunOutputs:
         if not self._collector.pieces:
             return
         path = self._collector.whole_path
-        why = str(end.stopped) if end.stopped else None
+        reason = str(end.stopped) if end.stopped else None
         if "--npz" in self.files:
             write_bytes(self.files["--npz"], encode_path_as_npz(path))
         if "--json" in self.files:
             write_bytes(
                 self.files["--json"],
-                encode_path_as_json(path, self._met, self._build_angle_output_options(), why),
+                encode_path_as_json(path, self._met, self._build_angle_output_options(), reason),
             )
 
     def _write_events(self) -> None:

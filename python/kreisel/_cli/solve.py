@@ -119,11 +119,11 @@ def solve(scene: str, t: time_option.TimeGrids, **words: Unpack[_SolveCommandOpt
     valid one. Memory use is constant unless --json or --npz is given.
     """
     top, stops = a_scene(scene), StopSignalHandler(t.end)
-    left = RunOutputs(words, (scene,), words["events"])
+    outputs = RunOutputs(words, (scene,), words["events"])
     with convert_errors_to_usage_errors(_OPTIONS):
         events = parse_event_option(top, words["events"])
         if words["method"] == "geometric" or words["error"] is not None:
-            if "--save" in left.files:
+            if "--save" in outputs.files:
                 raise UsageError(
                     "--save needs a single method; geometric and --error cannot be saved"
                 )
@@ -132,7 +132,7 @@ def solve(scene: str, t: time_option.TimeGrids, **words: Unpack[_SolveCommandOpt
                     "--events need taylor, and cannot be combined with geometric or --error"
                 )
             _run_and_write_outputs(
-                _yield_path_as_one_piece(top, t, words, stops), None, left, stops
+                _yield_path_as_one_piece(top, t, words, stops), None, outputs, stops
             )
             return
         begin: Callable[..., Run] = start  # start itself checks the types of the options
@@ -148,7 +148,7 @@ def solve(scene: str, t: time_option.TimeGrids, **words: Unpack[_SolveCommandOpt
             back=t.end < 0.0,
         )
         _run_and_write_outputs(
-            _iterate_path_pieces(run, t, words["every"], left, stops), run, left, stops
+            _iterate_path_pieces(run, t, words["every"], outputs, stops), run, outputs, stops
         )
 
 
@@ -167,33 +167,33 @@ def resume(run: str, t: time_option.TimeGrids, **words: Unpack[_ResumeCommandOpt
     stops = StopSignalHandler(t.end)
     with convert_errors_to_usage_errors(_OPTIONS):
         top = _read_run_checkpoint(run, words["max_steps"])
-        sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
-        left = RunOutputs(words, (), sought)
+        event_names = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
+        outputs = RunOutputs(words, (), event_names)
         _run_and_write_outputs(
-            _iterate_path_pieces(top, t, words["every"], left, stops), top, left, stops
+            _iterate_path_pieces(top, t, words["every"], outputs, stops), top, outputs, stops
         )
 
 
 def _run_and_write_outputs(
-    pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: StopSignalHandler
+    pieces: Iterator[Path], run: Run | None, outputs: RunOutputs, stops: StopSignalHandler
 ) -> None:
     """Compute a path, and write it to the outputs."""
     with stops.defer_signals():
         try:
             with stops.show_progress():
                 end = write_path_pieces_to_outputs(
-                    left.create_path_outputs(),
+                    outputs.create_path_outputs(),
                     pieces,
-                    run if "--save" in left.files else None,
+                    run if "--save" in outputs.files else None,
                     stops,
                 )
         except MemoryError:
-            left.discard_output_files()
+            outputs.discard_output_files()
             raise click.ClickException("not enough memory") from None
         except BaseException:
-            left.discard_output_files()
+            outputs.discard_output_files()
             raise
-        left.finish_outputs(end)
+        outputs.finish_outputs(end)
 
 
 def _yield_path_as_one_piece(
@@ -220,7 +220,7 @@ def _iterate_path_pieces(
     run: Run,
     t: time_option.TimeGrids,
     every: int | None,
-    left: RunOutputs,
+    outputs: RunOutputs,
     stops: StopSignalHandler,
 ) -> Iterator[Path]:
     """Return an iterator over the parts of a path, starting at the current time of the run."""
@@ -229,20 +229,20 @@ def _iterate_path_pieces(
     if not rest.grids:
         raise UsageError(f"the run has already reached t = {run.t!r}: give a later --t")
     size = run._options.bytes_per_state + 8
-    given: float | Array | Iterator[float] = iter(rest)
+    times: float | Array | Iterator[float] = iter(rest)
     if not t.one:
-        if left.needs_whole_path:
+        if outputs.needs_whole_path:
             check_states_fit_in_memory(len(rest), size)
     elif every is None:
-        given = np.array([0.0, t.end] if run._fresh else [t.end])
-    elif left.needs_whole_path:
+        times = np.array([0.0, t.end] if run._fresh else [t.end])
+    elif outputs.needs_whole_path:
         return run.stream(
             _select_remaining_grid_times(run, t.end, every, size),
             progress=stops.update_progress_bar,
         )
     else:
-        given = t.end
-    return run.stream(given, every=every, progress=stops.update_progress_bar)
+        times = t.end
+    return run.stream(times, every=every, progress=stops.update_progress_bar)
 
 
 def _select_remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
@@ -250,8 +250,8 @@ def _select_remaining_grid_times(run: Run, end: float, every: int, size: int) ->
 
     Raises MemoryError if the states would not fit in memory.
     """
-    whole = time_array(end, run.step, validate_recording_interval(run._options.method, every), size)
-    return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
+    times = time_array(end, run.step, validate_recording_interval(run._options.method, every), size)
+    return times if run._fresh else times[np.abs(times) > abs(run.t)]
 
 
 def _read_run_checkpoint(file: str, max_steps: int | None) -> Run:
@@ -260,8 +260,8 @@ def _read_run_checkpoint(file: str, max_steps: int | None) -> Run:
         if file == "-":
             data = sys.stdin.buffer.read(_LONGEST)
         else:
-            with open(file, "rb") as saved:
-                data = saved.read(_LONGEST)
+            with open(file, "rb") as stream:
+                data = stream.read(_LONGEST)
         return resumed(data, max_steps=max_steps)
     except (OSError, ValueError) as error:
         raise UsageError(str(error) if isinstance(error, OSError) else f"{file}: {error}") from None

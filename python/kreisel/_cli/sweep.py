@@ -87,10 +87,10 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
         _open_progress_bar() as progress,
         _open_executor(workers, dask) as executor,
     ):
-        found = run_sweep(
+        result = run_sweep(
             Path(plan), folder=folder, parts=parts, executor=executor, progress=progress
         )
-    click.echo(_format_sweep_summary(found, found.present))
+    click.echo(_format_sweep_summary(result, result.present))
 
 
 @contextmanager
@@ -152,8 +152,8 @@ def _open_progress_bar() -> Iterator[Watch | None]:
     """
     console = Console(stderr=True)
     columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
-    shown = Progress(*columns, console=console, transient=True, speed_estimate_period=1e9)
-    with shown if console.is_terminal else nullcontext() as bar:
+    display = Progress(*columns, console=console, transient=True, speed_estimate_period=1e9)
+    with display if console.is_terminal else nullcontext() as bar:
         if bar is None:
             yield None
             return
@@ -166,31 +166,35 @@ def _open_progress_bar() -> Iterator[Watch | None]:
 def status(folder: str) -> None:
     """Verify the parts in FOLDER, and count the complete, missing and damaged ones."""
     with convert_errors_to_usage_errors(_OPTIONS), _convert_sweep_errors_to_cli_errors():
-        found = read_sweep(folder, partial=True)
-        stand, there = found._verify_existing_parts()
-    click.echo(_format_sweep_summary(found, stand[DONE]))
-    if left := found.parts - len(there):
+        result = read_sweep(folder, partial=True)
+        parts_by_state, numbers = result._verify_existing_parts()
+    click.echo(_format_sweep_summary(result, parts_by_state[DONE]))
+    if missing_count := result.parts - len(numbers):
         click.echo(
-            f"{MISSING}: {left} parts, {_format_ranges(list_missing_ranges(there, found.parts))}"
+            f"{MISSING}: {missing_count} parts, "
+            f"{_format_ranges(list_missing_ranges(numbers, result.parts))}"
         )
-    for how, parts in stand.items():
-        if how != DONE:
-            click.echo(f"{how}: {len(parts)} parts, {_format_ranges(_group_into_ranges(parts))}")
-    failed = sum(int(np.count_nonzero(found.part(i)["status"])) for i in stand[DONE])
-    if failed:
-        click.echo(f"failed: {failed} tops, whose status is not 0")
-    left = sum(1 for _ in Path(folder).glob(".*.new"))
-    if left:
+    for state, parts in parts_by_state.items():
+        if state != DONE:
+            click.echo(f"{state}: {len(parts)} parts, {_format_ranges(_group_into_ranges(parts))}")
+    failure_count = sum(
+        int(np.count_nonzero(result.part(i)["status"])) for i in parts_by_state[DONE]
+    )
+    if failure_count:
+        click.echo(f"failed: {failure_count} tops, whose status is not 0")
+    file_count = sum(1 for _ in Path(folder).glob(".*.new"))
+    if file_count:
         click.echo(
-            f"also {left} files .*.new, left by processes that are still writing or were killed"
+            f"also {file_count} files .*.new, left by processes that are still writing or were "
+            "killed"
         )
 
 
-def _format_sweep_summary(found: SweepResult, done: list[int]) -> str:
-    size = sum(file.stat().st_size for file in Path(found.folder).glob("part-*"))
+def _format_sweep_summary(result: SweepResult, done: list[int]) -> str:
+    size = sum(file.stat().st_size for file in Path(result.folder).glob("part-*"))
     return (
-        f"{found.folder}: {len(done)} of {found.parts} parts, {found.size} tops in all, "
-        f"{1e-6 * size:.3g} MB; plan {found.hash[:16]}"
+        f"{result.folder}: {len(done)} of {result.parts} parts, {result.size} tops in all, "
+        f"{1e-6 * size:.3g} MB; plan {result.hash[:16]}"
     )
 
 

@@ -38,10 +38,10 @@ class AngleOptions:
         if self.unwrap and len(piece):
             period = 360.0 if self.degrees else 2.0 * np.pi
             for name in ANGLES & table.keys():
-                before = [self._before[name]] if name in self._before else []
-                angles = np.unwrap([*before, *table[name].tolist()], period=period)
+                last_angles = [self._before[name]] if name in self._before else []
+                angles = np.unwrap([*last_angles, *table[name].tolist()], period=period)
                 self._before[name] = float(angles[-1])
-                table[name] = angles[len(before) :]
+                table[name] = angles[len(last_angles) :]
         return table
 
 
@@ -63,8 +63,11 @@ class StateTablePrinter:
     def add_states(self, piece: Path, names: tuple[str, ...]) -> None:
         table = self._angles.columns(piece, names)
         if not self._heads:
-            of = units(piece, names, self._angles.degrees)
-            self._heads = {name: f"{name} [{of[name]}]" if of[name] else name for name in table}
+            units_by_name = units(piece, names, self._angles.degrees)
+            self._heads = {
+                name: f"{name} [{units_by_name[name]}]" if units_by_name[name] else name
+                for name in table
+            }
         self._update_has_jumps(table)
         count = len(piece)
         self.rows += count
@@ -87,14 +90,14 @@ class StateTablePrinter:
             return
         width = {name: max(_WIDTH, len(head)) for name, head in self._heads.items()}
         click.echo("  ".join(f"{head:>{width[name]}}" for name, head in self._heads.items()))
-        left_out = self.rows - len(self._first) - len(self._last)
+        omitted_count = self.rows - len(self._first) - len(self._last)
         for k, row in enumerate([*self._first, *self._last]):
-            if k == _ENDS and left_out:
+            if k == _ENDS and omitted_count:
                 click.echo(
-                    f"... {left_out} rows omitted: --all-rows prints them, --csv writes them"
+                    f"... {omitted_count} rows omitted: --all-rows prints them, --csv writes them"
                 )
             cells = zip(row, width.values(), strict=True)
-            click.echo("  ".join(f"{value:>{wide}.8g}" for value, wide in cells))
+            click.echo("  ".join(f"{value:>{cell_width}.8g}" for value, cell_width in cells))
         if self._has_jumps and not self._angles.unwrap:
             click.echo("angles jump by whole turns: --unwrap makes them continuous")
 
@@ -107,5 +110,5 @@ class StateTablePrinter:
         Console(markup=False).print(grid)
 
 
-def _select_table_rows(table: dict[str, Array], at: slice) -> list[Row]:
-    return list(zip(*(column[at].tolist() for column in table.values()), strict=True))
+def _select_table_rows(table: dict[str, Array], rows: slice) -> list[Row]:
+    return list(zip(*(column[rows].tolist() for column in table.values()), strict=True))

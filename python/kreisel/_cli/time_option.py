@@ -65,8 +65,8 @@ class TimeGrids:
 
     def select_later_times(self, t: float) -> TimeGrids:
         """Return the requested times whose absolute value exceeds |t|."""
-        left = (grid.select_later_times(t) for grid in self.grids)
-        return TimeGrids(tuple(grid for grid in left if grid.count), self.one)
+        grids = (grid.select_later_times(t) for grid in self.grids)
+        return TimeGrids(tuple(grid for grid in grids if grid.count), self.one)
 
 
 def parse_times(words: str) -> TimeGrids:
@@ -78,18 +78,18 @@ def parse_times(words: str) -> TimeGrids:
 
 def _parse_time_grid(word: str) -> TimeGrid:
     try:
-        given = [float(part) for part in word.split(":")]
+        numbers = [float(part) for part in word.split(":")]
     except ValueError:
-        given = []
-    if len(given) not in (1, 3):
+        numbers = []
+    if len(numbers) not in (1, 3):
         raise click.BadParameter(
             f"{word!r} is not a number or a grid start:end:step such as 0:10:0.01"
         )
-    if not all(map(math.isfinite, given)):
+    if not all(map(math.isfinite, numbers)):
         raise click.BadParameter(f"t must be finite, not {word!r}")
-    if len(given) == 1:
-        return TimeGrid(given[0], 0.0, 1)
-    return _build_time_grid(word, *given)
+    if len(numbers) == 1:
+        return TimeGrid(numbers[0], 0.0, 1)
+    return _build_time_grid(word, *numbers)
 
 
 def _build_time_grid(word: str, start: float, end: float, step: float) -> TimeGrid:
@@ -100,17 +100,17 @@ def _build_time_grid(word: str, start: float, end: float, step: float) -> TimeGr
     steps = abs(length / step)
     if not steps < _COUNTABLE:
         raise click.BadParameter(f"{word!r} has too many times: use larger steps")
-    whole = math.floor(steps + 0.5)
+    step_count = math.floor(steps + 0.5)
     slack = 2.0 * np.finfo(float).eps * max(abs(start), abs(end))
-    count = whole + 1 if whole * abs(step) - abs(length) <= slack else whole
+    count = step_count + 1 if step_count * abs(step) - abs(length) <= slack else step_count
     return TimeGrid(start, math.copysign(step, length), count)
 
 
 def _refuse_unordered_time_grids(ends: Sequence[float]) -> None:
-    back = ends[-1] < 0.0
+    is_back = ends[-1] < 0.0
     last = 0.0
     for t in ends:
-        if (t > last) if back else (t < last):
+        if (t > last) if is_back else (t < last):
             raise click.BadParameter(
                 f"times must move away from 0 in one direction, but {t!r} goes back from {last!r}"
             )

@@ -29,19 +29,21 @@ def list_spin_aliases_of_point(
     angular momentum but a different moment of inertia.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
-    between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
-    if not (between > 0.0 and parameters.can_vary("velocity")):
+    interval = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
+    if not (interval > 0.0 and parameters.can_vary("velocity")):
         return []
-    turn, made = 2.0 * np.pi / between, []
+    turn, aliases = 2.0 * np.pi / interval, []
     for axis, rate in _yield_fast_rotation_axes(point, turn / _FEW):
-        reverse = rate - math.copysign(turn, rate)
-        for other in (reverse, 2.0 * rate - reverse) if abs(rate) > 0.5 * turn else (reverse,):
-            alias = replace(point, rate=point.rate + (other - rate) * axis)
-            made.append(alias)
-            made += _rescale_moment_for_same_momentum(
-                parameters, alias, axis, rate / other if other else 0.0
+        reverse_rate = rate - math.copysign(turn, rate)
+        for other_rate in (
+            (reverse_rate, 2.0 * rate - reverse_rate) if abs(rate) > 0.5 * turn else (reverse_rate,)
+        ):
+            alias = replace(point, rate=point.rate + (other_rate - rate) * axis)
+            aliases.append(alias)
+            aliases += _rescale_moment_for_same_momentum(
+                parameters, alias, axis, rate / other_rate if other_rate else 0.0
             )
-    return made
+    return aliases
 
 
 def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[Array, float]]:
@@ -49,9 +51,9 @@ def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[A
     rate = float(np.linalg.norm(point.rate))
     if rate > least:
         yield point.rate / rate, rate
-    for axis, own in zip(np.eye(3), point.rate, strict=True):
-        if abs(own) > least:
-            yield axis, float(own)
+    for axis, component in zip(np.eye(3), point.rate, strict=True):
+        if abs(component) > least:
+            yield axis, float(component)
 
 
 def _rescale_moment_for_same_momentum(
@@ -70,8 +72,8 @@ def _rescale_moment_for_same_momentum(
 
 def describe_alternative_spin(point: FitPoint, alias: FitPoint) -> str:
     """Return a sentence that describes another initial angular velocity that fits equally well."""
-    found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
+    speed, alias_speed = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
         f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "
-        f"velocity {other:.4g} instead of {found:.4g} fits equally well"
+        f"velocity {alias_speed:.4g} instead of {speed:.4g} fits equally well"
     )

@@ -89,7 +89,7 @@ def fit(
     a soft-loss fit are larger than expected from their standard deviations.
     """
     guesses = _validate_start_scenes(scene)
-    blocks, measured = expand_free_names(free), _validate_records(records)
+    blocks, record_tuple = expand_free_names(free), _validate_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
     limit = as_int("max_evaluations", max_evaluations, 1)
@@ -97,7 +97,9 @@ def fit(
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function, not {short_repr(progress)}")
     sessions = [
-        SearchSession(FreeParameters(guess, blocks, measured), measured, loss, limit, progress)
+        SearchSession(
+            FreeParameters(guess, blocks, record_tuple), record_tuple, loss, limit, progress
+        )
         for guess in guesses
     ]
     for session in sessions:
@@ -114,13 +116,13 @@ def _run_search_sessions(
         try:
             session.search(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
-            reached = session.best
-            found = (
+            session_best = session.best
+            result = (
                 best
-                if reached is None
+                if session_best is None
                 else _select_better_fit(best, build_fit_from_session(session))
             )
-            raise FitInterrupted("the fit was interrupted", found) from None
+            raise FitInterrupted("the fit was interrupted", result) from None
         if session.best is not None:
             session.refuse_start_held_by_friction()
             session.refuse_insensitive_quantities()
@@ -164,12 +166,12 @@ def _validate_start_scenes(scene: object) -> list[Scene]:
 
 
 def _validate_records(records: object) -> tuple[Record, ...]:
-    given = [records] if isinstance(records, Record) else records
-    if not isinstance(given, Iterable) or isinstance(given, str):
+    items = [records] if isinstance(records, Record) else records
+    if not isinstance(items, Iterable) or isinstance(items, str):
         raise TypeError(f"records must be kreisel.Record objects, not {short_repr(records)}")
-    measured = tuple(given)
-    if not measured:
+    record_tuple = tuple(items)
+    if not record_tuple:
         raise ValueError("records is empty: give at least one kreisel.Record")
-    for i, record in enumerate(measured):
+    for i, record in enumerate(record_tuple):
         check_type(f"records[{i}]", record, Record)
-    return measured
+    return record_tuple

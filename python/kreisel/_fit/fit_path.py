@@ -24,12 +24,12 @@ def solve_fitted_motion(
         for part in (times[times < 0.0][::-1], times[times >= 0.0]):
             if len(part):
                 path = solve(parameters.to_scene(point, begin), part, "taylor")
-                own = path.states if part[0] >= 0.0 else path.states[::-1]
-                shifted = own.copy()
+                rows = path.states if part[0] >= 0.0 else path.states[::-1]
+                shifted = rows.copy()
                 shifted[:, 0] += begin
                 states.append(shifted)
                 steps.append(path.stats)
     if len(states) == 1 and len(pieces) == 1 and path.t[0] >= 0.0:
         return path
-    merged = np.ascontiguousarray(np.concatenate(states))
-    return Path(scene, merged, steps[-1], path._options)
+    all_states = np.ascontiguousarray(np.concatenate(states))
+    return Path(scene, all_states, steps[-1], path._options)

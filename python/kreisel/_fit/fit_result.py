@@ -149,13 +149,13 @@ class Fit(ReadOnlyArrays):
                 for sign in (1.0, -1.0)
             ]
             lengths = [min(1.0, self._compute_distance_to_lower_bound(k) / step[k]), 1.0]
-            both = [
+            end_values = [
                 _convert_to_float_array(function(self._parameters.to_scene(end))) for end in ends
             ]
-            columns.append((both[0] - both[1]).ravel() / (step[k] * sum(lengths)))
+            columns.append((end_values[0] - end_values[1]).ravel() / (step[k] * sum(lengths)))
         _, errors = self._spectrum.propagate_errors(np.stack(columns, axis=-1))
-        shaped = errors.reshape(value.shape)
-        return (value, shaped) if value.ndim else (float(value), float(shaped))
+        error_array = errors.reshape(value.shape)
+        return (value, error_array) if value.ndim else (float(value), float(error_array))
 
     def _compute_distance_to_lower_bound(self, k: int) -> float:
         """Return the distance of parameter k from its lower bound."""
@@ -224,10 +224,10 @@ class Fit(ReadOnlyArrays):
     def __repr__(self) -> str:
         ratio = self.chi2 / self.dof
         blind = f", {len(self.unidentified)} unidentified" if self.unidentified else ""
-        ended = "" if self.has_converged else ", not converged"
+        convergence = "" if self.has_converged else ", not converged"
         return (
             f"<kreisel.Fit: {len(self.names)} parameters{blind}, chi2 {ratio:.3g} per degree of "
-            f"freedom, {self.evaluations} paths{ended}>"
+            f"freedom, {self.evaluations} paths{convergence}>"
         )
 
 
@@ -246,9 +246,9 @@ def _yield_series_chart_data(fit: Fit) -> Iterator[_SeriesChartData]:
         for series in record.series:
             values = np.where(series.measured, series.values / series.unit, np.nan)
             residuals = fit.residuals[i][series.name]
-            shaped = residuals.reshape(len(record.t), series.residuals_per_row)
+            residual_rows = residuals.reshape(len(record.t), series.residuals_per_row)
             sigma = np.asarray(fit.sigma[i][series.name])
-            yield _SeriesChartData(series.name, record.t, values, shaped, sigma)
+            yield _SeriesChartData(series.name, record.t, values, residual_rows, sigma)
 
 
 def _convert_to_float_array(value: ArrayLike) -> Array:
@@ -264,8 +264,8 @@ def build_fit_from_session(session: SearchSession) -> Fit:
     assert best is not None
     stats = compute_residual_statistics(session.model, best.residuals, loss, session.is_sigma_known)
     spectrum = classify_fit_directions(best.jacobian, best.natural, stats.inflation, p.size)
-    names, units, values, by_step = p.list_user_parameters_and_jacobian(best.point)
-    covariance, errors = spectrum.propagate_errors(by_step)
+    names, units, values, jacobian = p.list_user_parameters_and_jacobian(best.point)
+    covariance, errors = spectrum.propagate_errors(jacobian)
     blind = describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names)
     residuals, sigma = _group_residuals_and_sigmas_by_series(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
@@ -276,7 +276,7 @@ def build_fit_from_session(session: SearchSession) -> Fit:
         tuple(units),
         dict(zip(names, map(float, values), strict=True)),
         dict(zip(names, map(float, errors), strict=True)),
-        _compute_moment_ratios_and_errors(p, names, values, by_step, spectrum),
+        _compute_moment_ratios_and_errors(p, names, values, jacobian, spectrum),
         covariance,
         residuals,
         sigma,
@@ -305,20 +305,20 @@ def _compute_moment_ratios_and_errors(
     p: FreeParameters,
     names: list[str],
     values: Array,
-    by_step: Array,
+    jacobian: Array,
     spectrum: ParameterDirections,
 ) -> dict[str, tuple[float, float]]:
     """Return the ratio of each free moment to the last free moment, and its standard deviation."""
     if not p.can_vary("moments"):
         return {}
     *others, last = range(*p.get_parameter_slice("moments").indices(p.size))
-    made = {}
+    ratios = {}
     for k in others:
         ratio = values[k] / values[last]
-        gradient = (by_step[k] - ratio * by_step[last]) / values[last]
+        gradient = (jacobian[k] - ratio * jacobian[last]) / values[last]
         _, [error] = spectrum.propagate_errors(gradient[None])
-        made[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
-    return made
+        ratios[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
+    return ratios
 
 
 def _measure_fit_nonlinearity(
@@ -326,22 +326,24 @@ def _measure_fit_nonlinearity(
 ) -> float:
     if best.pieces or session.loss != "linear":
         return 0.0
-    own = session.model, best.point, best.residuals
-    return measure_cost_nonlinearity(*own, spectrum, inflation)
+    optimum = session.model, best.point, best.residuals
+    return measure_cost_nonlinearity(*optimum, spectrum, inflation)
 
 
 def _group_residuals_and_sigmas_by_series(
     session: SearchSession, residuals: Array
 ) -> tuple[tuple[dict[str, Array], ...], tuple[dict[str, Array], ...]]:
-    found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
+    residual_tables: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     for rows in session.model.rows:
         values = np.where(rows.measured_mask, rows.select_series_residuals(residuals), np.nan)
-        found[rows.record][rows.series.name] = values[:, 0] if values.shape[1] == 1 else values
+        residual_tables[rows.record][rows.series.name] = (
+            values[:, 0] if values.shape[1] == 1 else values
+        )
         deviation = rows.sigma / rows.series.unit
         is_constant = bool((deviation == deviation[0, 0]).all())
         sigma[rows.record][rows.series.name] = deviation[0, 0] if is_constant else deviation
-    return found, sigma
+    return residual_tables, sigma
 
 
 def _describe_reached_bounds(p: FreeParameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
@@ -351,8 +353,8 @@ def _describe_reached_bounds(p: FreeParameters, point: FitPoint, natural: Array)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
         if not p.can_vary(name):
             continue
-        at = p.get_parameter_slice(name)
-        for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
+        part = p.get_parameter_slice(name)
+        for k in np.flatnonzero(distances[part] <= _AT_BOUND * natural[part]):
             axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
             sentences.append(_describe_reached_bound(name, axes))
     if p.can_vary("friction") and not point.friction:

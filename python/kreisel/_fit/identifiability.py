@@ -30,48 +30,50 @@ def describe_undetermined_directions(
 ) -> tuple[str, ...]:
     """Describe each direction in parameter space that the residuals do not determine."""
     sentences: list[str] = []
-    left = blind
+    basis = blind
     for sentence, change in _yield_unobservable_changes(parameters, point):
-        if not left.shape[1]:
+        if not basis.shape[1]:
             break
         length = float(np.linalg.norm(change / natural))
         if not length > _ROUNDING**2:
             continue
         unit = change / natural / length
-        inside = left.T @ unit
-        if np.linalg.norm(blind.T @ unit) > _ALIKE and np.linalg.norm(inside) > _ROUNDING:
+        coords = basis.T @ unit
+        if np.linalg.norm(blind.T @ unit) > _ALIKE and np.linalg.norm(coords) > _ROUNDING:
             sentences += [sentence] if sentence not in sentences else []
-            inside /= np.linalg.norm(inside)
-            complement = np.linalg.svd(np.eye(len(inside)) - np.outer(inside, inside))[0]
-            left = left @ complement[:, :-1]
-    return (*sentences, *(_describe_parameter_direction(column, names) for column in left.T))
+            coords /= np.linalg.norm(coords)
+            complement = np.linalg.svd(np.eye(len(coords)) - np.outer(coords, coords))[0]
+            basis = basis @ complement[:, :-1]
+    return (*sentences, *(_describe_parameter_direction(column, names) for column in basis.T))
 
 
 def _describe_parameter_direction(direction: Array, names: list[str]) -> str:
     largest = np.argsort(-np.abs(direction))[:_LARGEST]
-    told = [f"{direction[k]:+.2f} {names[k]}" for k in largest if abs(direction[k]) > _SMALL]
-    if len(told) == 1:
+    terms = [f"{direction[k]:+.2f} {names[k]}" for k in largest if abs(direction[k]) > _SMALL]
+    if len(terms) == 1:
         return names[int(largest[0])]
-    return f"a combination of parameters: {' '.join(told)}, in natural units"
+    return f"a combination of parameters: {' '.join(terms)}, in natural units"
 
 
 def _yield_unobservable_changes(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
     """Yield parameter changes, each with a description, that leave some measurements unchanged."""
     yield from _yield_unobservable_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
-    turned = np.cross([0.0, 0.0, 1.0], point.turning)
-    if np.linalg.norm(turned) > _LEVEL * np.linalg.norm(point.turning):
+    turning_change = np.cross([0.0, 0.0, 1.0], point.turning)
+    if np.linalg.norm(turning_change) > _LEVEL * np.linalg.norm(point.turning):
         heading = "the heading: a rotation of the start and of turning about the vertical"
-        yield from _yield_change_if_all_free(p, heading, {"attitude": vertical, "turning": turned})
+        yield from _yield_change_if_all_free(
+            p, heading, {"attitude": vertical, "turning": turning_change}
+        )
     heading = "the heading: a rotation of the start about the vertical"
     yield from _yield_change_if_all_free(p, heading, {"attitude": vertical})
     if not _has_gravity_or_shaking_torque(point):
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
             yield from _yield_change_if_all_free(p, sentence, {"attitude": axis})
-            carried = -np.cross(point.inertial_velocity - point.rate, axis)
+            velocity_change = -np.cross(point.inertial_velocity - point.rate, axis)
             yield from _yield_change_if_all_free(
-                p, sentence, {"attitude": axis, "velocity": carried}
+                p, sentence, {"attitude": axis, "velocity": velocity_change}
             )
     yield from _yield_unobservable_axial_changes(p, point)
     yield from _yield_unobservable_clock_changes(p, point)
@@ -91,8 +93,8 @@ def _yield_change_if_all_free(
 
 def _average_tied_components(columns: Array, values: Array) -> Array:
     """Average values that must be equal; each column of `columns` marks one set of such values."""
-    made: Array = columns.T @ values / columns.sum(axis=0)
-    return made
+    mean: Array = columns.T @ values / columns.sum(axis=0)
+    return mean
 
 
 def _has_gravity_or_shaking_torque(point: FitPoint) -> bool:
@@ -102,7 +104,7 @@ def _has_gravity_or_shaking_torque(point: FitPoint) -> bool:
 
 
 def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
-    own = _get_rescalings_by_torque_factor(p, point)
+    rescalings = _get_rescalings_by_torque_factor(p, point)
     size: dict[str, Array] = {"moments": _average_tied_components(p.moments, point.densities)}
     others, is_scalable = ["damping"], p.can_vary("damping") or not point.damping.any()
     if p.can_vary("damping"):
@@ -119,7 +121,7 @@ def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator
         yield from _yield_change_if_all_free(p, sentence, size)
     elif is_scalable:
         words = ", ".join(others)
-        for name, blocks in own.items():
+        for name, blocks in rescalings.items():
             sentence = (
                 f"the scale of the moments: moments, {words} and {name} have an unknown "
                 "common factor"
@@ -128,23 +130,23 @@ def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),
                           ("mass", "lever"), ("gravity", "mass")):  # fmt: skip
         sentence = f"{first} against {second}: only mass * gravity * com counts"
-        against = {name: -value for name, value in own[second].items()}
-        yield from _yield_change_if_all_free(p, sentence, {**own[first], **against})
+        opposite = {name: -value for name, value in rescalings[second].items()}
+        yield from _yield_change_if_all_free(p, sentence, {**rescalings[first], **opposite})
 
 
 def _get_rescalings_by_torque_factor(
     p: FreeParameters, point: FitPoint
 ) -> dict[str, dict[str, Array]]:
     """Return, for each factor of the gravitational torque, parameter changes that rescale it."""
-    made = {
+    rescalings = {
         "com": {"com": point.com},
         "lever": {"lever": np.array([float(point.com @ p.lever)])},
         "gravity": {"gravity": np.array([point.gravity])},
         "mass": {"mass": np.array([point.mass])},
     }
     if p.can_vary("shaking"):
-        made["gravity"]["shaking"] = np.array([point.shaking[0], 0.0, 0.0])
-    return made
+        rescalings["gravity"]["shaking"] = np.array([point.shaking[0], 0.0, 0.0])
+    return rescalings
 
 
 def _yield_unobservable_axial_changes(
@@ -154,8 +156,8 @@ def _yield_unobservable_axial_changes(
     axis = point.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
     sentence = "the spin angle: a rotation of the start about the axis"
     yield from _yield_change_if_all_free(p, sentence, {"attitude": axis})
-    turned = {"attitude": axis, "velocity": -np.cross(axis, point.rate)}
-    yield from _yield_change_if_all_free(p, sentence, turned)
+    blocks = {"attitude": axis, "velocity": -np.cross(axis, point.rate)}
+    yield from _yield_change_if_all_free(p, sentence, blocks)
     k = int(np.argmax(np.abs(axis)))
     unit = np.eye(3)[k]
     moments = point.moments[k] * unit
@@ -167,8 +169,8 @@ def _yield_unobservable_axial_changes(
     sentence = "the moment about the axis against the spin: only their product counts"
     yield from _yield_change_if_all_free(p, sentence, spin)
     sentence = "the rotor against the spin: only the momentum about the axis counts"
-    against = {"velocity": -unit, "rotor": point.moments[k] * unit}
-    yield from _yield_change_if_all_free(p, sentence, against)
+    rotor_change = {"velocity": -unit, "rotor": point.moments[k] * unit}
+    yield from _yield_change_if_all_free(p, sentence, rotor_change)
     sentence = "the rotor against the moment about its axis: only the momentum counts"
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
     yield from _yield_change_if_all_free(p, sentence, heavier)
@@ -176,10 +178,10 @@ def _yield_unobservable_axial_changes(
         drag = _average_tied_components(p.damping, point.damping * unit)
         yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": drag})
         yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": 2.0 * drag})
-    across = np.array([0.0, 1.0, -1.0])
+    difference = np.array([0.0, 1.0, -1.0])
     sentence = "damping across the axis, one way against the other: only their mean counts"
     yield from _yield_change_if_all_free(
-        p, sentence, {"damping": _average_tied_components(p.damping, np.roll(across, k))}
+        p, sentence, {"damping": _average_tied_components(p.damping, np.roll(difference, k))}
     )
 
 
@@ -189,20 +191,20 @@ def _yield_unobservable_clock_changes(
     """Yield parameter changes that shift all clocks or rotate the principal axes."""
     scene = point.to_scene()
     [change] = values("body_acceleration", scene._block, scene._start_state)
-    delays = [at for (name, _, _), at in p.slices.items() if name == "delay"]
+    delays = [part for (name, _, _), part in p.slices.items() if name == "delay"]
     if delays and len(delays) == len(p.records):
         sentence = "the delay against the start: a shift in time"
         blocks = {"attitude": point.rate, "velocity": change}
         if p.can_vary("shaking"):
             blocks["shaking"] = np.array([0.0, 0.0, point.shaking[1]])
         for _, step in _yield_change_if_all_free(p, sentence, blocks):
-            for at in delays:
-                step[at] = 1.0
+            for part in delays:
+                step[part] = 1.0
             yield sentence, step
     for axis in np.eye(3):
         sentence = "the principal axes against the start"
-        turned = {"axes": axis, "attitude": axis}
-        yield from _yield_change_if_all_free(p, sentence, turned)
+        rotation = {"axes": axis, "attitude": axis}
+        yield from _yield_change_if_all_free(p, sentence, rotation)
         yield from _yield_change_if_all_free(
-            p, sentence, {**turned, "velocity": -np.cross(axis, point.rate)}
+            p, sentence, {**rotation, "velocity": -np.cross(axis, point.rate)}
         )

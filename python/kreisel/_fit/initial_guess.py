@@ -97,16 +97,16 @@ def guess_parameters_from_records(
     Returns an empty list if the motion cannot be reconstructed from the records.
     """
     base = parameters.start
-    made: list[Guess] = []
+    guesses: list[Guess] = []
     for motion in reconstruct_motions(records, base)[:2]:
         for count in {len(motion.t), max(len(motion.t) // _SHORT, min(len(motion.t), 40))}:
-            made += _guess_parameters_from_motion(
+            guesses += _guess_parameters_from_motion(
                 parameters, motion, motion.select_first_samples(count)
             )
-    if not made:
+    if not guesses:
         for trace in compute_apex_samples(records, base)[:1]:
-            made += _guess_parameters_from_apex(parameters, trace)
-    return made
+            guesses += _guess_parameters_from_apex(parameters, trace)
+    return guesses
 
 
 def _guess_parameters_from_motion(
@@ -140,42 +140,47 @@ def _make_guess_from_linear_solution(
         turn = convert_matrix_to_quaternion(
             _orient_principal_axes_like_scene(solution, parameters.start)
         )
-    turned = rotation_matrix(turn)
-    moments = np.diag(turned.T @ solution.inertia @ turned).copy()
-    lever = turned.T @ solution.lever
+    rotation = rotation_matrix(turn)
+    moments = np.diag(rotation.T @ solution.inertia @ rotation).copy()
+    lever = rotation.T @ solution.lever
     first = np.array([1.0, 0.0, 0.0, 0.0])
     if motion.source == "gyroscope":
         first = convert_matrix_to_quaternion(_build_frame_from_vertical(solution.vertical))
     attitude = multiply_quaternions(multiply_quaternions(first, motion.attitude), turn)
-    seen = motion._replace(attitude=attitude, rate=motion.rate @ turned)
+    samples = motion._replace(attitude=attitude, rate=motion.rate @ rotation)
     if motion.is_at_rest:
-        seen = _transform_motion_to_support_frame(seen, parameters.start.turning)
+        samples = _transform_motion_to_support_frame(samples, parameters.start.turning)
     point = _set_free_body_parameters(parameters, moments, lever, solution)
-    rate = seen.rate[:3].mean(axis=0)
+    rate = samples.rate[:3].mean(axis=0)
     return Guess(
-        _find_parameters_through_state(parameters, point, seen.t[0], seen.attitude[0], rate), seen
+        _find_parameters_through_state(parameters, point, samples.t[0], samples.attitude[0], rate),
+        samples,
     )
 
 
 def _transform_motion_to_support_frame(motion: MotionSamples, turning: Array) -> MotionSamples:
     """Return the motion relative to a support that initially coincides with the inertial frame."""
-    turned = compute_rotation_quaternions((motion.t[0] - motion.t)[:, None] * turning)
-    attitude = multiply_quaternions(turned, motion.attitude)
+    rotations = compute_rotation_quaternions((motion.t[0] - motion.t)[:, None] * turning)
+    attitude = multiply_quaternions(rotations, motion.attitude)
     rate = motion.rate - turning @ rotation_matrix(attitude)
     return motion._replace(attitude=attitude, rate=rate, is_at_rest=False)
 
 
 def _compute_friction_axis(base: FitPoint) -> Array:
     length = float(np.linalg.norm(base.com))
-    made: Array = base.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
-    return made
+    axis: Array = base.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+    return axis
 
 
 def _select_samples_before_spin_stops(motion: MotionSamples, axis: Array) -> MotionSamples:
     """Return the samples of a motion up to the time at which its spin about `axis` nearly stops."""
     spin = np.abs(motion.rate @ axis)
-    slow = np.flatnonzero(spin < _STOPPED * spin.max())
-    return motion.select_first_samples(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
+    indices = np.flatnonzero(spin < _STOPPED * spin.max())
+    return (
+        motion.select_first_samples(int(indices[0]))
+        if indices.size and indices[0] >= FEWEST
+        else motion
+    )
 
 
 def _set_free_body_parameters(
@@ -185,11 +190,13 @@ def _set_free_body_parameters(
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
-    size, heavy = float(np.linalg.norm(base.com)), float(np.linalg.norm(lever))
-    is_size_known = heavy > 0.0 and base.gravity_force != 0.0 and not parameters.can_vary("com")
+    size, lever_size = float(np.linalg.norm(base.com)), float(np.linalg.norm(lever))
+    is_size_known = (
+        lever_size > 0.0 and base.gravity_force != 0.0 and not parameters.can_vary("com")
+    )
     factor = base.moments.sum() / (2.0 * densities.sum())
     if is_size_known and size > 0.0:
-        factor = abs(base.gravity_force) * size / heavy
+        factor = abs(base.gravity_force) * size / lever_size
     changes: dict[str, Array | float] = {}
     if parameters.can_vary("moments"):
         groups = parameters.moments
@@ -197,7 +204,7 @@ def _set_free_body_parameters(
         changes["densities"] = factor * mean
     else:
         factor = base.moments.sum() / (2.0 * densities.sum())
-    if base.gravity_force and heavy > 0.0 and parameters.can_vary("com"):
+    if base.gravity_force and lever_size > 0.0 and parameters.can_vary("com"):
         changes["com"] = factor * lever / base.gravity_force
     if parameters.can_vary("damping"):
         drag = 0.0 if losses is None else losses.damping
@@ -208,27 +215,27 @@ def _set_free_body_parameters(
 
 
 def _find_parameters_through_state(
-    parameters: FreeParameters, point: FitPoint, since: float, attitude: Array, rate: Array
+    parameters: FreeParameters, point: FitPoint, time: float, attitude: Array, rate: Array
 ) -> FitPoint:
-    """Return the parameters for which the motion passes through a given state at time `since`."""
-    there = replace(
+    """Return the parameters for which the motion passes through a given state at `time`."""
+    trial = replace(
         point,
         attitude=attitude if parameters.can_vary("attitude") else point.attitude,
         rate=rate if parameters.can_vary("velocity") else point.rate,
     )
-    if since == 0.0:
-        return there
+    if time == 0.0:
+        return trial
     try:
-        back = solve(there.to_scene(since), [-since], "taylor", max_steps=10000)
+        path = solve(trial.to_scene(time), [-time], "taylor", max_steps=10000)
     except (Error, ValueError):
-        return there
+        return trial
     start = convert_scene_to_fit_point(
-        there.to_scene().replace(momentum=back.m[0], attitude=back.q[0])
+        trial.to_scene().replace(momentum=path.m[0], attitude=path.q[0])
     )
     return replace(
-        there,
-        attitude=start.attitude if parameters.can_vary("attitude") else there.attitude,
-        rate=start.rate if parameters.can_vary("velocity") else there.rate,
+        trial,
+        attitude=start.attitude if parameters.can_vary("attitude") else trial.attitude,
+        rate=start.rate if parameters.can_vary("velocity") else trial.rate,
     )
 
 
@@ -250,10 +257,10 @@ def _fit_momentum_equation(
     if len(matrix) < matrix.shape[1] or not np.isfinite(matrix).all():
         return None
     normal = (matrix / sizes).T @ (matrix / sizes)
-    found = np.linalg.eigh(normal)[1][:, 0] / sizes
+    solution = np.linalg.eigh(normal)[1][:, 0] / sizes
     if rotor.any():
-        found = np.delete(found, 3)  # the size of the rotor, after three moments
-    return _unpack_linear_solution(found, motion, is_heavy, losses)
+        solution = np.delete(solution, 3)  # the size of the rotor, after three moments
+    return _unpack_linear_solution(solution, motion, is_heavy, losses)
 
 
 def _list_momentum_equation_columns(
@@ -276,8 +283,8 @@ def _list_momentum_equation_columns(
             else -np.einsum("ikj,njl->nikl", _EPSILON, integral).reshape(len(t), 3, 9)
         )
     if losses.is_damped:
-        turned = (rotation @ motion.rate[:, :, None])[:, :, 0]
-        columns.append(_integrate_by_trapezoids(t, turned)[:, :, None])
+        space_rate = (rotation @ motion.rate[:, :, None])[:, :, 0]
+        columns.append(_integrate_by_trapezoids(t, space_rate)[:, :, None])
     if losses.is_rubbed:
         axis = _compute_friction_axis(base)
         sense = np.sign(motion.rate @ axis)[:, None]
@@ -297,48 +304,48 @@ def _select_support_turning(motion: MotionSamples, base: FitPoint) -> Array:
 
 
 def _unpack_linear_solution(
-    found: Array, motion: MotionSamples, is_heavy: bool, losses: _EnergyLossFlags
+    solution: Array, motion: MotionSamples, is_heavy: bool, losses: _EnergyLossFlags
 ) -> _LinearBodyEstimates | None:
     is_full = motion.source == "space"
     count = 6 if is_full else 3
-    inertia = np.diag(found[:3])
+    inertia = np.diag(solution[:3])
     if is_full:
-        inertia[(1, 2, 0), (2, 0, 1)] = inertia[(2, 0, 1), (1, 2, 0)] = found[3:6]
+        inertia[(1, 2, 0), (2, 0, 1)] = inertia[(2, 0, 1), (1, 2, 0)] = solution[3:6]
     sign = np.sign(np.trace(inertia))
     if not sign:
         return None
-    found, inertia = sign * found, sign * inertia
-    rest = found[count + 3 :]
+    solution, inertia = sign * solution, sign * inertia
+    rest = solution[count + 3 :]
     lever, vertical = np.zeros(3), np.array([0.0, 0.0, 1.0])
     if is_heavy and motion.source != "gyroscope":
         lever = rest[:3]
     elif is_heavy:
         left, sizes, right = np.linalg.svd(rest[:9].reshape(3, 3))
         lever, vertical = sizes[0] * right[0], left[:, 0]
-    lost = rest[len(rest) - sum(losses) :].tolist()
-    damping = lost.pop(0) if losses.is_damped else 0.0
+    coefficients = rest[len(rest) - sum(losses) :].tolist()
+    damping = coefficients.pop(0) if losses.is_damped else 0.0
     return _LinearBodyEstimates(
-        inertia, lever, vertical, damping, lost[0] if losses.is_rubbed else 0.0
+        inertia, lever, vertical, damping, coefficients[0] if losses.is_rubbed else 0.0
     )
 
 
 def _build_inertia_to_momentum_matrices(rate: Array, is_full: bool) -> Array:
     """Return matrices of shape (n, 3, k) that map the k independent components of J to J W."""
-    made = np.zeros((len(rate), 3, 6 if is_full else 3))
+    matrices = np.zeros((len(rate), 3, 6 if is_full else 3))
     for k in range(3):
-        made[:, k, k] = rate[:, k]
+        matrices[:, k, k] = rate[:, k]
     if is_full:
         for column, (a, b) in zip((3, 4, 5), ((1, 2), (2, 0), (0, 1)), strict=True):
-            made[:, a, column], made[:, b, column] = rate[:, b], rate[:, a]
-    return made
+            matrices[:, a, column], matrices[:, b, column] = rate[:, b], rate[:, a]
+    return matrices
 
 
 def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
     """Integrate sampled values cumulatively by the trapezoidal rule."""
     steps = np.diff(t).reshape(-1, *[1] * (values.ndim - 1))
-    made = np.zeros_like(values)
-    np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=made[1:])
-    return made
+    integrals = np.zeros_like(values)
+    np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=integrals[1:])
+    return integrals
 
 
 def _orient_principal_axes_like_scene(solution: _LinearBodyEstimates, base: FitPoint) -> Array:
@@ -347,17 +354,17 @@ def _orient_principal_axes_like_scene(solution: _LinearBodyEstimates, base: FitP
     The signs of the axes are chosen so that the centre of mass is close to that of the scene.
     """
     _, axes = np.linalg.eigh(solution.inertia)
-    made = np.empty((3, 3))
-    made[:, np.argsort(base.moments, kind="stable")] = axes
-    best, chosen = -np.inf, made
+    frame = np.empty((3, 3))
+    frame[:, np.argsort(base.moments, kind="stable")] = axes
+    best, best_frame = -np.inf, frame
     for signs in itertools.product((1.0, -1.0), repeat=3):
-        turned = made * np.array(signs)
-        if np.linalg.det(turned) < 0.0:
+        candidate = frame * np.array(signs)
+        if np.linalg.det(candidate) < 0.0:
             continue
-        agreement = float((turned.T @ solution.lever) @ base.com) * np.sign(base.gravity_force)
+        agreement = float((candidate.T @ solution.lever) @ base.com) * np.sign(base.gravity_force)
         if agreement > best:
-            best, chosen = agreement, turned
-    return chosen
+            best, best_frame = agreement, candidate
+    return best_frame
 
 
 def _build_frame_from_vertical(vertical: Array) -> Array:
@@ -374,20 +381,20 @@ def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexSamples) 
         return []
     apex, change = _smooth_apex_by_local_cubics(trace)
     t, turning = trace.t, base.turning
-    carried = np.cross(apex, change + np.cross(turning, apex))
-    left = carried + np.cross(turning, _integrate_by_trapezoids(t, carried))
-    summed = _integrate_by_trapezoids(t, apex)
-    along = apex + np.cross(turning, summed)
+    transverse_rate = np.cross(apex, change + np.cross(turning, apex))
+    rhs = transverse_rate + np.cross(turning, _integrate_by_trapezoids(t, transverse_rate))
+    apex_integral = _integrate_by_trapezoids(t, apex)
+    axial_column = apex + np.cross(turning, apex_integral)
     weight = base.compute_effective_gravity(t) / base.gravity if base.gravity else np.ones(len(t))
     integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
-    columns = [-along[:, :, None], integral[:, :, None], identity]
+    columns = [-axial_column[:, :, None], integral[:, :, None], identity]
     if parameters.can_vary("friction") or base.friction:
-        columns.append(((t - t[0])[:, None] * apex - summed)[:, :, None])
+        columns.append(((t - t[0])[:, None] * apex - apex_integral)[:, :, None])
     matrix = np.concatenate(columns, axis=2)
-    found = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), left.ravel(), rcond=None)[0]
-    slowing = float(found[5]) if len(found) > 5 else 0.0
-    triples = [(float(found[0]), float(found[1]), slowing)]
+    solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), rhs.ravel(), rcond=None)[0]
+    slowing = float(solution[5]) if len(solution) > 5 else 0.0
+    triples = [(float(solution[0]), float(solution[1]), slowing)]
     triples += [(*pair, 0.0) for pair in _estimate_spin_and_torque_ratios(trace, float(turning[2]))]
     return [
         _guess_from_apex_and_spin(parameters, trace, (apex, change), triple) for triple in triples
@@ -420,41 +427,41 @@ def _estimate_spin_and_torque_ratios(
     peaks = np.flatnonzero(is_peak) + 1
     peaks = peaks[np.argsort(-lines[peaks])][:_LINES]
     unit = 2.0 * np.pi * (n - 1) / (trace.t[-1] - trace.t[0]) / (_PADDING * n)
-    made = []
+    pairs = []
     for frequency in peaks * unit:
         root = np.sqrt(max(frequency**2 - rate**2 * (1.0 - mean**2), 0.0))
         for a in (2.0 * rate * mean + root, 2.0 * rate * mean - root):
-            made.append((float(a), float(a * rate - rate**2 * mean)))
-    return made
+            pairs.append((float(a), float(a * rate - rate**2 * mean)))
+    return pairs
 
 
 def _guess_from_apex_and_spin(
     parameters: FreeParameters,
     trace: ApexSamples,
     smoothed: tuple[Array, Array],
-    found: tuple[float, float, float],
+    ratios: tuple[float, float, float],
 ) -> Guess:
-    base, (a, k, slowing) = parameters.start, found
+    base, (a, k, slowing) = parameters.start, ratios
     axis = base.com / np.linalg.norm(base.com)
-    along = float(axis @ (base.moments * axis))
-    across = 0.5 * (base.moments.sum() - along)
+    i3 = float(axis @ (base.moments * axis))
+    i1 = 0.5 * (base.moments.sum() - i3)
     torque = base.gravity_force * float(np.linalg.norm(base.com))
     if parameters.can_vary("moments") and torque * k > 0.0:
-        across = torque / k
-        along = min(along, 1.9 * across)
-    moments = along * axis**2 + across * (1.0 - axis**2)
+        i1 = torque / k
+        i3 = min(i3, 1.9 * i1)
+    moments = i3 * axis**2 + i1 * (1.0 - axis**2)
     point = _set_free_body_parameters(parameters, moments, base.gravity_force * base.com, None)
     apex, change = smoothed
-    along, across = (float(m) for m in (axis @ (point.moments * axis), across))
+    i3, i1 = (float(m) for m in (axis @ (point.moments * axis), i1))
     turn = compute_rotations_from_vertical(axis)
     tilts = compute_rotations_from_vertical(apex / np.linalg.norm(apex, axis=1)[:, None])
     attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
-    spin = (a * across - float(axis @ base.rotor)) / along - float(base.turning @ apex[0])
+    spin = (a * i1 - float(axis @ base.rotor)) / i3 - float(base.turning @ apex[0])
     if parameters.can_vary("friction"):
-        point = replace(point, friction=max(across * slowing * np.sign(spin), 0.0))
-    lost = point.friction / along * (trace.t - trace.t[0])
-    left = np.copysign(np.maximum(abs(spin) - lost, 0.0), spin)
-    velocity = np.cross(apex, change) + left[:, None] * apex
+        point = replace(point, friction=max(i1 * slowing * np.sign(spin), 0.0))
+    spin_loss = point.friction / i3 * (trace.t - trace.t[0])
+    spins = np.copysign(np.maximum(abs(spin) - spin_loss, 0.0), spin)
+    velocity = np.cross(apex, change) + spins[:, None] * apex
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     motion = MotionSamples(trace.t, attitude, rate, "apex")
     start = _find_parameters_through_state(parameters, point, trace.t[0], attitude[0], rate[0])
@@ -466,14 +473,14 @@ def _build_spin_preserving_projection(parameters: FreeParameters, axis: Array) -
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """
-    allowed = np.eye(parameters.size)
+    projection = np.eye(parameters.size)
     for name in parameters.free:
         if name not in ("attitude", "velocity"):
-            allowed[:, parameters.get_parameter_slice(name)] = 0.0
+            projection[:, parameters.get_parameter_slice(name)] = 0.0
     if parameters.can_vary("velocity"):
-        at = parameters.get_parameter_slice("velocity")
-        allowed[at, at] -= np.outer(axis, axis)
-    return allowed
+        part = parameters.get_parameter_slice("velocity")
+        projection[part, part] -= np.outer(axis, axis)
+    return projection
 
 
 def _smooth_apex_by_local_cubics(trace: ApexSamples) -> tuple[Array, Array]:
@@ -482,8 +489,8 @@ def _smooth_apex_by_local_cubics(trace: ApexSamples) -> tuple[Array, Array]:
     Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.
     """
     half = _SMOOTHING // 2
-    at = np.arange(-half, half + 1.0)
-    weights = np.linalg.pinv(np.vander(at, 4, increasing=True))
+    offsets = np.arange(-half, half + 1.0)
+    weights = np.linalg.pinv(np.vander(offsets, 4, increasing=True))
     padded = np.concatenate(
         (
             2.0 * trace.apex[:1] - trace.apex[half:0:-1],

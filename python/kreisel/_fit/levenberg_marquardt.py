@@ -100,7 +100,7 @@ def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings)
     if not np.isfinite(best.cost):
         return best
     search.report(best)
-    slow = 0
+    slow_count = 0
     while model.evaluations < search.limit:
         if best.cost <= _NOISELESS * model.size:
             return best._replace(has_converged=True)
@@ -115,17 +115,17 @@ def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings)
         point, best = trial.point, trial  # type: ignore[assignment]
         search.report(best)
         is_slow = gain < _SLOW * best.cost and _has_large_residuals(best, search.loss)
-        slow = slow + 1 if is_slow else 0
-        if gain <= search.ftol * best.cost or slow > _SLOW_MOST:
+        slow_count = slow_count + 1 if is_slow else 0
+        if gain <= search.ftol * best.cost or slow_count > _SLOW_MOST:
             return best._replace(has_converged=True)
     return best
 
 
-def _has_large_residuals(found: Minimum, loss: LossName) -> bool:
+def _has_large_residuals(minimum: Minimum, loss: LossName) -> bool:
     """Return True if the residuals are much larger than expected from noise."""
-    residuals = found.evaluation.residuals
+    residuals = minimum.evaluation.residuals
     if loss == "linear":
-        return found.cost > _FAR * residuals.size
+        return minimum.cost > _FAR * residuals.size
     return bool(np.median(np.abs(residuals)) > _FAR_MEDIAN)
 
 
@@ -154,8 +154,8 @@ class _DampedSteps:
     def compute_damped_step(self, damping: float) -> Array:
         divisor = self.values + damping * self.scale
         part = np.where(self.is_seen, self.along / np.where(self.is_seen, divisor, 1.0), 0.0)
-        made: Array = -self.natural * (self.vectors @ part)
-        return made
+        step: Array = -self.natural * (self.vectors @ part)
+        return step
 
 
 def _find_cost_reducing_step(
@@ -168,17 +168,17 @@ def _find_cost_reducing_step(
 ) -> tuple[Minimum | None, float]:
     """Increase the damping until a step does not increase the cost."""
     while model.evaluations < search.limit:
-        moved = model.add_step_within_bounds(point, steps.compute_damped_step(damping))
-        evaluation = model.evaluate_residuals(moved)
-        found = _compute_cost_or_infinity(evaluation, search.loss)
-        if found <= cost:
-            minimum = Minimum(moved, evaluation, found, False)
+        candidate = model.add_step_within_bounds(point, steps.compute_damped_step(damping))
+        evaluation = model.evaluate_residuals(candidate)
+        trial_cost = _compute_cost_or_infinity(evaluation, search.loss)
+        if trial_cost <= cost:
+            minimum = Minimum(candidate, evaluation, trial_cost, False)
             return minimum, max(damping / _FACTOR, _DAMPING_LEAST)
-        predicted = float(
+        predicted_gain = float(
             (steps.along * steps.along)[steps.is_seen]
             @ (1.0 / (steps.values[steps.is_seen] + damping * steps.scale))
         )
-        if damping > _DAMPING_MOST or predicted <= search.ftol * cost * 1e-2:
+        if damping > _DAMPING_MOST or predicted_gain <= search.ftol * cost * 1e-2:
             break
         damping *= _FACTOR
     return None, damping

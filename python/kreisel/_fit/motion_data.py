@@ -62,44 +62,46 @@ class ApexSamples(NamedTuple):
 
 def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
     """Return the motions that the records determine, with the most complete motion first."""
-    turned = rotation_matrix(point.axes)
-    made: list[MotionSamples] = []
+    rotation = rotation_matrix(point.axes)
+    motions: list[MotionSamples] = []
     for record in records:
         table = {s.name: s for s in record.series if s.part is None}
         if "q" in table:
             t, q = _select_longest_gapless_samples(record.t, table["q"])
-            made += _reconstruct_motion_from_attitudes(t, multiply_quaternions(q, point.axes[None]))
+            motions += _reconstruct_motion_from_attitudes(
+                t, multiply_quaternions(q, point.axes[None])
+            )
         for name in {"body_velocity", INERTIAL_VELOCITY.name} & table.keys():
             t, w = _select_longest_gapless_samples(record.t, table[name])
-            up = table.get("body_vertical")
+            vertical = table.get("body_vertical")
             first = (
-                _find_measured_vertical_near_time(record.t, up, t)
-                if up is not None and len(t)
+                _find_measured_vertical_near_time(record.t, vertical, t)
+                if vertical is not None and len(t)
                 else None
             )
-            found = _reconstruct_motion_from_gyroscope(
-                t, w @ turned, None if first is None else first @ turned
+            reconstructions = _reconstruct_motion_from_gyroscope(
+                t, w @ rotation, None if first is None else first @ rotation
             )
             is_at_rest = name == INERTIAL_VELOCITY.name and point.is_support_turning
-            made += [motion._replace(is_at_rest=is_at_rest) for motion in found]
+            motions += [motion._replace(is_at_rest=is_at_rest) for motion in reconstructions]
         if "velocity" in table:
             t, w = _select_longest_gapless_samples(record.t, table["velocity"])
-            made += _reconstruct_motion_from_velocity(t, w)
+            motions += _reconstruct_motion_from_velocity(t, w)
     order = ("attitude", "vertical", "space", "gyroscope")
-    return sorted(made, key=lambda motion: order.index(motion.source))
+    return sorted(motions, key=lambda motion: order.index(motion.source))
 
 
 def compute_apex_samples(records: Sequence[Record], point: FitPoint) -> list[ApexSamples]:
     """Extract the trace of the apex from each record that contains apex directions."""
-    made = []
+    samples = []
     for record in records:
-        found = _compute_measured_apex_directions(record, point)
-        if found is not None:
-            t, apex = found
-            even = np.linspace(t[0], t[-1], len(t))
-            apex = np.stack([np.interp(even, t, apex[:, k]) for k in range(3)], axis=-1)
-            made.append(ApexSamples(even, apex / np.linalg.norm(apex, axis=1)[:, None]))
-    return made
+        directions = _compute_measured_apex_directions(record, point)
+        if directions is not None:
+            t, apex = directions
+            grid = np.linspace(t[0], t[-1], len(t))
+            apex = np.stack([np.interp(grid, t, apex[:, k]) for k in range(3)], axis=-1)
+            samples.append(ApexSamples(grid, apex / np.linalg.norm(apex, axis=1)[:, None]))
+    return samples
 
 
 def _compute_measured_apex_directions(
@@ -109,15 +111,17 @@ def _compute_measured_apex_directions(
     if "apex" in table:
         t, e = _select_longest_gapless_samples(record.t, table["apex"])
     elif {"apex_x", "apex_y"} <= table.keys():
-        both = table["apex_x"].measured & table["apex_y"].measured
-        t = record.t[both[:, 0]]
-        x, y = (table[name].values[both[:, 0], 0] for name in ("apex_x", "apex_y"))
+        is_measured = table["apex_x"].measured & table["apex_y"].measured
+        t = record.t[is_measured[:, 0]]
+        x, y = (table[name].values[is_measured[:, 0], 0] for name in ("apex_x", "apex_y"))
         side = np.sign((rotation_matrix(point.attitude) @ point.com)[2]) or 1.0
         e = np.stack((x, y, side * np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))), axis=-1)
     elif {"nutation", "precession_angle"} <= table.keys():
-        both = table["nutation"].measured & table["precession_angle"].measured
-        t = record.t[both[:, 0]]
-        tilt, turn = (table[n].values[both[:, 0], 0] for n in ("nutation", "precession_angle"))
+        is_measured = table["nutation"].measured & table["precession_angle"].measured
+        t = record.t[is_measured[:, 0]]
+        tilt, turn = (
+            table[n].values[is_measured[:, 0], 0] for n in ("nutation", "precession_angle")
+        )
         e = np.stack(
             (np.sin(tilt) * np.sin(turn), -np.sin(tilt) * np.cos(turn), np.cos(tilt)), axis=-1
         )
@@ -133,9 +137,9 @@ def _compute_measured_apex_directions(
 
 def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Array]:
     """Return the longest sequence of complete rows with distinct times and no gap in time."""
-    whole = series.measured.all(axis=1)
-    times, first = np.unique(t[whole], return_index=True)
-    values = series.values[whole][first]
+    is_measured = series.measured.all(axis=1)
+    times, first = np.unique(t[is_measured], return_index=True)
+    values = series.values[is_measured][first]
     regular = _compute_inlier_mask(values, series.is_attitude)
     times, values = times[regular], values[regular]
     if len(times) < FEWEST:
@@ -144,8 +148,8 @@ def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Ar
     ends = np.flatnonzero(pauses > _GAP * np.median(pauses)) + 1
     edges = np.concatenate(([0], ends, [len(times)]))
     k = int(np.argmax(np.diff(edges)))
-    at = slice(edges[k], edges[k + 1])
-    return times[at], values[at]
+    part = slice(edges[k], edges[k + 1])
+    return times[part], values[part]
 
 
 def _compute_inlier_mask(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
@@ -161,13 +165,13 @@ def _compute_inlier_mask(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
         values = values * np.cumprod(signs)[:, None]
     half = _NEIGHBOURS // 2
     # Reflections about the second and the last but one value show whether those at the ends fit.
-    before, after = values[half + 2 : 2 : -1], values[-4 : -4 - half : -1]
-    padded = np.concatenate((2.0 * values[1] - before, values, 2.0 * values[-2] - after))
+    head, tail = values[half + 2 : 2 : -1], values[-4 : -4 - half : -1]
+    padded = np.concatenate((2.0 * values[1] - head, values, 2.0 * values[-2] - tail))
     windows = np.lib.stride_tricks.sliding_window_view(padded, _NEIGHBOURS, axis=0)
     others = np.delete(windows, half, axis=-1)
     deviation = np.abs(values - np.median(others, axis=-1))
-    usual = np.maximum(np.median(deviation, axis=0), 1e-9 * np.abs(values).max(axis=0))
-    regular: NDArray[np.bool_] = (deviation <= _OUTLIER * usual).all(axis=1)
+    median_deviation = np.maximum(np.median(deviation, axis=0), 1e-9 * np.abs(values).max(axis=0))
+    regular: NDArray[np.bool_] = (deviation <= _OUTLIER * median_deviation).all(axis=1)
     if regular.mean() < 1.0 - _OUTLIERS_MOST:
         return np.ones(len(values), dtype=np.bool_)
     return regular
@@ -208,13 +212,13 @@ def _reconstruct_motion_from_gyroscope(
     return [MotionSamples(t, attitude, rate, source)]
 
 
-def _find_measured_vertical_near_time(t: Array, series: Series, since: Array) -> Array | None:
+def _find_measured_vertical_near_time(t: Array, series: Series, times: Array) -> Array | None:
     """Return the measured vertical nearest in time to `since[0]`, or None if there is none."""
-    whole = np.flatnonzero(series.measured.all(axis=1))
-    if not whole.size:
+    indices = np.flatnonzero(series.measured.all(axis=1))
+    if not indices.size:
         return None
-    near = whole[np.abs(t[whole] - since[0]).argmin()]
-    vertical: Array = series.values[near]
+    index = indices[np.abs(t[indices] - times[0]).argmin()]
+    vertical: Array = series.values[index]
     return vertical if np.linalg.norm(vertical) > 0.0 else None
 
 
@@ -228,22 +232,26 @@ def _reconstruct_motion_from_velocity(t: Array, velocity: Array) -> list[MotionS
 
 def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
     """Integrate angular velocities to obtain attitudes, starting from the attitude `first`."""
-    made = np.empty((len(t), 4))
-    made[0] = first
-    made[1:] = compute_rotation_quaternions(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
+    attitudes = np.empty((len(t), 4))
+    attitudes[0] = first
+    attitudes[1:] = compute_rotation_quaternions(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
     shift = 1
     while shift < len(t):  # products of 2, 4, 8, ... neighbours
-        ends = (made[shift:], made[:-shift]) if is_in_space else (made[:-shift], made[shift:])
-        made[shift:] = multiply_quaternions(*ends)
+        ends = (
+            (attitudes[shift:], attitudes[:-shift])
+            if is_in_space
+            else (attitudes[:-shift], attitudes[shift:])
+        )
+        attitudes[shift:] = multiply_quaternions(*ends)
         shift *= 2
-    return made
+    return attitudes
 
 
 def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
     """Return the attitude and the angular velocity of a motion at the time t."""
     k = int(np.clip(np.searchsorted(motion.t, t), 1, len(motion.t) - 1))
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)
-    about = slice(max(k - 2, 0), k + 3)
-    rate = motion.rate[about].mean(axis=0)
+    window = slice(max(k - 2, 0), k + 3)
+    rate = motion.rate[window].mean(axis=0)
     turn = compute_rotation_quaternions((t - motion.t[k]) * rate)
     return multiply_quaternions(motion.attitude[k], turn), rate

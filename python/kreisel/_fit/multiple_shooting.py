@@ -97,14 +97,14 @@ class ShootingModel:
     def _add_segment(self, k: int, records: Sequence[Record], sigmas: Sequence[Array]) -> None:
         begin, end = self.edges[k], self.edges[k + 1]
         is_last = k == len(self.edges) - 2
-        parts, own_sigmas, rows = [], [], []
+        parts, segment_sigmas, rows = [], [], []
         series, offset = iter(sigmas), 0
         for record in records:
             low = int(np.searchsorted(record.t, begin))
             high = len(record.t) if is_last else int(np.searchsorted(record.t, end))
             parts.append(slice_record(record, low, high, float(begin)))
             for one in record.series:
-                own_sigmas.append(next(series)[low:high])
+                segment_sigmas.append(next(series)[low:high])
                 rows.append(
                     offset + np.arange(low * one.residuals_per_row, high * one.residuals_per_row)
                 )
@@ -112,33 +112,35 @@ class ShootingModel:
         names = [n for n in self.parameters.free if n not in _START]
         is_first = begin == 0.0
         free = self.parameters.free if is_first else (*_START, *names)
-        own = FreeParameters(self.parameters.scene, free, parts)
-        model = ResidualModel(own, parts, own_sigmas, float(end - begin), float(begin))
+        segment_parameters = FreeParameters(self.parameters.scene, free, parts)
+        model = ResidualModel(
+            segment_parameters, parts, segment_sigmas, float(end - begin), float(begin)
+        )
         self.models.append(model)
         self.rows.append(np.concatenate(rows))
 
     def _list_jacobian_columns_of_segments(self) -> list[Indices]:
         """Return the column indices of the parameters of each segment."""
-        made, used = [], self.parameters.size
+        column_lists, width = [], self.parameters.size
         for k, model in enumerate(self.models):
             columns = np.empty(model.parameters.size, dtype=np.intp)
-            for key, at in model.parameters.slices.items():
+            for key, part in model.parameters.slices.items():
                 if k != self.first and key[0] in _START:
-                    columns[at] = np.arange(used, used + 3)
-                    used += 3
+                    columns[part] = np.arange(width, width + 3)
+                    width += 3
                 else:
-                    columns[at] = np.arange(used)[self.parameters.slices[key]]
-            made.append(columns)
-        self.width = used
-        return made
+                    columns[part] = np.arange(width)[self.parameters.slices[key]]
+            column_lists.append(columns)
+        self.width = width
+        return column_lists
 
     def data_starts(self, point: FitPoint, motion: MotionSamples) -> SegmentStartStates:
         """Take the state at t = 0 from `point`, and all other states from a measured motion."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate_motion(motion, float(edge))
-            own = replace(point, attitude=attitude, rate=rate)
-            points.append(point if k == self.first else own)
+            start_point = replace(point, attitude=attitude, rate=rate)
+            points.append(point if k == self.first else start_point)
         return SegmentStartStates(tuple(points))
 
     def build_segment_starts(self, point: FitPoint) -> SegmentStartStates:
@@ -154,39 +156,41 @@ class ShootingModel:
         return SegmentStartStates(tuple(points[float(t)] for t in edges))
 
     def add_step_within_bounds(self, pieces: SegmentStartStates, step: Array) -> SegmentStartStates:
-        moved = [
+        points = [
             model.add_step_within_bounds(point, step[columns])
             for model, point, columns in zip(self.models, pieces.points, self.columns, strict=True)
         ]
-        return SegmentStartStates(tuple(moved))
+        return SegmentStartStates(tuple(points))
 
     def estimate_parameter_scales(self, pieces: SegmentStartStates) -> Array:
-        made = np.ones(self.width)
+        scales = np.ones(self.width)
         span = float(self.edges[-1] - self.edges[0])
         for k in sorted(range(len(self.models)), key=lambda k: k == self.first):
-            own = self.models[k].parameters.estimate_parameter_scales(pieces.points[k], span)
-            made[self.columns[k]] = own
-        return made
+            segment_scales = self.models[k].parameters.estimate_parameter_scales(
+                pieces.points[k], span
+            )
+            scales[self.columns[k]] = segment_scales
+        return scales
 
     def compute_distances_to_bounds(self, pieces: SegmentStartStates) -> Array:
-        made = np.full(self.width, np.inf)
-        made[self.columns[self.first]] = self.models[self.first].compute_distances_to_bounds(
+        distances = np.full(self.width, np.inf)
+        distances[self.columns[self.first]] = self.models[self.first].compute_distances_to_bounds(
             pieces.points[self.first]
         )
-        return made
+        return distances
 
     def evaluate_residuals(self, pieces: SegmentStartStates) -> ResidualEvaluation:
         self.evaluations += 1
         residuals, jacobian = np.zeros(self.size), np.zeros((self.size, self.width))
         for k, model in enumerate(self.models):
-            found = model.evaluate_residuals(pieces.points[k])
-            if not np.isfinite(found.residuals).all():
+            evaluation = model.evaluate_residuals(pieces.points[k])
+            if not np.isfinite(evaluation.residuals).all():
                 return ResidualEvaluation(np.full(self.size, np.inf), jacobian)
-            residuals[self.rows[k]] = found.residuals
-            jacobian[np.ix_(self.rows[k], self.columns[k])] = found.jacobian
+            residuals[self.rows[k]] = evaluation.residuals
+            jacobian[np.ix_(self.rows[k], self.columns[k])] = evaluation.jacobian
         for k in range(len(self.models) - 1):
-            at = slice(self.data_size + 6 * k, self.data_size + 6 * k + 6)
-            residuals[at], jacobian[at] = self._compute_gap_after_segment(pieces, k)
+            rows = slice(self.data_size + 6 * k, self.data_size + 6 * k + 6)
+            residuals[rows], jacobian[rows] = self._compute_gap_after_segment(pieces, k)
         return ResidualEvaluation(residuals, jacobian)
 
     def _compute_gap_after_segment(self, pieces: SegmentStartStates, k: int) -> tuple[Array, Array]:
@@ -201,28 +205,28 @@ class ShootingModel:
         scale = float(np.linalg.norm(rate)) or 1.0
         gap = np.concatenate((turn, (following.rate - rate) / scale)) / self.gap
         p = self.models[k].parameters
-        by_rate = np.concatenate((cross_matrix(momentum), rotation.T), axis=1) @ end.by
-        by_rate /= moments[:, None]
+        rate_jacobian = np.concatenate((cross_matrix(momentum), rotation.T), axis=1) @ end.by
+        rate_jacobian /= moments[:, None]
         support = point.turning @ rotation
-        by_rate -= cross_matrix(support) @ end.by[:3]
+        rate_jacobian -= cross_matrix(support) @ end.by[:3]
         if p.can_vary("moments"):
-            whole = (rate + support) / moments
-            by_rate[:, p.get_parameter_slice("moments")] -= (
-                whole[:, None] * p.compute_moments_jacobian()
+            ratio = (rate + support) / moments
+            rate_jacobian[:, p.get_parameter_slice("moments")] -= (
+                ratio[:, None] * p.compute_moments_jacobian()
             )
         if p.can_vary("rotor"):
-            by_rate[:, p.get_parameter_slice("rotor")] -= np.diag(1.0 / moments)
+            rate_jacobian[:, p.get_parameter_slice("rotor")] -= np.diag(1.0 / moments)
         if p.can_vary("turning"):
-            by_rate[:, p.get_parameter_slice("turning")] -= rotation.T
-        made = np.zeros((6, self.width))
-        made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
-        made[3:, self.columns[k]] = -by_rate / scale
+            rate_jacobian[:, p.get_parameter_slice("turning")] -= rotation.T
+        jacobian = np.zeros((6, self.width))
+        jacobian[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
+        jacobian[3:, self.columns[k]] = -rate_jacobian / scale
         q, columns = self.models[k + 1].parameters, self.columns[k + 1]
         if q.can_vary("attitude"):
-            made[:3, columns[q.get_parameter_slice("attitude")]] += inverse_left_jacobian(-turn)
+            jacobian[:3, columns[q.get_parameter_slice("attitude")]] += inverse_left_jacobian(-turn)
         if q.can_vary("velocity"):
-            made[3:, columns[q.get_parameter_slice("velocity")]] += np.eye(3) / scale
-        return gap, made / self.gap
+            jacobian[3:, columns[q.get_parameter_slice("velocity")]] += np.eye(3) / scale
+        return gap, jacobian / self.gap
 
 
 def minimize_by_multiple_shooting(
@@ -236,19 +240,19 @@ def minimize_by_multiple_shooting(
 
     The search stops early if even segments with gaps between them do not fit the measurements.
     """
-    found: Minimum | None = None
+    minimum: Minimum | None = None
     for gap in GAPS:
         model.gap = gap
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
-        tell = report if gap == GAPS[-1] else _do_not_report_minimum
-        found = minimize_cost(
-            model, pieces, SearchSettings(loss, stage, _FTOL, tell, is_stiff=True)
+        report_minimum = report if gap == GAPS[-1] else _do_not_report_minimum
+        minimum = minimize_cost(
+            model, pieces, SearchSettings(loss, stage, _FTOL, report_minimum, is_stiff=True)
         )
-        pieces = found.point  # type: ignore[assignment]
-        if not found.cost <= _HOPELESS * model.size:
+        pieces = minimum.point  # type: ignore[assignment]
+        if not minimum.cost <= _HOPELESS * model.size:
             break
-    assert found is not None
-    return found
+    assert minimum is not None
+    return minimum
 
 
 def try_segment_fit(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:

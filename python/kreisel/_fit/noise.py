@@ -23,15 +23,15 @@ MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its 
 
 def estimate_initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
     """Return the standard deviations of each series, either given or estimated from its values."""
-    made: list[Array] = []
+    sigmas: list[Array] = []
     for record in records:
         for series in record.series:
             shape = len(record.t), series.residuals_per_row
             if series.sigma is None:
-                made.append(np.full(shape, _estimate_series_noise(series)))
+                sigmas.append(np.full(shape, _estimate_series_noise(series)))
             else:
-                made.append(series.sigma)
-    return made
+                sigmas.append(series.sigma)
+    return sigmas
 
 
 def _estimate_series_noise(series: Series) -> float:
@@ -56,16 +56,16 @@ def estimate_sigmas_from_residuals(
     """Estimate unknown standard deviations from the residuals of a fit."""
     total = int(model.measured.sum())
     share = max(1.0 - model.parameters.size / total, 1.0 / total)
-    made: list[Array] = []
+    sigmas: list[Array] = []
     for rows in model.rows:
         if rows.series.sigma is not None:
-            made.append(rows.sigma)
+            sigmas.append(rows.sigma)
             continue
-        own = rows.select_series_residuals(residuals)[rows.measured_mask]
-        if loss == "soft" and own.size:
-            factor = MEDIAN * float(np.median(np.abs(own)))
+        sample = rows.select_series_residuals(residuals)[rows.measured_mask]
+        if loss == "soft" and sample.size:
+            factor = MEDIAN * float(np.median(np.abs(sample)))
         else:
-            factor = float(np.sqrt((own @ own) / max(own.size * share, 1e-300)))
+            factor = float(np.sqrt((sample @ sample) / max(sample.size * share, 1e-300)))
         least = _LEAST * rows.series.value_spread
-        made.append(np.maximum(rows.sigma * factor, least) if own.size else rows.sigma)
-    return made
+        sigmas.append(np.maximum(rows.sigma * factor, least) if sample.size else rows.sigma)
+    return sigmas

@@ -117,8 +117,8 @@ class FitPoint:
     @cached_property
     def moments(self) -> Array:
         """The principal moments of inertia, each at least 1e-12 times their sum."""
-        made: Array = self.densities.sum() - self.densities
-        safe: Array = np.maximum(made, 1e-12 * self.densities.sum())
+        moments: Array = self.densities.sum() - self.densities
+        safe: Array = np.maximum(moments, 1e-12 * self.densities.sum())
         return safe
 
     @cached_property
@@ -131,27 +131,27 @@ class FitPoint:
         """The angular velocity in the inertial frame, with components along the principal axes."""
         if not self.is_support_turning:
             return self.rate
-        made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
-        return made
+        velocity: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
+        return velocity
 
     @cached_property
     def momentum(self) -> Array:
         """The angular momentum, with components along the principal axes."""
-        made: Array = self.moments * self.inertial_velocity + self.rotor
-        return made
+        total: Array = self.moments * self.inertial_velocity + self.rotor
+        return total
 
     def relative_angular_velocity(self, q: Array, m: Array) -> Array:
         """Return the angular velocity relative to the support for attitude q and momentum m."""
         rotation = rotation_matrix(q)
-        made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
-        return made
+        velocity: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
+        return velocity
 
     @property
     def gravity_force(self) -> float:
         return self.mass * self.gravity
 
-    def to_scene(self, since: float = 0.0) -> Scene:
-        """Build a scene that starts at time `since`, described in the principal-axis frame."""
+    def to_scene(self, origin: float = 0.0) -> Scene:
+        """Build a scene that starts at time `origin`, described in the principal-axis frame."""
         body = Body(
             self.mass,
             self.moments,
@@ -167,7 +167,7 @@ class FitPoint:
             gravity=self.gravity,
             damping=self.damping,
             turning=self.turning if self.is_support_turning else None,
-            shaking=self.shift_shaking_phase(since),
+            shaking=self.shift_shaking_phase(origin),
             friction=self.friction,
         )
 
@@ -181,8 +181,8 @@ class FitPoint:
     def compute_effective_gravity(self, t: Array) -> Array:
         """Return the acceleration along -e3 at times t due to gravity and shaking."""
         amplitude, rate, phase = self.shaking
-        made: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
-        return made
+        gravity: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
+        return gravity
 
 
 def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
@@ -192,7 +192,7 @@ def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
     densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
     axes = np.array(body.axes)
     attitude = multiply_quaternions(np.array(scene.attitude), axes)
-    still = FitPoint(
+    point = FitPoint(
         attitude,
         np.zeros(3),
         densities,
@@ -207,8 +207,8 @@ def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
         scene.friction,
         {},
     )
-    still.__dict__["moments"] = moments  # without the rounding error of the densities
-    return replace(still, rate=still.relative_angular_velocity(attitude, np.array(scene.momentum)))
+    point.__dict__["moments"] = moments  # without the rounding error of the densities
+    return replace(point, rate=point.relative_angular_velocity(attitude, np.array(scene.momentum)))
 
 
 def _is_physical(point: FitPoint) -> bool:
@@ -219,11 +219,11 @@ def _is_physical(point: FitPoint) -> bool:
 
 def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     """Return the free parameters in a fixed order; "start" stands for attitude and velocity."""
-    given = [free] if isinstance(free, str) else free
-    if not isinstance(given, Iterable):
+    items = [free] if isinstance(free, str) else free
+    if not isinstance(items, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
     names: set[str] = set()
-    for name in given:
+    for name in items:
         if name not in FREE:
             raise ValueError(unknown_name_message("name in free:", str(name), FREE))
         names |= {"attitude", "velocity"} if name == "start" else {name}
@@ -237,11 +237,13 @@ def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 def _build_equal_group_matrix(values: Array) -> Array:
     """Return a matrix of zeros and ones in which each column marks one group of equal values."""
     columns: list[Array] = []
-    left = [0, 1, 2]
-    while left:
-        near = [k for k in left if abs(values[k] - values[left[0]]) <= _EQUAL * abs(values).max()]
-        columns.append(np.isin(np.arange(3), near).astype(float))
-        left = [k for k in left if k not in near]
+    indices = [0, 1, 2]
+    while indices:
+        group = [
+            k for k in indices if abs(values[k] - values[indices[0]]) <= _EQUAL * abs(values).max()
+        ]
+        columns.append(np.isin(np.arange(3), group).astype(float))
+        indices = [k for k in indices if k not in group]
     return np.stack(columns, axis=-1)
 
 
@@ -318,13 +320,15 @@ class FreeParameters:
             key = (name, i, "")
             self._reserve_parameter_slice(key, 3 if name == "mounting" else 1)
             return {key: np.array([1.0, 0.0, 0.0, 0.0]) if name == "mounting" else np.zeros(1)}
-        made: dict[Key, Array] = {}
+        instruments: dict[Key, Array] = {}
         for series in record.series:
             if not series.is_attitude:
                 key = (name, i, series.name)
                 self._reserve_parameter_slice(key, series.residuals_per_row)
-                made[key] = np.full(series.residuals_per_row, 1.0 if name == "scale" else 0.0)
-        return made
+                instruments[key] = np.full(
+                    series.residuals_per_row, 1.0 if name == "scale" else 0.0
+                )
+        return instruments
 
     def can_vary(self, name: str) -> bool:
         return (name, -1, "") in self.slices
@@ -334,25 +338,27 @@ class FreeParameters:
 
     def add_step_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
         """Move the point by `step`, an array of shape (size,), and clip it to the bounds."""
-        own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
+        steps = {name: step[part] for (name, i, _), part in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
-        for name, by in own.items():
+        for name, delta in steps.items():
             if name == "attitude":
-                moved = multiply_quaternions(point.attitude, compute_rotation_quaternions(by))
-                changes["attitude"] = normalize_quaternion(moved)
+                quaternion = multiply_quaternions(
+                    point.attitude, compute_rotation_quaternions(delta)
+                )
+                changes["attitude"] = normalize_quaternion(quaternion)
             elif name in _VECTORS:
-                changes[_VECTORS[name]] = getattr(point, _VECTORS[name]) + by
+                changes[_VECTORS[name]] = getattr(point, _VECTORS[name]) + delta
             elif name == "moments":
-                changes["densities"] = np.maximum(point.densities + self.moments @ by, 0.0)
+                changes["densities"] = np.maximum(point.densities + self.moments @ delta, 0.0)
             elif name == "damping":
-                changes["damping"] = np.maximum(point.damping + self.damping @ by, 0.0)
+                changes["damping"] = np.maximum(point.damping + self.damping @ delta, 0.0)
             elif name == "lever":
-                changes["com"] = point.com + self.lever * by
+                changes["com"] = point.com + self.lever * delta
             elif name == "axes":
-                moved = multiply_quaternions(point.axes, compute_rotation_quaternions(by))
-                changes["axes"] = normalize_quaternion(moved)
+                quaternion = multiply_quaternions(point.axes, compute_rotation_quaternions(delta))
+                changes["axes"] = normalize_quaternion(quaternion)
             else:
-                changes[name] = float(getattr(point, name) + by[0])
+                changes[name] = float(getattr(point, name) + delta[0])
         if "mass" in changes:
             changes["mass"] = max(float(changes["mass"]), 1e-3 * point.mass)
         if "friction" in changes:
@@ -366,56 +372,58 @@ class FreeParameters:
         )
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
-    def _make_shaking_rate_positive(self, shaking: Array, before: FitPoint) -> Array:
+    def _make_shaking_rate_positive(self, shaking: Array, point: FitPoint) -> Array:
         """Return the shaking parameters with a positive rate and the amplitude's initial sign."""
-        shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
+        shaking[1] = max(shaking[1], 1e-3 * point.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
             shaking[2] -= np.copysign(np.pi, shaking[2])
         return shaking
 
     def _add_step_to_instrument_parameters(self, point: FitPoint, step: Array) -> dict[Key, Array]:
-        made = {}
+        instruments = {}
         for key, value in point.instruments.items():
-            by = step[self.slices[key]]
+            delta = step[self.slices[key]]
             if key[0] == "mounting":
-                moved = multiply_quaternions(value, compute_rotation_quaternions(by))
-                made[key] = normalize_quaternion(moved)
+                quaternion = multiply_quaternions(value, compute_rotation_quaternions(delta))
+                instruments[key] = normalize_quaternion(quaternion)
             else:
-                made[key] = value + by
-        return made
+                instruments[key] = value + delta
+        return instruments
 
     def compute_distances_to_bounds(self, point: FitPoint) -> Array:
         """Return the distance of each parameter from its lower bound."""
-        made = np.full(self.size, np.inf)
+        distances = np.full(self.size, np.inf)
         for name, columns, values in (
             ("moments", self.moments, point.densities),
             ("damping", self.damping, point.damping),
         ):
             if self.can_vary(name):
-                made[self.get_parameter_slice(name)] = columns.T @ values / columns.sum(axis=0)
+                distances[self.get_parameter_slice(name)] = columns.T @ values / columns.sum(axis=0)
         if self.can_vary("friction"):
-            made[self.get_parameter_slice("friction")] = point.friction
-        return made
+            distances[self.get_parameter_slice("friction")] = point.friction
+        return distances
 
     def compute_moments_jacobian(self) -> Array:
         """Return the derivatives of the principal moments with respect to their free parameters."""
-        made: Array = _MOMENTS_BY_DENSITY @ self.moments
-        return made
+        jacobian: Array = _MOMENTS_BY_DENSITY @ self.moments
+        return jacobian
 
     def estimate_parameter_scales(self, point: FitPoint, span: float) -> Array:
         """Return, for each parameter, the magnitude of a significant change.
 
         span  the length of the records [T]
         """
-        made = np.ones(self.size)
+        scales = np.ones(self.size)
         sizes = self._estimate_parameter_scales_by_name(point, span)
-        for (name, i, label), at in self.slices.items():
+        for (name, i, label), part in self.slices.items():
             if name in sizes:
-                made[at] = sizes[name]
+                scales[part] = sizes[name]
             elif name == "bias":
-                made[at] = next(s.value_spread for s in self.records[i].series if s.name == label)
-        return made
+                scales[part] = next(
+                    s.value_spread for s in self.records[i].series if s.name == label
+                )
+        return scales
 
     def _estimate_parameter_scales_by_name(
         self, point: FitPoint, span: float
@@ -425,7 +433,7 @@ class FreeParameters:
         density = self.moments.T @ point.densities / self.moments.sum(axis=0)
         largest = float(moments.max())
         slowest = 0.01 * largest / span
-        made = {
+        scales = {
             "velocity": rate,
             "moments": np.minimum(largest, np.maximum(100.0 * density, 1e-3 * moments.min())),
             "com": lever,
@@ -438,13 +446,13 @@ class FreeParameters:
             "delay": 1.0 / rate,
         }
         if self.can_vary("turning"):
-            made["turning"] = max(float(np.linalg.norm(point.turning)), rate)
+            scales["turning"] = max(float(np.linalg.norm(point.turning)), rate)
         if self.can_vary("shaking"):
             amplitude, pace, _ = np.abs(point.shaking)
-            made["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
-        return made
+            scales["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
+        return scales
 
-    def build_differentiable_scene(self, point: FitPoint, since: float = 0.0) -> Scene:
+    def build_differentiable_scene(self, point: FitPoint, origin: float = 0.0) -> Scene:
         """Return the scene in principal axes, with positive friction if the friction is free.
 
         The friction must be positive, because derivatives with respect to it do not exist at zero
@@ -452,7 +460,7 @@ class FreeParameters:
         """
         if self.can_vary("friction") and not point.friction:
             point = replace(point, friction=self._small_friction_instead_of_zero)
-        return point.to_scene(since)
+        return point.to_scene(origin)
 
     @cached_property
     def _small_friction_instead_of_zero(self) -> float:
@@ -461,13 +469,13 @@ class FreeParameters:
         energy = moving + abs(start.gravity_force) * float(np.linalg.norm(start.com))
         return _NO_FRICTION * (energy or float(start.moments.max()))
 
-    def to_scene(self, point: FitPoint, since: float = 0.0) -> Scene:
+    def to_scene(self, point: FitPoint, origin: float = 0.0) -> Scene:
         """Return the scene with the parameter values `point`, described in the user's body frame.
 
-        since  the time of the start of the scene, which the phase of the shaking takes into account
+        origin  the start time of the scene, which the phase of the shaking takes into account
         """
         old = self.scene.body
-        turned = rotation_matrix(point.axes)
+        rotation = rotation_matrix(point.axes)
         is_kept = not (self.can_vary("moments") or self.can_vary("axes"))
         is_diagonal = abs(point.axes[0]) == 1.0
         moments = point.moments
@@ -476,9 +484,9 @@ class FreeParameters:
             if is_kept
             else moments
             if is_diagonal
-            else turned @ np.diag(moments) @ turned.T
+            else rotation @ np.diag(moments) @ rotation.T
         )
-        com = point.com if is_diagonal else turned @ point.com
+        com = point.com if is_diagonal else rotation @ point.com
         body = Body(
             point.mass,
             inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
@@ -486,13 +494,13 @@ class FreeParameters:
             if self.can_vary("com") or self.can_vary("lever") or self.can_vary("axes")
             else old.com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
-            rotor=turned @ point.rotor if self.can_vary("rotor") else old.rotor,
+            rotor=rotation @ point.rotor if self.can_vary("rotor") else old.rotor,
             unphysical=old.unphysical or not _is_physical(point),
         )
         attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
         momentum = rotation_matrix(point.attitude) @ point.momentum
         # The principal axes of the new body may be in another order.
-        order = (rotation_matrix(np.array(body.axes)).T @ turned) ** 2
+        order = (rotation_matrix(np.array(body.axes)).T @ rotation) ** 2
         return Scene(
             body,
             momentum=momentum,
@@ -500,7 +508,7 @@ class FreeParameters:
             gravity=point.gravity,
             damping=point.damping if is_diagonal else order @ point.damping,
             turning=point.turning,
-            shaking=point.shift_shaking_phase(since),
+            shaking=point.shift_shaking_phase(origin),
             friction=point.friction,
         )
 
@@ -514,19 +522,19 @@ class FreeParameters:
         """
         names: list[str] = []
         units: list[str] = []
-        values, by_step = np.zeros(self.size), np.eye(self.size)
-        for key, at in self.slices.items():
+        values, jacobian = np.zeros(self.size), np.eye(self.size)
+        for key, part in self.slices.items():
             name, i, label = key
-            words = self._name_parameter_components(key, at.stop - at.start)
+            words = self._name_parameter_components(key, part.stop - part.start)
             names += words
             unit = self._find_series_unit(i, label) if name == "bias" else _UNITS[name]
             units += [unit] * len(words) if isinstance(unit, str) else unit
             if i >= 0:
                 value = point.instruments[key]
-                values[at] = compute_rotation_vectors(value) if name == "mounting" else value
+                values[part] = compute_rotation_vectors(value) if name == "mounting" else value
             else:
-                values[at] = self._compute_group_values_and_jacobian(name, point, by_step[at])
-        return names, units, values, by_step
+                values[part] = self._compute_group_values_and_jacobian(name, point, jacobian[part])
+        return names, units, values, jacobian
 
     def _find_series_unit(self, i: int, label: str) -> str:
         quantity = next(s.quantity for s in self.records[i].series if s.name == label)
@@ -550,31 +558,31 @@ class FreeParameters:
 
     def _compute_group_values_and_jacobian(self, name: str, point: FitPoint, rows: Array) -> Array:
         """Return the values of one group of parameters, and write their derivatives to `rows`."""
-        turned = rotation_matrix(point.axes)
-        at = self.get_parameter_slice(name)
+        rotation = rotation_matrix(point.axes)
+        part = self.get_parameter_slice(name)
         if name == "attitude":
-            rows[:, at] = turned
-            back = conjugate_quaternions(point.axes)
-            return compute_rotation_vectors(multiply_quaternions(point.attitude, back))
+            rows[:, part] = rotation
+            inverse = conjugate_quaternions(point.axes)
+            return compute_rotation_vectors(multiply_quaternions(point.attitude, inverse))
         if name in ("turning", "shaking"):
-            seen: Array = getattr(point, name)
-            return seen
+            parameter: Array = getattr(point, name)
+            return parameter
         if name in _VECTORS:
             vector = getattr(point, _VECTORS[name])
-            rows[:, at] = turned
+            rows[:, part] = rotation
             if self.can_vary("axes"):
-                rows[:, self.get_parameter_slice("axes")] = -turned @ cross_matrix(vector)
-            made: Array = turned @ vector
-            return made
+                rows[:, self.get_parameter_slice("axes")] = -rotation @ cross_matrix(vector)
+            components: Array = rotation @ vector
+            return components
         if name == "axes":
             return compute_rotation_vectors(point.axes)
         if name in ("moments", "damping"):
             columns = self.moments if name == "moments" else self.damping
             first = columns.argmax(axis=0)
             if name == "moments":
-                rows[:, at] = self.compute_moments_jacobian()[first]
-            chosen: Array = (point.moments if name == "moments" else point.damping)[first]
-            return chosen
+                rows[:, part] = self.compute_moments_jacobian()[first]
+            group_values: Array = (point.moments if name == "moments" else point.damping)[first]
+            return group_values
         if name == "lever":
             return np.array([float(point.com @ self.lever)])
         return np.array([float(getattr(point, name))])

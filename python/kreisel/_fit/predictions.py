@@ -83,8 +83,8 @@ class QuantityPredictor:
     @cached_property
     def attitude_jacobian(self) -> Array:
         """Derivatives of the attitude, expressed as rotation vectors."""
-        made: Array = self.tangents[:, :3] @ self.transform
-        return made
+        jacobian: Array = self.tangents[:, :3] @ self.transform
+        return jacobian
 
     @cached_property
     def state_time_derivatives(self) -> Array:
@@ -94,8 +94,8 @@ class QuantityPredictor:
         change = values("body_acceleration", self.block, self.states)
         # the velocity of the support, seen from the body, changes by the rotation of the body
         change += np.cross(self.point.turning @ rotation, rate)
-        own = (m[:, None] @ rotation)[:, 0]
-        gain = self.point.moments * change + np.cross(rate, own)
+        body_momentum = (m[:, None] @ rotation)[:, 0]
+        gain = self.point.moments * change + np.cross(rate, body_momentum)
         return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
     def predict_quantity(self, name: str, place: Array | None = None) -> Prediction:
@@ -107,84 +107,102 @@ class QuantityPredictor:
             return self._predict_specific_force(place)
         if name == "spin_angle" and not self._is_described_in_principal_axes:
             return self._predict_spin_angle()
-        made = self._predict_quantity_of_core(name)
-        return self._transform_to_user_body_frame(made) if name in SEEN_FROM_BODY else made
+        prediction = self._predict_quantity_of_core(name)
+        return (
+            self._transform_to_user_body_frame(prediction) if name in SEEN_FROM_BODY else prediction
+        )
 
     def _predict_quantity_of_core(self, name: str) -> Prediction:
         n = len(self.states)
-        found = values(name, self.block, self.states).reshape(n, MEASURABLE[name].doubles)
-        by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
+        quantities = values(name, self.block, self.states).reshape(n, MEASURABLE[name].doubles)
+        jacobian, rate = np.empty((n, 0, 0)), np.empty((n, 0))
         if self.tangents.shape[2]:
-            by = self._differentiate_quantity(name, self.bits, self.tangents) @ self.transform
+            jacobian = self._differentiate_quantity(name, self.bits, self.tangents) @ self.transform
         if self.has_rate:
             rate = self._differentiate_quantity_by_time(name)
-        return Prediction(found, by, rate)
+        return Prediction(quantities, jacobian, rate)
 
     def _differentiate_quantity_by_time(self, name: str) -> Array:
         pace = float(self.point.shaking[1]) if self.point.shaking[0] else 0.0
-        along = np.zeros((len(self.states), 6, 9 if pace else 6))
-        along[:, :, 0] = self.state_time_derivatives
-        made = self._differentiate_quantity(name, _START | (_SHAKING if pace else 0), along)
+        directions = np.zeros((len(self.states), 6, 9 if pace else 6))
+        directions[:, :, 0] = self.state_time_derivatives
+        jacobian = self._differentiate_quantity(
+            name, _START | (_SHAKING if pace else 0), directions
+        )
         # time changes a quantity by the state and by the phase of the shaking
-        return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
+        return jacobian[:, :, 0] + pace * jacobian[:, :, 8] if pace else jacobian[:, :, 0]
 
     def _differentiate_quantity(self, name: str, bits: int, tangents: Array) -> Array:
         """Differentiate a quantity, replacing undefined derivatives by zero."""
         n, _, c = tangents.shape
-        made = derivatives(name, self.block, self.states, bits, tangents).reshape(
+        jacobian = derivatives(name, self.block, self.states, bits, tangents).reshape(
             n, MEASURABLE[name].doubles, c
         )
         if name in _EULER:
-            made[self._is_at_pole] = 0.0
-        made[np.isnan(made)] = 0.0  # by com, if it is zero
-        return made
+            jacobian[self._is_at_pole] = 0.0
+        jacobian[np.isnan(jacobian)] = 0.0  # by com, if it is zero
+        return jacobian
 
     @cached_property
     def _is_at_pole(self) -> NDArray[np.bool_]:
         apex = values("apex", self.block, self.states)
-        made: NDArray[np.bool_] = np.hypot(apex[:, 0], apex[:, 1]) < _POLE
-        return made
+        is_at_pole: NDArray[np.bool_] = np.hypot(apex[:, 0], apex[:, 1]) < _POLE
+        return is_at_pole
 
-    def _transform_to_user_body_frame(self, seen: Prediction) -> Prediction:
+    def _transform_to_user_body_frame(self, prediction: Prediction) -> Prediction:
         """Transform a vector from the principal axes to the user's body frame."""
         if self._is_described_in_principal_axes:
-            return seen
-        by = self.rotation_from_principal_axes @ seen.by if seen.by.size else seen.by
-        if by.size and self.parameters.can_vary("axes"):
-            by[:, :, self.parameters.get_parameter_slice("axes")] -= (
-                self.rotation_from_principal_axes @ cross_matrix(seen.values)
+            return prediction
+        jacobian = (
+            self.rotation_from_principal_axes @ prediction.by
+            if prediction.by.size
+            else prediction.by
+        )
+        if jacobian.size and self.parameters.can_vary("axes"):
+            jacobian[:, :, self.parameters.get_parameter_slice("axes")] -= (
+                self.rotation_from_principal_axes @ cross_matrix(prediction.values)
             )
-        rate = seen.rate @ self.rotation_from_principal_axes.T if seen.rate.size else seen.rate
-        return Prediction(seen.values @ self.rotation_from_principal_axes.T, by, rate)
+        rate = (
+            prediction.rate @ self.rotation_from_principal_axes.T
+            if prediction.rate.size
+            else prediction.rate
+        )
+        return Prediction(prediction.values @ self.rotation_from_principal_axes.T, jacobian, rate)
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
         change = self._transform_to_user_body_frame(self._predict_angular_acceleration())
         rate = self._transform_to_user_body_frame(self._predict_inertial_velocity())
-        up = self._transform_to_user_body_frame(self._predict_quantity_of_core("body_vertical"))
+        vertical = self._transform_to_user_body_frame(
+            self._predict_quantity_of_core("body_vertical")
+        )
         t = self.origin + self.states[:, 0]
         weight = self.point.compute_effective_gravity(t)
-        found = specific_force(change.values, rate.values, up.values, weight, place)
-        by_change = -cross_matrix(place)
+        force = specific_force(change.values, rate.values, vertical.values, weight, place)
+        change_jacobian = -cross_matrix(place)
         w = rate.values
-        by_rate = (
+        rate_jacobian = (
             w[:, :, None] * place
             - 2.0 * place[:, None] * w[:, None]
             + (w @ place)[:, None, None] * np.eye(3)
         )
-        by, along = np.empty((len(w), 0, 0)), np.empty((len(w), 0))
+        jacobian, rates = np.empty((len(w), 0, 0)), np.empty((len(w), 0))
         if change.by.size:
-            by = by_change @ change.by + by_rate @ rate.by + weight[:, None, None] * up.by
+            jacobian = (
+                change_jacobian @ change.by
+                + rate_jacobian @ rate.by
+                + weight[:, None, None] * vertical.by
+            )
             for name, gain in self._differentiate_effective_gravity(t):
-                by[:, :, self.parameters.get_parameter_slice(name)] += (
-                    up.values[:, :, None] * gain[:, None]
+                jacobian[:, :, self.parameters.get_parameter_slice(name)] += (
+                    vertical.values[:, :, None] * gain[:, None]
                 )
         if self.has_rate:
-            along = change.rate @ by_change.T + weight[:, None] * up.rate
-            along += (by_rate @ rate.rate[:, :, None])[:, :, 0]
+            rates = change.rate @ change_jacobian.T + weight[:, None] * vertical.rate
+            rates += (rate_jacobian @ rate.rate[:, :, None])[:, :, 0]
             amplitude, pace, phase = self.point.shaking
-            along += (amplitude * pace**3 * np.sin(pace * t + phase))[:, None] * up.values
-        return Prediction(found, by, along)
+            rates += (amplitude * pace**3 * np.sin(pace * t + phase))[:, None] * vertical.values
+        return Prediction(force, jacobian, rates)
 
     def _differentiate_effective_gravity(self, t: Array) -> Iterator[tuple[str, Array]]:
         """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
@@ -194,8 +212,8 @@ class QuantityPredictor:
             amplitude, pace, phase = self.point.shaking
             angle = pace * t + phase
             sine, cosine = amplitude * pace**2 * np.sin(angle), np.cos(angle)
-            by_rate = t * sine - 2.0 * amplitude * pace * cosine
-            yield "shaking", np.stack((-(pace**2) * cosine, by_rate, sine), axis=-1)
+            rate_derivative = t * sine - 2.0 * amplitude * pace * cosine
+            yield "shaking", np.stack((-(pace**2) * cosine, rate_derivative, sine), axis=-1)
 
     @property
     def _is_on_turning_support(self) -> bool:
@@ -205,19 +223,19 @@ class QuantityPredictor:
     def _support_angular_velocity(self) -> Prediction:
         """The angular velocity of the support, in principal-axis components."""
         rotation = rotation_matrix(self.q)
-        found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
+        velocity, jacobian = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
-            by = cross_matrix(found) @ self.attitude_jacobian
+            jacobian = cross_matrix(velocity) @ self.attitude_jacobian
             if self.parameters.can_vary("turning"):
-                by[:, :, self.parameters.get_parameter_slice("turning")] += np.swapaxes(
+                jacobian[:, :, self.parameters.get_parameter_slice("turning")] += np.swapaxes(
                     rotation, 1, 2
                 )
         rate = (
-            np.cross(found, self.state_time_derivatives[:, :3])
+            np.cross(velocity, self.state_time_derivatives[:, :3])
             if self.has_rate
             else np.empty((len(rotation), 0))
         )
-        return Prediction(found, by, rate)
+        return Prediction(velocity, jacobian, rate)
 
     def _predict_inertial_velocity(self) -> Prediction:
         """Predict the angular velocity relative to the inertial frame."""
@@ -231,16 +249,16 @@ class QuantityPredictor:
         relative = self._predict_quantity_of_core("body_acceleration")
         if not self._is_on_turning_support:
             return relative
-        (u, u_by, u_rate), (o, o_by, o_rate) = (
+        (u, u_jacobian, u_rate), (o, o_jacobian, o_rate) = (
             self._predict_quantity_of_core("body_velocity"),
             self._support_angular_velocity,
         )
-        found, by, rate = relative
-        if by.size:
-            by = by + cross_matrix(o) @ u_by - cross_matrix(u) @ o_by
+        acceleration, jacobian, rate = relative
+        if jacobian.size:
+            jacobian = jacobian + cross_matrix(o) @ u_jacobian - cross_matrix(u) @ o_jacobian
         if rate.size:
             rate = rate + np.cross(o, u_rate) + np.cross(o_rate, u)
-        return Prediction(found + np.cross(o, u), by, rate)
+        return Prediction(acceleration + np.cross(o, u), jacobian, rate)
 
     def _predict_spin_angle(self) -> Prediction:
         """Predict the spin angle if the user's body frame differs from the principal axes."""
@@ -248,27 +266,29 @@ class QuantityPredictor:
         body = p.to_scene(self.point)
         states = self.states.copy()
         states[:, 1:5] = multiply_quaternions(self.q, conjugate_quaternions(self.point.axes)[None])
-        own = QuantityPredictor(
+        predictor = QuantityPredictor(
             p, self.point, body._block, states, self.tangents, 0, self.transform, False
         )
-        own.__dict__["_is_at_pole"] = self._is_at_pole
+        predictor.__dict__["_is_at_pole"] = self._is_at_pole
         identity = np.zeros((n, 6, 9))
         identity[:, range(6), range(6)] = 1.0
-        gradient = own._differentiate_quantity("spin_angle", _START | TANGENTS["com"][0], identity)
-        by_turn = gradient[:, :, :3] @ axes
-        by_com = gradient[:, :, 6:] @ rotation_matrix(np.array(body.body.axes)).T @ axes
-        found = values("spin_angle", body._block, states)[:, None]
-        by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
+        gradient = predictor._differentiate_quantity(
+            "spin_angle", _START | TANGENTS["com"][0], identity
+        )
+        turn_jacobian = gradient[:, :, :3] @ axes
+        com_jacobian = gradient[:, :, 6:] @ rotation_matrix(np.array(body.body.axes)).T @ axes
+        angle = values("spin_angle", body._block, states)[:, None]
+        jacobian, rate = np.empty((n, 0, 0)), np.empty((n, 0))
         if self.tangents.shape[2]:
-            by = by_turn @ self.attitude_jacobian
+            jacobian = turn_jacobian @ self.attitude_jacobian
             if p.can_vary("com"):
-                by[:, :, p.get_parameter_slice("com")] += by_com
+                jacobian[:, :, p.get_parameter_slice("com")] += com_jacobian
             if p.can_vary("lever"):
-                by[:, :, p.get_parameter_slice("lever")] += by_com @ p.lever[:, None]
+                jacobian[:, :, p.get_parameter_slice("lever")] += com_jacobian @ p.lever[:, None]
             if p.can_vary("axes"):
-                by[:, :, p.get_parameter_slice("axes")] -= by_turn + by_com @ cross_matrix(
-                    self.point.com
+                jacobian[:, :, p.get_parameter_slice("axes")] -= (
+                    turn_jacobian + com_jacobian @ cross_matrix(self.point.com)
                 )
         if self.has_rate:
-            rate = (by_turn @ self.state_time_derivatives[:, :3, None])[:, :, 0]
-        return Prediction(found, by, rate)
+            rate = (turn_jacobian @ self.state_time_derivatives[:, :3, None])[:, :, 0]
+        return Prediction(angle, jacobian, rate)

@@ -162,14 +162,14 @@ class Record(ReadOnlyArrays):
         )
         if not any(one.measured.any() for one in series):
             raise ValueError("values has no measurement: all numbers are NaN")
-        kept = self.__dict__
-        kept["t"], kept["series"], kept["free"] = (
+        fields = self.__dict__
+        fields["t"], fields["series"], fields["free"] = (
             times,
             series,
             _validate_free_instrument_parameters(free, series),
         )
-        kept["point"] = _validate_accelerometer_position(point, series)
-        freeze_arrays((times, series, kept["point"]))
+        fields["point"] = _validate_accelerometer_position(point, series)
+        freeze_arrays((times, series, fields["point"]))
 
     @property
     def size(self) -> int:
@@ -183,10 +183,10 @@ class Record(ReadOnlyArrays):
 
     def __repr__(self) -> str:
         names = ", ".join(one.name for one in self.series)
-        left_out = f", {self.missing} left out" if self.missing else ""
-        own = f"; free {', '.join(self.free)}" if self.free else ""
+        omission = f", {self.missing} left out" if self.missing else ""
+        free_names = f"; free {', '.join(self.free)}" if self.free else ""
         span = f"{len(self.t)} times, t = {self.t[0]:g} .. {self.t[-1]:g}"
-        return f"<kreisel.Record: {span}; {names}; {self.size} numbers{left_out}{own}>"
+        return f"<kreisel.Record: {span}; {names}; {self.size} numbers{omission}{free_names}>"
 
     @classmethod
     def from_csv(
@@ -250,9 +250,9 @@ def _validate_measurement_times(t: ArrayLike) -> Array:
     times = as_finite_array("t", t, "a list of times")
     if times.ndim != 1 or not times.size:
         raise ValueError(f"t must be a list of times, not an array of shape {times.shape}")
-    back = np.flatnonzero(np.diff(times) < 0.0)
-    if back.size:
-        i = int(back[0])
+    decreases = np.flatnonzero(np.diff(times) < 0.0)
+    if decreases.size:
+        i = int(decreases[0])
         raise ValueError(
             f"t must not decrease, but t[{i + 1}] = {times[i + 1]} follows t[{i}] = {times[i]}: "
             "sort the rows by their times, or split the record where its clock was reset"
@@ -286,13 +286,13 @@ def _validate_measurement_series(
 ) -> Series:
     quantity, part = _resolve_quantity_and_component(name)
     shape = MEASURABLE[quantity].shape if part is None else ()
-    given = as_array(name, values[name], "numbers")
-    if given.shape != (len(t), *shape):
+    array = as_array(name, values[name], "numbers")
+    if array.shape != (len(t), *shape):
         raise ValueError(
             f"{name} must have the shape {(len(t), *shape)}, one row for each time, "
-            f"not {given.shape}"
+            f"not {array.shape}"
         )
-    numbers = given.reshape(len(t), -1)
+    numbers = array.reshape(len(t), -1)
     if np.isinf(numbers).any():
         raise ValueError(f"{name} must be finite, or NaN where nothing was measured")
     largest = float(np.nanmax(np.abs(numbers), initial=0.0))
@@ -301,12 +301,12 @@ def _validate_measurement_series(
             f"{name} is up to {largest:g}: choose units in which its squares are in the range of "
             "doubles"
         )
-    measured: Mask = np.logical_not(np.isnan(numbers))
+    is_measured: Mask = np.logical_not(np.isnan(numbers))
     if quantity == "q":
-        numbers, measured = _normalize_attitudes(numbers, measured)
+        numbers, is_measured = _normalize_attitudes(numbers, is_measured)
     is_in_degrees = degrees and quantity in ANGLES | ANGULAR
     unit = np.pi / 180.0 if is_in_degrees else 1.0
-    numbers = np.where(measured, numbers, 0.0) * (1.0 if quantity == "q" else unit)
+    numbers = np.where(is_measured, numbers, 0.0) * (1.0 if quantity == "q" else unit)
     if quantity in ANGLES and not degrees and np.abs(numbers).max(initial=0.0) > _MANY_TURNS:
         largest = float(np.abs(numbers).max())
         raise ValueError(
@@ -315,38 +315,38 @@ def _validate_measurement_series(
         )
     unit = np.pi / 180.0 if degrees and quantity == "q" else unit
     width = 3 if quantity == "q" else numbers.shape[1]
-    deviation = _validate_series_sigma(name, sigma, measured[:, :width], unit)
-    return Series(name, quantity, part, numbers, measured, deviation, unit)
+    deviation = _validate_series_sigma(name, sigma, is_measured[:, :width], unit)
+    return Series(name, quantity, part, numbers, is_measured, deviation, unit)
 
 
-def _normalize_attitudes(q: Array, measured: Mask) -> tuple[Array, Mask]:
-    whole: Mask = np.asarray(measured.all(axis=1))
-    norm = np.sqrt((np.where(whole[:, None], q, 0.5) ** 2).sum(axis=1))
-    far = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_RTOL)
-    if far.size:
+def _normalize_attitudes(q: Array, is_measured: Mask) -> tuple[Array, Mask]:
+    is_complete: Mask = np.asarray(is_measured.all(axis=1))
+    norm = np.sqrt((np.where(is_complete[:, None], q, 0.5) ** 2).sum(axis=1))
+    bad = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_RTOL)
+    if bad.size:
         raise ValueError(
-            f"q must be unit quaternions (w, x, y, z); the norm of q[{far[0]}] is {norm[far[0]]:g}"
+            f"q must be unit quaternions (w, x, y, z); the norm of q[{bad[0]}] is {norm[bad[0]]:g}"
         )
-    return q / norm[:, None], np.repeat(whole[:, None], 4, axis=1)
+    return q / norm[:, None], np.repeat(is_complete[:, None], 4, axis=1)
 
 
-def _validate_series_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array | None:
+def _validate_series_sigma(name: str, sigma: Sigma, is_measured: Mask, unit: float) -> Array | None:
     """Return validated standard deviations, or None if they must be estimated."""
-    shape = measured.shape
-    given = sigma.get(name) if isinstance(sigma, Mapping) else sigma
-    if given is None:
+    shape = is_measured.shape
+    value = sigma.get(name) if isinstance(sigma, Mapping) else sigma
+    if value is None:
         return None
     label = f"sigma of {name}"
-    numbers = as_array(label, given, "a number or an array of the shape of the values")
+    numbers = as_array(label, value, "a number or an array of the shape of the values")
     if numbers.ndim == 1 and numbers.shape == (shape[0],) and shape[0] != shape[1]:
         numbers = numbers[:, None]
     try:
         numbers = np.broadcast_to(numbers, shape)
     except ValueError:
         raise ValueError(
-            f"{label} must be a number or broadcast to {shape}, not {short_repr(given)}"
+            f"{label} must be a number or broadcast to {shape}, not {short_repr(value)}"
         ) from None
-    numbers = np.where(measured, numbers, 1.0)
+    numbers = np.where(is_measured, numbers, 1.0)
     if not (np.isfinite(numbers) & (numbers > 0.0)).all():
         raise ValueError(f"{label} must be positive and finite; leave it out if it is unknown")
     return numbers * unit
@@ -371,10 +371,10 @@ def _validate_accelerometer_position(
 def _validate_free_instrument_parameters(
     free: InstrumentName | Iterable[InstrumentName], series: tuple[Series, ...]
 ) -> tuple[InstrumentName, ...]:
-    given = [free] if isinstance(free, str) else free
-    if not isinstance(given, Iterable):
+    items = [free] if isinstance(free, str) else free
+    if not isinstance(items, Iterable):
         raise TypeError(f"free must be names such as 'bias', not {short_repr(free)}")
-    names = list(given)
+    names = list(items)
     for name in names:
         if name not in INSTRUMENT:
             raise ValueError(unknown_name_message("name in free:", str(name), INSTRUMENT))
@@ -389,7 +389,7 @@ def _validate_free_instrument_parameters(
 
 def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> Record:
     """Return rows `begin` to `end` - 1 of a record, with times measured from `origin`."""
-    made = object.__new__(Record)
+    part = object.__new__(Record)
     series = tuple(
         one._replace(
             values=one.values[begin:end],
@@ -398,7 +398,11 @@ def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> R
         )
         for one in record.series
     )
-    kept = made.__dict__
-    kept["t"], kept["series"], kept["free"] = record.t[begin:end] - origin, series, record.free
-    kept["point"] = record.point
-    return made
+    fields = part.__dict__
+    fields["t"], fields["series"], fields["free"] = (
+        record.t[begin:end] - origin,
+        series,
+        record.free,
+    )
+    fields["point"] = record.point
+    return part

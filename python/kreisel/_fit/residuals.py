@@ -87,14 +87,14 @@ def assign_residual_rows(
     records: Sequence[Record], sigmas: Sequence[Array]
 ) -> tuple[ResidualRows, ...]:
     """Assign consecutive rows of the residual vector to the series of the records."""
-    made: list[ResidualRows] = []
+    all_rows: list[ResidualRows] = []
     begin = 0
     for i, record in enumerate(records):
         for series in record.series:
-            rows = ResidualRows(i, series, sigmas[len(made)], begin)
+            rows = ResidualRows(i, series, sigmas[len(all_rows)], begin)
             begin = rows.residual_slice.stop
-            made.append(rows)
-    return tuple(made)
+            all_rows.append(rows)
+    return tuple(all_rows)
 
 
 class ResidualModel:
@@ -149,7 +149,7 @@ class ResidualModel:
             )
 
     def _evaluate_residuals(self, point: FitPoint, has_jacobian: bool) -> ResidualEvaluation:
-        times, where = self._correct_clock_delays(point)
+        times, time_indices = self._correct_clock_delays(point)
         scene = self.parameters.build_differentiable_scene(point, self.origin)
         states, tangents = self._solve_both_time_directions(
             scene, times, self._tangents if has_jacobian else ()
@@ -158,16 +158,16 @@ class ResidualModel:
             self._differentiate_scene_attributes(point) if has_jacobian else np.empty((0, 0))
         )
         if self._end_time:
-            last = int(where[-1][0])
-            by = tangents[last] @ transform if has_jacobian else np.empty(0)
-            self.end = SegmentEndState(states[last, 1:5], states[last, 5:], by)
+            last = int(time_indices[-1][0])
+            end_jacobian = tangents[last] @ transform if has_jacobian else np.empty(0)
+            self.end = SegmentEndState(states[last, 1:5], states[last, 5:], end_jacobian)
         residuals = np.zeros(self.size)
         jacobian = np.zeros((self.size if has_jacobian else 0, self.parameters.size))
         for i, record in enumerate(self.records):
-            own = states[where[i]], tangents[where[i]], self._bits, transform
+            solution = states[time_indices[i]], tangents[time_indices[i]], self._bits, transform
             has_rate = has_jacobian and "delay" in record.free
             motion = QuantityPredictor(
-                self.parameters, point, scene._block, *own, has_rate, self.origin
+                self.parameters, point, scene._block, *solution, has_rate, self.origin
             )
             for rows in self.rows:
                 if rows.record == i:
@@ -205,21 +205,23 @@ class ResidualModel:
     ) -> tuple[Array, Array]:
         """Return the states and tangents at increasing times, which may be negative."""
         self.evaluations += 1
-        back = int(np.searchsorted(t, 0.0))
+        split = int(np.searchsorted(t, 0.0))
         parts: list[Path] = []
-        for times in (t[:back][::-1], t[back:]):
+        for times in (t[:split][::-1], t[split:]):
             if len(times) or not len(t):
                 parts.append(self._solve_one_time_direction(scene, times, tangents))
         if not self._max_steps or not tangents:
             steps = max(path.stats.steps for path in parts)
             self._max_steps = max(self._max_steps, _FEWEST_STEPS + _STEPS * steps)
-        orders = [slice(None, None, -1)] * (back > 0) + [slice(None)]
+        orders = [slice(None, None, -1)] * (split > 0) + [slice(None)]
         columns = [
             [getattr(path, name)[order] for path, order in zip(parts, orders, strict=False)]
             for name in ("states", *(["tangents"] if tangents else []))
         ]
-        states, *by = [part[0] if len(part) == 1 else np.concatenate(part) for part in columns]
-        return states, by[0] if by else np.empty((len(states), 6, 0))
+        states, *tangent_columns = [
+            part[0] if len(part) == 1 else np.concatenate(part) for part in columns
+        ]
+        return states, tangent_columns[0] if tangent_columns else np.empty((len(states), 6, 0))
 
     def _solve_one_time_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
         """Compute the path forwards or backwards in time from the initial state."""
@@ -234,37 +236,41 @@ class ResidualModel:
         for name in self._tangents:
             places[name] = slice(begin, begin + TANGENTS[name][1])
             begin = places[name].stop
-        made = np.zeros((begin, p.size))
+        transform = np.zeros((begin, p.size))
         rotation = rotation_matrix(point.attitude)
         for name in p.free:
-            at = p.get_parameter_slice(name)
+            part = p.get_parameter_slice(name)
             if name == "attitude":
-                made[:3, at] = np.eye(3)
-                made[3:6, at] = -rotation @ cross_matrix(point.momentum)
+                transform[:3, part] = np.eye(3)
+                transform[3:6, part] = -rotation @ cross_matrix(point.momentum)
                 if point.is_support_turning:
                     support = cross_matrix(point.turning @ rotation)
-                    made[3:6, at] += (rotation * point.moments) @ support
+                    transform[3:6, part] += (rotation * point.moments) @ support
             elif name == "velocity":
-                made[3:6, at] = rotation * point.moments
+                transform[3:6, part] = rotation * point.moments
             elif name == "moments":
-                made[3:6, at] = (rotation * point.inertial_velocity) @ p.compute_moments_jacobian()
-                made[places[name], at] = p.compute_moments_jacobian()
+                transform[3:6, part] = (
+                    rotation * point.inertial_velocity
+                ) @ p.compute_moments_jacobian()
+                transform[places[name], part] = p.compute_moments_jacobian()
             elif name == "lever":
-                made[places["com"], at] = p.lever[:, None]
+                transform[places["com"], part] = p.lever[:, None]
             elif name == "damping":
-                made[places[name], at] = p.damping
+                transform[places[name], part] = p.damping
             elif name == "rotor":
-                made[3:6, at] = rotation
-                made[places[name], at] = np.eye(3)
+                transform[3:6, part] = rotation
+                transform[places[name], part] = np.eye(3)
             elif name != "axes":
-                made[places[name], at] = np.eye(at.stop - at.start)
+                transform[places[name], part] = np.eye(part.stop - part.start)
         if p.can_vary("turning"):
-            made[3:6, p.get_parameter_slice("turning")] = (rotation * point.moments) @ rotation.T
+            transform[3:6, p.get_parameter_slice("turning")] = (
+                rotation * point.moments
+            ) @ rotation.T
         if p.can_vary("shaking"):  # the phase at the origin depends on the rate
-            made[places["shaking"].stop - 1, p.get_parameter_slice("shaking").start + 1] = (
+            transform[places["shaking"].stop - 1, p.get_parameter_slice("shaking").start + 1] = (
                 self.origin
             )
-        return made
+        return transform
 
 
 class _SeriesResiduals:
@@ -298,19 +304,21 @@ class _SeriesResiduals:
         turn = self.point.axes
         if mounting is not None:
             turn = multiply_quaternions(conjugate_quaternions(mounting), turn)
-        measured = multiply_quaternions(self.rows.series.values, turn[None])
-        back = conjugate_quaternions(self.motion.q)
-        self.turned = compute_rotation_vectors(multiply_quaternions(back, measured))
+        attitudes = multiply_quaternions(self.rows.series.values, turn[None])
+        inverse = conjugate_quaternions(self.motion.q)
+        self.turned = compute_rotation_vectors(multiply_quaternions(inverse, attitudes))
         return -self.turned
 
     def _compute_value_residuals(self, place: Array | None) -> Array:
         series = self.rows.series
-        found = self.motion.predict_quantity(series.quantity, place)
+        prediction = self.motion.predict_quantity(series.quantity, place)
         if self.view is not None and series.quantity in SEEN_FROM_BODY:
-            found = self._transform_prediction_to_instrument(found)
-        self.whole = found.values
+            prediction = self._transform_prediction_to_instrument(prediction)
+        self.whole = prediction.values
         self.found = (
-            found if series.part is None else _select_predicted_component(found, series.part)
+            prediction
+            if series.part is None
+            else _select_predicted_component(prediction, series.part)
         )
         values, scale, bias = (
             self.found.values,
@@ -321,62 +329,68 @@ class _SeriesResiduals:
         change = values - series.values if bias is None else values + bias - series.values
         return wrap_angle(change) if series.is_angle else change
 
-    def _transform_prediction_to_instrument(self, found: Prediction) -> Prediction:
+    def _transform_prediction_to_instrument(self, prediction: Prediction) -> Prediction:
         assert self.view is not None
-        by = self.view @ found.by if found.by.size else found.by
-        rate = found.rate @ self.view.T if found.rate.size else found.rate
-        return Prediction(found.values @ self.view.T, by, rate)
+        jacobian = self.view @ prediction.by if prediction.by.size else prediction.by
+        rate = prediction.rate @ self.view.T if prediction.rate.size else prediction.rate
+        return Prediction(prediction.values @ self.view.T, jacobian, rate)
 
     def differentiate_residuals(self) -> Array:
         """Return the derivatives of the residuals with respect to the parameters."""
         if self.rows.series.is_attitude:
-            made = self._differentiate_attitude_residuals()
+            jacobian = self._differentiate_attitude_residuals()
         else:
-            made = self._differentiate_value_residuals()
-        made *= self.weight[:, :, None]
-        return made
+            jacobian = self._differentiate_value_residuals()
+        jacobian *= self.weight[:, :, None]
+        return jacobian
 
     def _differentiate_attitude_residuals(self) -> Array:
         p = self.parameters
         left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
-        made: Array = left @ self.motion.attitude_jacobian
+        jacobian: Array = left @ self.motion.attitude_jacobian
         if p.can_vary("axes"):
-            made[:, :, p.get_parameter_slice("axes")] -= right
+            jacobian[:, :, p.get_parameter_slice("axes")] -= right
         mounting, delay = (
             self._get_instrument_parameter_columns("mounting"),
             self._get_instrument_parameter_columns("delay"),
         )
         if mounting is not None and self.view is not None:
-            made[:, :, mounting] += right @ (self.view @ self.motion.rotation_from_principal_axes).T
+            jacobian[:, :, mounting] += (
+                right @ (self.view @ self.motion.rotation_from_principal_axes).T
+            )
         if delay is not None:
-            made[:, :, delay] -= left @ self.motion.state_time_derivatives[:, :3, None]
-        return made
+            jacobian[:, :, delay] -= left @ self.motion.state_time_derivatives[:, :3, None]
+        return jacobian
 
     def _differentiate_value_residuals(self) -> Array:
-        found, part, made = self.found, self.rows.series.part, self.found.by
+        prediction, part, jacobian = self.found, self.rows.series.part, self.found.by
         mounting, delay = (
             self._get_instrument_parameter_columns("mounting"),
             self._get_instrument_parameter_columns("delay"),
         )
         if mounting is not None and self.rows.series.quantity in SEEN_FROM_BODY:
-            turned = cross_matrix(self.whole)
-            made[:, :, mounting] += turned if part is None else turned[:, part : part + 1]
+            skew_matrices = cross_matrix(self.whole)
+            jacobian[:, :, mounting] += (
+                skew_matrices if part is None else skew_matrices[:, part : part + 1]
+            )
         if delay is not None:
-            made[:, :, delay] -= found.rate[:, :, None]
+            jacobian[:, :, delay] -= prediction.rate[:, :, None]
         scale, scales, bias = (
             self._get_instrument_parameter("scale"),
             self._get_instrument_parameter_columns("scale"),
             self._get_instrument_parameter_columns("bias"),
         )
-        width = range(found.values.shape[1])
+        width = range(prediction.values.shape[1])
         if scale is not None and scales is not None:
-            made *= scale[None, :, None]
-            made[:, width, range(scales.start, scales.stop)] += found.values
+            jacobian *= scale[None, :, None]
+            jacobian[:, width, range(scales.start, scales.stop)] += prediction.values
         if bias is not None:
-            made[:, width, range(bias.start, bias.stop)] += 1.0
-        return made
+            jacobian[:, width, range(bias.start, bias.stop)] += 1.0
+        return jacobian
 
 
-def _select_predicted_component(found: Prediction, part: int) -> Prediction:
-    at = slice(part, part + 1)
-    return Prediction(found.values[:, at], found.by[:, at], found.rate[:, at])
+def _select_predicted_component(prediction: Prediction, part: int) -> Prediction:
+    columns = slice(part, part + 1)
+    return Prediction(
+        prediction.values[:, columns], prediction.by[:, columns], prediction.rate[:, columns]
+    )

@@ -15,34 +15,34 @@ _SMALL = 1e-4  # smaller angles use the limit of the series [rad]
 
 def cross_matrix(v: Array) -> Array:
     """Return the matrices, of shape (..., 3, 3), that map a vector w to v x w."""
-    made = np.zeros((*v.shape, 3))
+    matrix = np.zeros((*v.shape, 3))
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    made[..., 0, 1], made[..., 0, 2], made[..., 1, 2] = -z, y, -x
-    made[..., 1, 0], made[..., 2, 0], made[..., 2, 1] = z, -y, x
-    return made
+    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -z, y, -x
+    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = z, -y, x
+    return matrix
 
 
 def multiply_quaternions(a: Array, b: Array) -> Array:
     """Return the products a b of two arrays of quaternions."""
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
-    made = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    made[..., 0] = aw * bw - ax * bx - ay * by - az * bz
-    made[..., 1] = aw * bx + ax * bw + ay * bz - az * by
-    made[..., 2] = aw * by - ax * bz + ay * bw + az * bx
-    made[..., 3] = aw * bz + ax * by - ay * bx + az * bw
-    return made
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product[..., 0] = aw * bw - ax * bx - ay * by - az * bz
+    product[..., 1] = aw * bx + ax * bw + ay * bz - az * by
+    product[..., 2] = aw * by - ax * bz + ay * bw + az * bx
+    product[..., 3] = aw * bz + ax * by - ay * bx + az * bw
+    return product
 
 
 def conjugate_quaternions(q: Array) -> Array:
     """Return the conjugates of an array of quaternions."""
-    made: Array = q * np.array([1.0, -1.0, -1.0, -1.0])
-    return made
+    conjugate: Array = q * np.array([1.0, -1.0, -1.0, -1.0])
+    return conjugate
 
 
 def normalize_quaternion(q: Array) -> Array:
-    made: Array = q / np.linalg.norm(q)
-    return made
+    unit: Array = q / np.linalg.norm(q)
+    return unit
 
 
 def compute_rotation_quaternions(v: Array) -> Array:
@@ -63,14 +63,14 @@ def compute_rotation_vectors(q: Array) -> Array:
 def rotation_matrix(q: Array) -> Array:
     """Return the rotation matrices that correspond to unit quaternions."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    made = np.empty((*q.shape[:-1], 3, 3))
-    made[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
-    made[..., 1, 1] = 1.0 - 2.0 * (z * z + x * x)
-    made[..., 2, 2] = 1.0 - 2.0 * (x * x + y * y)
-    made[..., 0, 1], made[..., 1, 0] = 2.0 * (x * y - w * z), 2.0 * (x * y + w * z)
-    made[..., 0, 2], made[..., 2, 0] = 2.0 * (x * z + w * y), 2.0 * (x * z - w * y)
-    made[..., 1, 2], made[..., 2, 1] = 2.0 * (y * z - w * x), 2.0 * (y * z + w * x)
-    return made
+    matrix = np.empty((*q.shape[:-1], 3, 3))
+    matrix[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    matrix[..., 1, 1] = 1.0 - 2.0 * (z * z + x * x)
+    matrix[..., 2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    matrix[..., 0, 1], matrix[..., 1, 0] = 2.0 * (x * y - w * z), 2.0 * (x * y + w * z)
+    matrix[..., 0, 2], matrix[..., 2, 0] = 2.0 * (x * z + w * y), 2.0 * (x * z - w * y)
+    matrix[..., 1, 2], matrix[..., 2, 1] = 2.0 * (y * z - w * x), 2.0 * (y * z + w * x)
+    return matrix
 
 
 def convert_matrix_to_quaternion(matrix: Array) -> Array:
@@ -83,8 +83,8 @@ def convert_matrix_to_quaternion(matrix: Array) -> Array:
     k[0, 0] = np.trace(m)
     k[0, 1:] = k[1:, 0] = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
     k[1:, 1:] = m + m.T - np.trace(m) * np.eye(3)
-    made: Array = np.linalg.eigh(k)[1][:, -1]
-    return made if made[0] >= 0.0 else -made
+    quaternion: Array = np.linalg.eigh(k)[1][:, -1]
+    return quaternion if quaternion[0] >= 0.0 else -quaternion
 
 
 def compute_rotations_from_vertical(direction: Array) -> Array:
@@ -93,11 +93,11 @@ def compute_rotations_from_vertical(direction: Array) -> Array:
     sine = np.hypot(x, y)
     is_vertical = sine == 0.0
     factor = np.arctan2(sine, z) / np.where(is_vertical, 1.0, sine)
-    made = compute_rotation_quaternions(
+    rotations = compute_rotation_quaternions(
         np.stack((-y * factor, x * factor, np.zeros_like(x)), axis=-1)
     )
-    made[is_vertical & (z < 0.0)] = [0.0, 1.0, 0.0, 0.0]
-    return made
+    rotations[is_vertical & (z < 0.0)] = [0.0, 1.0, 0.0, 0.0]
+    return rotations
 
 
 def inverse_left_jacobian(v: Array) -> Array:
@@ -106,8 +106,8 @@ def inverse_left_jacobian(v: Array) -> Array:
     k = cross_matrix(v)
     safe = np.where(angle > _SMALL, angle, 1.0)
     factor = 1.0 / safe**2 - 0.5 / (safe * np.tan(0.5 * safe))
-    made: Array = np.eye(3) - 0.5 * k + np.where(angle > _SMALL, factor, 1.0 / 12.0) * (k @ k)
-    return made
+    inverse: Array = np.eye(3) - 0.5 * k + np.where(angle > _SMALL, factor, 1.0 / 12.0) * (k @ k)
+    return inverse
 
 
 def wrap_angle(angle: Array) -> Array:

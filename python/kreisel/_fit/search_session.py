@@ -78,18 +78,18 @@ class BestFit(NamedTuple):
 class SubspaceModel:
     """A least-squares model restricted to a subspace of the parameter space."""
 
-    def __init__(self, model: ResidualModel, allowed: Array) -> None:
-        self._model, self._allowed, self.evaluations = model, allowed, 0
+    def __init__(self, model: ResidualModel, projection: Array) -> None:
+        self._model, self._allowed, self.evaluations = model, projection, 0
         self.size = model.size
         self.estimate_parameter_scales = model.estimate_parameter_scales
         self.add_step_within_bounds = model.add_step_within_bounds
         self.compute_distances_to_bounds = model.compute_distances_to_bounds
 
     def evaluate_residuals(self, point: FitPoint) -> ResidualEvaluation:
-        before = self._model.evaluations
+        evaluations = self._model.evaluations
         residuals, jacobian = self._model.evaluate_residuals(point)
-        self.evaluations += self._model.evaluations - before
-        self._model.evaluations = before  # the session counts the paths of parts separately
+        self.evaluations += self._model.evaluations - evaluations
+        self._model.evaluations = evaluations  # the session counts the paths of parts separately
         return ResidualEvaluation(residuals, jacobian @ self._allowed)
 
 
@@ -174,24 +174,26 @@ class SearchSession:
 
     def search(self, pieces: int | None, has_data_guess: bool) -> None:
         """Search the best solution."""
-        own = Guess(self.parameters.start, None)
+        base = Guess(self.parameters.start, None)
         is_single = pieces is None or pieces == 1
-        agreement, _ = self._find_match_end_and_cost(own.point)
+        agreement, _ = self._find_match_end_and_cost(base.point)
         is_done = is_single and (agreement >= self._end or not has_data_guess)
         if is_done:
-            self._search_from_point(own.point, agreement)
+            self._search_from_point(base.point, agreement)
         if not self._has_good_fit() and (has_data_guess or not is_single):
-            found = guess_parameters_from_records(self.parameters, self.records)
-            found = found if has_data_guess else [one._replace(point=own.point) for one in found]
+            guesses = guess_parameters_from_records(self.parameters, self.records)
+            guesses = guesses if has_data_guess else [g._replace(point=base.point) for g in guesses]
             if pieces is None:
-                self._try_multiple_shooting(found, None, _CHAOTIC)
+                self._try_multiple_shooting(guesses, None, _CHAOTIC)
             if is_single and not self._has_small_misfit():
-                self._search_from_guesses(found if is_done else [*found, own])
+                self._search_from_guesses(guesses if is_done else [*guesses, base])
             if pieces is None and not self._has_small_misfit():
-                self._try_multiple_shooting(found, None, _UNSTABLE)
+                self._try_multiple_shooting(guesses, None, _UNSTABLE)
             elif not is_single:
-                agrees = agreement >= self._end
-                self._try_multiple_shooting([] if agrees else self._sort_guesses(found), pieces, 2)
+                has_agreement = agreement >= self._end
+                self._try_multiple_shooting(
+                    [] if has_agreement else self._sort_guesses(guesses), pieces, 2
+                )
         if (
             pieces is None
             and self._has_small_misfit()
@@ -233,14 +235,14 @@ class SearchSession:
         frequencies.
         """
         body = self.parameters.start
-        own = replace(
+        start = replace(
             point,
             densities=body.densities,
             com=body.com,
             damping=body.damping,
             friction=body.friction,
         )
-        self._search_from_point(own, 0.0)
+        self._search_from_point(start, 0.0)
 
     def _refine_guess(self, guess: Guess) -> FitPoint:
         """Refine an initial guess within its subspace `allowed`, and return the resulting point."""
@@ -254,8 +256,8 @@ class SearchSession:
             return np.inf
         if self.loss == "linear":
             return self.best.cost / self.dof
-        own = np.abs(self.best.residuals[self.model.measured])
-        return float(MEDIAN * np.median(own)) ** 2
+        residuals = np.abs(self.best.residuals[self.model.measured])
+        return float(MEDIAN * np.median(residuals)) ** 2
 
     def _has_small_misfit(self) -> bool:
         return self._compute_best_reduced_chi2() <= _FITS
@@ -286,19 +288,21 @@ class SearchSession:
     def _get_search_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
         """Return the settings of a search that reports each minimum it finds."""
 
-        def report(found: Minimum) -> None:
-            self._store_minimum_if_best(found, model)
+        def report(minimum: Minimum) -> None:
+            self._store_minimum_if_best(minimum, model)
 
         return SearchSettings(self.loss, limit, ftol, report)
 
-    def _store_minimum_if_best(self, found: Minimum, model: ResidualModel) -> None:
+    def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
         """Store a minimum for the complete records if it is the best so far; report progress."""
-        self._report_cost(found.cost)
-        if self.best is None or found.cost <= self.best.cost:
-            point = found.point
+        self._report_cost(minimum.cost)
+        if self.best is None or minimum.cost <= self.best.cost:
+            point = minimum.point
             assert isinstance(point, FitPoint)
             natural = model.estimate_parameter_scales(point)
-            self.best = BestFit(point, *found.evaluation, natural, found.cost, found.has_converged)
+            self.best = BestFit(
+                point, *minimum.evaluation, natural, minimum.cost, minimum.has_converged
+            )
 
     def _report_cost(self, cost: float) -> None:
         if self.progress is not None:
@@ -306,15 +310,15 @@ class SearchSession:
 
     def _search_from_point(self, point: FitPoint, agreement: float) -> None:
         """Search from a point, starting with the parts of the records that agree with it."""
-        before = self.best
+        old_best = self.best
         point = self._fit_growing_time_spans(point, agreement)
         settings = self._get_search_settings(_FTOL, self.model, self.limit)
-        found = minimize_cost(self.model, point, settings)
-        if np.isfinite(found.cost):
-            self._store_minimum_if_best(found, self.model)
-        has_ended = before is not None and before.has_converged
-        if before is not None and has_ended and found.cost > (1.0 - _SAME) * before.cost:
-            self.best = before  # equal minima differ by rounding: the nearer guess counts
+        minimum = minimize_cost(self.model, point, settings)
+        if np.isfinite(minimum.cost):
+            self._store_minimum_if_best(minimum, self.model)
+        has_ended = old_best is not None and old_best.has_converged
+        if old_best is not None and has_ended and minimum.cost > (1.0 - _SAME) * old_best.cost:
+            self.best = old_best  # equal minima differ by rounding: the nearer guess counts
 
     def _reverse_com_to_match_scene(self) -> None:
         """Reverse the centre of mass if it lies opposite to that of the scene.
@@ -338,13 +342,13 @@ class SearchSession:
         p, best = self.parameters, self.best
         if best is None or best.pieces or not (p.can_vary("attitude") and p.can_vary("turning")):
             return
-        wanted, found = p.start.turning, best.point.turning
-        if not (wanted[:2].any() and found[:2].any()):
+        target, source = p.start.turning, best.point.turning
+        if not (target[:2].any() and source[:2].any()):
             return
-        angle = np.arctan2(wanted[1], wanted[0]) - np.arctan2(found[1], found[0])
+        angle = np.arctan2(target[1], target[0]) - np.arctan2(source[1], source[0])
         turn = compute_rotation_quaternions(np.array([0.0, 0.0, angle]))
         attitude = multiply_quaternions(turn, best.point.attitude)
-        turning = rotation_matrix(turn) @ found
+        turning = rotation_matrix(turn) @ source
         self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
 
     def _try_equivalent(self, best: BestFit, twin: FitPoint) -> None:
@@ -369,28 +373,28 @@ class SearchSession:
         for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
             settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum)
-            found = minimize_cost(self.model, alias, settings)
-            turned = found.point
-            assert isinstance(turned, FitPoint)
-            change = float(np.linalg.norm(turned.rate - best.point.rate))
+            minimum = minimize_cost(self.model, alias, settings)
+            solution = minimum.point
+            assert isinstance(solution, FitPoint)
+            change = float(np.linalg.norm(solution.rate - best.point.rate))
             is_other = change > 0.5 * float(np.linalg.norm(alias.rate - best.point.rate))
-            if not is_other or found.cost > best.cost + rise:
+            if not is_other or minimum.cost > best.cost + rise:
                 continue
-            if found.cost < best.cost - rise:
-                self._store_minimum_if_best(found, self.model)
-                self._search_from_point(turned, self._find_match_end_and_cost(turned)[0])
+            if minimum.cost < best.cost - rise:
+                self._store_minimum_if_best(minimum, self.model)
+                self._search_from_point(solution, self._find_match_end_and_cost(solution)[0])
                 return self._try_alternative_spins()
-            self.alias = turned if self._has_small_misfit() else None
+            self.alias = solution if self._has_small_misfit() else None
             return
 
     def _can_determine_velocity(self, best: BestFit) -> bool:
         spectrum = classify_fit_directions(best.jacobian, best.natural, 1.0, self.parameters.size)
-        by_rate = np.zeros((3, self.parameters.size))
-        by_rate[:, self.parameters.get_parameter_slice("velocity")] = np.eye(3)
-        return bool(np.isfinite(spectrum.propagate_errors(by_rate)[1]).all())
+        jacobian = np.zeros((3, self.parameters.size))
+        jacobian[:, self.parameters.get_parameter_slice("velocity")] = np.eye(3)
+        return bool(np.isfinite(spectrum.propagate_errors(jacobian)[1]).all())
 
-    def _report_cost_of_minimum(self, found: Minimum) -> None:
-        self._report_cost(found.cost)
+    def _report_cost_of_minimum(self, minimum: Minimum) -> None:
+        self._report_cost(minimum.cost)
 
     def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
         """Return a point fitted to successively longer parts of the records."""
@@ -413,10 +417,10 @@ class SearchSession:
         settings = SearchSettings(
             self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_cost_of_minimum
         )
-        found = minimize_cost(part, point, settings)
+        minimum = minimize_cost(part, point, settings)
         self.evaluations += part.evaluations
-        assert isinstance(found.point, FitPoint)
-        return found.point
+        assert isinstance(minimum.point, FitPoint)
+        return minimum.point
 
     def _build_residual_model_until(self, horizon: float) -> ResidualModel | None:
         """Return the residual model for |t| <= horizon, or None for too few measurements."""
@@ -427,12 +431,12 @@ class SearchSession:
 
     def _select_records_until(self, horizon: float) -> tuple[list[Record], list[Array]]:
         """Return the records restricted to |t| <= horizon, and their standard deviations."""
-        records, sigmas, own = [], [], iter(self.sigmas)
+        records, sigmas, sigma_iterator = [], [], iter(self.sigmas)
         for record in self.records:
             low = int(np.searchsorted(record.t, -horizon))
             high = int(np.searchsorted(record.t, horizon, side="right"))
             records.append(slice_record(record, low, high))
-            sigmas += [next(own)[low:high] for _ in record.series]
+            sigmas += [next(sigma_iterator)[low:high] for _ in record.series]
         return records, sigmas
 
     def _find_match_end_and_cost(self, point: FitPoint) -> tuple[float, float]:
@@ -440,14 +444,14 @@ class SearchSession:
 
         The cost is computed with the soft loss.
         """
-        found = self.model.evaluate_residuals(point, has_jacobian=False)
-        if not np.isfinite(found.residuals).all():
+        trial = self.model.evaluate_residuals(point, has_jacobian=False)
+        if not np.isfinite(trial.residuals).all():
             return 0.0, np.inf
-        until = self._end
+        end = self._end
         for rows in self.model.rows:
-            late = _find_time_of_large_residuals(rows, found, np.abs(self.records[rows.record].t))
-            until = min(until, late)
-        return until, compute_cost(found.residuals, "soft")
+            time = _find_time_of_large_residuals(rows, trial, np.abs(self.records[rows.record].t))
+            end = min(end, time)
+        return end, compute_cost(trial.residuals, "soft")
 
     def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
         """Try multiple shooting with `least` or more segments; store a much better solution."""
@@ -473,8 +477,8 @@ class SearchSession:
 
     def _sort_guesses(self, guesses: list[Guess]) -> list[Guess]:
         """Return the guesses sorted by their agreement with the records."""
-        found = [(*self._find_match_end_and_cost(guess.point), guess) for guess in guesses]
-        return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
+        entries = [(*self._find_match_end_and_cost(guess.point), guess) for guess in guesses]
+        return [guess for _, _, guess in sorted(entries, key=lambda entry: (-entry[0], entry[1]))]
 
     def _has_guess_agreeing_with_records(self, guesses: list[Guess]) -> bool:
         """Return True if the motion of any guess agrees with all records.
@@ -498,29 +502,29 @@ class SearchSession:
         self, model: ShootingModel, begin: SegmentStartStates, factor: float
     ) -> None:
         """Fit the motion in segments, and keep the result if it reduces the cost sufficiently."""
-        before = self.best
+        old_best = self.best
         self.best = None
-        found = minimize_by_multiple_shooting(
+        minimum = minimize_by_multiple_shooting(
             model, begin, self.loss, lambda m: self._set_best_piecewise_fit(m, model), self.limit
         )
         self.evaluations += model.evaluations
-        if np.isfinite(found.cost):
-            self._set_best_piecewise_fit(found, model)
-        if before is not None and (self.best is None or self.best.cost > factor * before.cost):
-            self.best = before
+        if np.isfinite(minimum.cost):
+            self._set_best_piecewise_fit(minimum, model)
+        if old_best is not None and (self.best is None or self.best.cost > factor * old_best.cost):
+            self.best = old_best
 
-    def _set_best_piecewise_fit(self, found: Minimum, model: ShootingModel) -> None:
-        self._report_cost(found.cost)
-        pieces = found.point
+    def _set_best_piecewise_fit(self, minimum: Minimum, model: ShootingModel) -> None:
+        self._report_cost(minimum.cost)
+        pieces = minimum.point
         assert isinstance(pieces, SegmentStartStates)
-        residuals, jacobian = found.evaluation
+        residuals, jacobian = minimum.evaluation
         self.best = BestFit(
             pieces.points[model.first],
             residuals[: model.data_size],
             jacobian,
             model.estimate_parameter_scales(pieces),
-            found.cost,
-            found.has_converged,
+            minimum.cost,
+            minimum.has_converged,
             tuple(zip(map(float, model.edges[:-1]), pieces.points, strict=True)),
         )
 
@@ -559,38 +563,38 @@ class SearchSession:
             / rows.series.size
             for rows in self.model.rows
         ]
-        own = np.concatenate(shares)
+        misfits = np.concatenate(shares)
         if self.loss == "soft":
-            return float(MEDIAN * np.median(np.abs(own)))
-        return float(np.sqrt((own @ own) / own.size))
+            return float(MEDIAN * np.median(np.abs(misfits)))
+        return float(np.sqrt((misfits @ misfits) / misfits.size))
 
     def refuse_insensitive_quantities(self) -> None:
         """Raise ValueError if a measured quantity does not depend on any free parameter."""
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:
-            own = scaled[rows.residual_slice][rows.measured_mask.ravel()]
+            sensitivities = scaled[rows.residual_slice][rows.measured_mask.ravel()]
             scale = rows.series.value_spread / float(rows.sigma.mean())
-            if own.size and own.max() <= _INSENSITIVE * scale:
+            if sensitivities.size and sensitivities.max() <= _INSENSITIVE * scale:
                 raise ValueError(
                     f"{rows.series.name} does not depend on the free parameters "
                     f"({', '.join(self.parameters.free)}): add names to free, or leave it out"
                 )
 
 
-def _find_time_of_large_residuals(rows: ResidualRows, found: ResidualEvaluation, t: Array) -> float:
+def _find_time_of_large_residuals(rows: ResidualRows, trial: ResidualEvaluation, t: Array) -> float:
     """Return the first time at which the residuals of a series exceed a fraction of its spread."""
-    measured = rows.measured_mask.any(axis=1)
-    if not measured.any():
+    is_measured = rows.measured_mask.any(axis=1)
+    if not is_measured.any():
         return np.inf
     scale = np.hypot(rows.series.value_spread, 3.0 * rows.sigma)
     relative = np.minimum(
-        np.abs(rows.select_series_residuals(found.residuals) * rows.sigma / scale), 1.0
+        np.abs(rows.select_series_residuals(trial.residuals) * rows.sigma / scale), 1.0
     )
-    error = (relative[measured] ** 2).mean(axis=1)
-    order = np.argsort(t[measured], kind="stable")
+    error = (relative[is_measured] ** 2).mean(axis=1)
+    order = np.argsort(t[is_measured], kind="stable")
     width = int(np.clip(len(error) // 50, 3, _WINDOW))
     if len(error) > width:
         error = np.convolve(error[order], np.full(width, 1.0 / width), "valid")
-    late = np.flatnonzero(np.sqrt(error) > _AGREE)
-    return float(t[measured][order][late[0]]) if late.size else np.inf
+    indices = np.flatnonzero(np.sqrt(error) > _AGREE)
+    return float(t[is_measured][order][indices[0]]) if indices.size else np.inf

@@ -148,41 +148,43 @@ def describe_residual_excess(fit: FitLike) -> str:
 
 
 def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
-    made = [] if fit.has_converged else ["The search did not converge; this is the best so far."]
+    sentences = (
+        [] if fit.has_converged else ["The search did not converge; this is the best so far."]
+    )
     ratio = fit.chi2 / fit.dof
     if has_large_misfit(fit):
-        made.append(describe_misfit(fit))
+        sentences.append(describe_misfit(fit))
     elif ratio > _MISFIT:
-        made.append(
+        sentences.append(
             f"The residuals are {math.sqrt(ratio):.3g} times as large as their sigma: the records "
             "may be of another top, or the search did not find the motion."
         )
     elif fit.excess:
-        made.append(describe_residual_excess(fit))
-    made += [f"Not identified: {sentence}." for sentence in fit.unidentified]
-    made += [f"Ambiguous: {sentence}." for sentence in fit.ambiguous]
-    made += [f"At a bound: {sentence}." for sentence in fit.at_bound]
+        sentences.append(describe_residual_excess(fit))
+    sentences += [f"Not identified: {sentence}." for sentence in fit.unidentified]
+    sentences += [f"Ambiguous: {sentence}." for sentence in fit.ambiguous]
+    sentences += [f"At a bound: {sentence}." for sentence in fit.at_bound]
     if fit.residual_correlation > _CORRELATED and fit.inflation > _ENLARGED:
-        made.append(
+        sentences.append(
             f"Neighbouring residuals are correlated ({fit.residual_correlation:.2f}): the "
             "model does not include all forces on the top."
         )
     if fit.inflation > _ENLARGED:
-        made.append(
+        sentences.append(
             f"Errors were enlarged {fit.inflation:.3g} times, because residuals are large or "
             "correlated."
         )
     if fit.nonlinearity > _NONLINEAR:
-        made.append(
+        sentences.append(
             "Errors are not normally distributed: along the least certain direction, the change of "
             f"chi2 for one sigma differs from 1 by {fit.nonlinearity:.2g}."
         )
-    left_out = sum(record.missing for record in fit.records)
-    if left_out:
-        made.append(f"{left_out} values were not measured, and are left out.")
+    missing_count = sum(record.missing for record in fit.records)
+    if missing_count:
+        sentences.append(f"{missing_count} values were not measured, and are left out.")
     if fit.piece_starts:
-        made.append(
+        sentences.append(
             f"The motion consists of {len(fit.piece_starts)} joined pieces, because errors from a "
             "single start would grow beyond the residuals."
         )
-    return made
+    return sentences

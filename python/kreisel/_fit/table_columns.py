@@ -99,11 +99,11 @@ def select_measured_columns(
     return table[t], values
 
 
-def _check_column_exists(what: str, name: object, table: Mapping[str, Array]) -> None:
+def _check_column_exists(kind: str, name: object, table: Mapping[str, Array]) -> None:
     if not isinstance(name, str):
-        raise TypeError(f"a {what} must have a name, not {short_repr(name)}")
+        raise TypeError(f"a {kind} must have a name, not {short_repr(name)}")
     if name not in table:
-        raise ValueError(unknown_name_message(what, name, table))
+        raise ValueError(unknown_name_message(kind, name, table))
 
 
 def _join_vector_components(
@@ -114,13 +114,13 @@ def _join_vector_components(
         if name not in parts:
             hint = unknown_name_message("quantity in the name of a column:", name, parts)
             raise ValueError(f"{hint}; or pass columns")
-    whole: dict[str, list[str]] = {}
+    names_by_quantity: dict[str, list[str]] = {}
     for name, (quantity, _) in parts.items():
-        whole.setdefault(quantity, []).append(name)
+        names_by_quantity.setdefault(quantity, []).append(name)
     values: dict[str, Array] = {}
     for name, column in table.items():
         quantity = parts[name][0]
-        names = whole[quantity]
+        names = names_by_quantity[quantity]
         if len(names) == 1 or not all(n in table for n in names) or len(names) == 9:
             values[name] = column
         elif quantity not in values:

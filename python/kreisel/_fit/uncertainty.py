@@ -64,12 +64,12 @@ class ParameterDirections:
         not determine.
         """
         scaled = gradient * self.natural
-        along = scaled @ self.factor
-        lost = scaled @ self.blind
+        projection = scaled @ self.factor
+        blind_part = scaled @ self.blind
         length = np.linalg.norm(scaled, axis=1)
-        covariance = along @ along.T + lost @ lost.T
+        covariance = projection @ projection.T + blind_part @ blind_part.T
         errors = np.sqrt(np.diag(covariance))
-        is_lost = (np.linalg.norm(lost, axis=1) > _LOST * length) & (length > 0.0)
+        is_lost = (np.linalg.norm(blind_part, axis=1) > _LOST * length) & (length > 0.0)
         errors = np.where(is_lost, np.inf, errors)
         covariance[is_lost, :] = covariance[:, is_lost] = np.nan
         covariance[is_lost, is_lost] = np.inf
@@ -103,21 +103,21 @@ def compute_residual_statistics(
     model: ResidualModel, residuals: Array, loss: LossName, is_sigma_known: bool
 ) -> ResidualStatistics:
     """Return the statistics of the residuals of a fit."""
-    own = residuals[model.measured]
-    dof = max(own.size - model.parameters.size, 1)
+    sample = residuals[model.measured]
+    dof = max(sample.size - model.parameters.size, 1)
     if loss == "linear":
-        chi2 = float(own @ own)
+        chi2 = float(sample @ sample)
         variance = chi2 / dof
     else:
-        near = own[np.abs(own) <= _CLIP]
-        chi2 = float(near @ near)
-        influence = own / np.hypot(1.0, own)
-        slope = float(((1.0 + own**2) ** -1.5).mean())
+        inliers = sample[np.abs(sample) <= _CLIP]
+        chi2 = float(inliers @ inliers)
+        influence = sample / np.hypot(1.0, sample)
+        slope = float(((1.0 + sample**2) ** -1.5).mean())
         variance = float(influence @ influence) / dof / slope**2
     correlation = _correlate_neighbouring_residuals(model.rows, residuals)
     factor = variance
-    if correlation > _CHANCE / math.sqrt(own.size):
-        factor *= (1.0 + correlation) / max(1.0 - correlation, 1.0 / own.size)
+    if correlation > _CHANCE / math.sqrt(sample.size):
+        factor *= (1.0 + correlation) / max(1.0 - correlation, 1.0 / sample.size)
     chance = 1.0 + _CHANCE * math.sqrt(2.0 / dof) if loss == "linear" else 1.0
     if is_sigma_known and not factor > chance:
         factor = 1.0
@@ -126,7 +126,7 @@ def compute_residual_statistics(
 
 def _correlate_neighbouring_residuals(rows: tuple[ResidualRows, ...], residuals: Array) -> float:
     """Return the mean correlation of neighbouring residuals for each component of each series."""
-    found = []
+    correlations = []
     for one in rows:
         values, measured = one.select_series_residuals(residuals), one.measured_mask
         for k in range(values.shape[1]):
@@ -134,8 +134,8 @@ def _correlate_neighbouring_residuals(rows: tuple[ResidualRows, ...], residuals:
             spread = float(((column - column.mean()) ** 2).sum()) if column.size else 0.0
             if column.size >= _FEWEST and spread > 0.0:
                 centred = column - column.mean()
-                found.append(float(centred[1:] @ centred[:-1]) / spread)
-    return float(np.mean(found)) if found else 0.0
+                correlations.append(float(centred[1:] @ centred[:-1]) / spread)
+    return float(np.mean(correlations)) if correlations else 0.0
 
 
 def measure_cost_nonlinearity(
@@ -155,14 +155,14 @@ def measure_cost_nonlinearity(
     k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
     step = spectrum.natural * spectrum.factor[:, k]
     worst = 0.0
-    room = model.compute_distances_to_bounds(point)
+    distances = model.compute_distances_to_bounds(point)
     for sign in (1.0, -1.0):
-        if (-sign * step > room).any():
+        if (-sign * step > distances).any():
             continue
-        there = model.evaluate_residuals(
+        trial_residuals = model.evaluate_residuals(
             model.add_step_within_bounds(point, sign * step), has_jacobian=False
         ).residuals
         with np.errstate(invalid="ignore"):
-            rise = float(there @ there - residuals @ residuals)
+            rise = float(trial_residuals @ trial_residuals - residuals @ residuals)
         worst = max(worst, abs(rise / inflation**2 - 1.0)) if np.isfinite(rise) else np.inf
     return worst

@@ -54,11 +54,11 @@ class BatchBase(Generic[_M]):
         self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]
     ) -> Self:
         """Return the batch obtained by applying `change` to each column."""
-        made, change = type(self).__new__(type(self)), memoize_by_buffer(change)
+        batch, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
-        made._set_shape_and_columns(shape, names, columns, varied)
-        return made
+        batch._set_shape_and_columns(shape, names, columns, varied)
+        return batch
 
     @property
     def _dimension_names(self) -> tuple[str, ...]:
@@ -69,8 +69,11 @@ class BatchBase(Generic[_M]):
         dimension. All other dimensions are named 'dim_k', where k is the index; a single dimension
         is named 'top'.
         """
-        lone = len(self.shape) == 1
-        return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))
+        is_one_dimensional = len(self.shape) == 1
+        return tuple(
+            name or ("top" if is_one_dimensional else f"dim_{k}")
+            for k, name in enumerate(self._names)
+        )
 
     @property
     def coords(self) -> Mapping[str, Column]:
@@ -130,19 +133,19 @@ class BatchBase(Generic[_M]):
             return self._select_member((key % len(self),))
         if not _is_basic_index(key):
             return self._select_members_by_arrays(key)
-        left: Any = _apply_index_to_column(np.broadcast_to(_PLACEHOLDER, self.shape), key)
+        selection: Any = _apply_index_to_column(np.broadcast_to(_PLACEHOLDER, self.shape), key)
         places = _expand_index_key(key, len(self.shape))
-        if not isinstance(left, np.ndarray):
+        if not isinstance(selection, np.ndarray):
             return self._select_member(
                 tuple(operator.index(i) % n for i, n in zip(places, self.shape, strict=True))
             )
         names = iter(self._names)
-        kept = []
+        dimension_names = []
         for place in places:
             name = None if place is None else next(names)
-            kept += [name] if place is None or isinstance(place, slice) else []
+            dimension_names += [name] if place is None or isinstance(place, slice) else []
         return self._apply_to_columns(
-            lambda column: np.asarray(column[places]), left.shape, tuple(kept)
+            lambda column: np.asarray(column[places]), selection.shape, tuple(dimension_names)
         )
 
     def _select_members_by_arrays(self, key: object) -> _M | Self:
@@ -157,11 +160,11 @@ class BatchBase(Generic[_M]):
 
         def take_from_column(column: Column) -> Column:
             small = collapse_broadcast_axes(column, dims)
-            at = tuple(
+            index = tuple(
                 part if small.shape[k] == self.shape[k] else slice(None)
                 for k, part in enumerate(parts)
             )
-            return np.broadcast_to(freeze_array(small[at]), order.shape + column.shape[dims:])
+            return np.broadcast_to(freeze_array(small[index]), order.shape + column.shape[dims:])
 
         return self._apply_to_columns(take_from_column, order.shape, self._names)
 
@@ -170,16 +173,16 @@ class BatchBase(Generic[_M]):
     ) -> Self:
         """Return the batch of the members whose flat indices, counted in C order, are `order`."""
         dims = len(self.shape)
-        where = np.unravel_index(order, self.shape) if dims else ()
+        indices = np.unravel_index(order, self.shape) if dims else ()
 
         def gather_from_column(column: Column) -> Column:
             trailing = column.shape[dims:]
             small = collapse_broadcast_axes(column, dims)
-            varies = [n > 1 for n in small.shape[:dims]]
-            if order.size and not any(varies):
+            is_varying = [n > 1 for n in small.shape[:dims]]
+            if order.size and not any(is_varying):
                 return np.broadcast_to(small[(0,) * dims], order.shape + trailing)
-            at = tuple(w if v else 0 * w for w, v in zip(where, varies, strict=True))
-            return np.broadcast_to(freeze_array(small[at]), order.shape + trailing)
+            index = tuple(w if v else 0 * w for w, v in zip(indices, is_varying, strict=True))
+            return np.broadcast_to(freeze_array(small[index]), order.shape + trailing)
 
         return self._apply_to_columns(gather_from_column, order.shape, names)
 
@@ -201,10 +204,11 @@ class BatchBase(Generic[_M]):
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        mine, its = self._columns, other._columns
+        columns, other_columns = self._columns, other._columns
         return self.shape == other.shape and all(
-            mine[name].shape == its[name].shape and np.array_equal(mine[name], its[name])
-            for name in mine
+            columns[name].shape == other_columns[name].shape
+            and np.array_equal(columns[name], other_columns[name])
+            for name in columns
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -213,30 +217,30 @@ class BatchBase(Generic[_M]):
         varying = [_format_parameter_range(word) for word in self._list_varying_parameters()]
         dims = len(self.shape)
         varying = varying or [
-            name for name, held in self._columns.items() if any(held.strides[:dims])
+            name for name, column in self._columns.items() if any(column.strides[:dims])
         ]
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varying) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling, without repeated copies of broadcast values."""
-        held = memoize_by_buffer(
+        copy_column = memoize_by_buffer(
             lambda column: collapse_broadcast_axes(column, len(self.shape)).copy()
         )
         return {
             "shape": self.shape,
             "names": self._names,
-            "columns": {name: held(column) for name, column in self._columns.items()},
-            "varied": {name: held(column) for name, column in self._varied.items()},
+            "columns": {name: copy_column(column) for name, column in self._columns.items()},
+            "varied": {name: copy_column(column) for name, column in self._varied.items()},
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         shape = state["shape"]
         dims = len(shape)
 
-        def broadcast_columns(held: Mapping[str, Column]) -> dict[str, Column]:
+        def broadcast_columns(columns: Mapping[str, Column]) -> dict[str, Column]:
             return {
-                name: np.broadcast_to(kept, shape + kept.shape[dims:])
-                for name, kept in held.items()
+                name: np.broadcast_to(column, shape + column.shape[dims:])
+                for name, column in columns.items()
             }
 
         self._set_shape_and_columns(
@@ -279,9 +283,9 @@ def _is_integer_index(part: object) -> bool:
 def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
     """Replace an Ellipsis by full slices, so that the key has an entry for each dimension."""
     parts = list(key) if isinstance(key, tuple) else [key]
-    spent = sum(part is not None and part is not ... for part in parts)
-    at = next((k for k, part in enumerate(parts) if part is ...), len(parts))
-    return (*parts[:at], *[slice(None)] * (dims - spent), *parts[at + 1 :])
+    index_count = sum(part is not None and part is not ... for part in parts)
+    position = next((k for k, part in enumerate(parts) if part is ...), len(parts))
+    return (*parts[:position], *[slice(None)] * (dims - index_count), *parts[position + 1 :])
 
 
 def _expand_key_with_index_array(key: object, dims: int) -> tuple[Any, ...] | None:

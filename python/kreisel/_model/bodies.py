@@ -80,10 +80,10 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
         if com is None:
             raise TypeError("com is missing: give the centre of mass relative to the fixed point")
         if (inertia is None) == (inertia_about_com is None):
-            both = "not none" if inertia is None else "not both"
-            raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
+            correction = "not none" if inertia is None else "not both"
+            raise ValueError(f"give exactly one of inertia and inertia_about_com, {correction}")
         words = [validate_parameter("mass", mass), validate_parameter("com", com, (3,))]
-        heavy, lever = words[0].values, words[1].values
+        masses, lever = words[0].values, words[1].values
         if inertia_about_com is None:
             words.append(validate_inertia_tensors("inertia", inertia))
             compute_common_parameter_shape(*words)
@@ -91,8 +91,8 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
         else:
             words.append(validate_inertia_tensors("inertia_about_com", inertia_about_com))
             compute_common_parameter_shape(*words)
-            tensor = add_inertia_of_point_masses(words[-1], heavy, lever)
-        self._store_parameters(Body, words, heavy, tensor, lever, inertia_rtol, unphysical, rotor)
+            tensor = add_inertia_of_point_masses(words[-1], masses, lever)
+        self._store_parameters(Body, words, masses, tensor, lever, inertia_rtol, unphysical, rotor)
 
     def _store_parameters(
         self,
@@ -110,15 +110,15 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
         Raises the same exception as the constructor `make` would for the first invalid member.
         """
         slacks = validate_parameter("inertia_rtol", inertia_rtol)
-        made = _validate_boolean_array("unphysical", unphysical)
+        unphysical_flags = _validate_boolean_array("unphysical", unphysical)
         slacks.raise_error_of_first_bad_value(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)),
             lambda _, x: validate_inertia_tolerance(x),
         )
         rotors = _validate_rotors(rotor)
-        given = [*words, *(each for each in (slacks, rotors) if np.any(each.values))]
-        names, shapes = [each.name for each in given], [each.shape for each in given]
-        shapes += [made.shape, rotors.shape]
+        parameters = [*words, *(each for each in (slacks, rotors) if np.any(each.values))]
+        names, shapes = [each.name for each in parameters], [each.shape for each in parameters]
+        shapes += [unphysical_flags.shape, rotors.shape]
         shape = broadcast_named_shapes([*names, "unphysical", "rotor"], shapes)
         columns: dict[str, Column] = {
             "mass": broadcast_column(mass, shape, 0),
@@ -127,20 +127,20 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
             "inertia_rtol": broadcast_column(slacks.values, shape, 0),
             "rotor": broadcast_column(rotors.values, shape, 1),
         }
-        self._set_shape_and_columns(shape, name_varying_dimensions(shape, given), columns, {})
+        self._set_shape_and_columns(shape, name_varying_dimensions(shape, parameters), columns, {})
         self.__dict__["_varied"] = {
             each.name: broadcast_column(each.values, shape, len(each.value))
-            for each in given
+            for each in parameters
             if each.shape
         }
-        can_be = self._find_members_with_possible_inertia(make, given, tensor.value == (3, 3))
-        if not (can_be | made).all():
-            self._warn_about_unphysical_bodies(~(can_be | made))
-        columns["unphysical"] = broadcast_column(made | ~can_be, shape, 0)
+        can_be = self._find_members_with_possible_inertia(make, parameters, tensor.value == (3, 3))
+        if not (can_be | unphysical_flags).all():
+            self._warn_about_unphysical_bodies(~(can_be | unphysical_flags))
+        columns["unphysical"] = broadcast_column(unphysical_flags | ~can_be, shape, 0)
         return self
 
     def _find_members_with_possible_inertia(
-        self, make: Callable[..., Body], given: Sequence[BatchParameter], matrices: bool
+        self, make: Callable[..., Body], parameters: Sequence[BatchParameter], matrices: bool
     ) -> Column:
         """Return a boolean array that marks the members with a physically possible inertia.
 
@@ -154,38 +154,40 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
         status, index, can_be, blocks = bodies_of(self.shape, list(columns.values()), matrices)
         if status != "OK":
             raise self._make_invalid_body_error(
-                make, given, tuple(map(int, np.unravel_index(index, self.shape)))
+                make, parameters, tuple(map(int, np.unravel_index(index, self.shape)))
             )
-        kept: dict[str, Column] = self._columns  # type: ignore[assignment]
+        table: dict[str, Column] = self._columns  # type: ignore[assignment]
         if matrices:
             blocks = freeze_array(blocks).reshape(*self.shape, 15)
-            kept["moments"], kept["principal_com"] = blocks[..., 1:4], blocks[..., 4:7]
-            kept["axes"], kept["principal_rotor"] = blocks[..., 7:11], blocks[..., 12:]
+            table["moments"], table["principal_com"] = blocks[..., 1:4], blocks[..., 4:7]
+            table["axes"], table["principal_rotor"] = blocks[..., 7:11], blocks[..., 12:]
         return can_be.reshape(self.shape)
 
     def _make_invalid_body_error(
-        self, make: Callable[..., Body], given: Sequence[BatchParameter], at: Index
+        self, make: Callable[..., Body], parameters: Sequence[BatchParameter], index: Index
     ) -> Exception:
         """Return the exception that the single-body constructor raises for an invalid member."""
-        own = {
-            each.name: convert_to_python_numbers(each.broadcast_to(self.shape)[at])
-            for each in given
+        arguments = {
+            each.name: convert_to_python_numbers(each.broadcast_to(self.shape)[index])
+            for each in parameters
         }
         try:
-            make(**own)._block  # noqa: B018  raises the error of an invalid body
+            make(**arguments)._block  # noqa: B018  raises the error of an invalid body
         except (TypeError, ValueError) as error:
-            return type(error)(f"body{list(at)}: {error}" if at else str(error))
-        return ValueError(f"body{list(at)}: not a body")
+            return type(error)(f"body{list(index)}: {error}" if index else str(error))
+        return ValueError(f"body{list(index)}: not a body")
 
     def _warn_about_unphysical_bodies(self, odd: Column) -> None:
-        at = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
+        index = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
         mass, tensor, com, _ = (
-            convert_to_python_numbers(held[at]) for held in list(self._columns.values())[:4]
+            convert_to_python_numbers(column[index]) for column in list(self._columns.values())[:4]
         )
-        said = describe_unphysical_inertia(mass, validate_inertia_tensor("inertia", tensor), com)
+        description = describe_unphysical_inertia(
+            mass, validate_inertia_tensor("inertia", tensor), com
+        )
         count = int(odd.sum())
         more = f" (and {count - 1} more)" if count > 1 else ""
-        warn_user(f"body{list(at)}{more}: {said}" if at else said)
+        warn_user(f"body{list(index)}{more}: {description}" if index else description)
 
     def _select_member(self, index: Index) -> Body:
         names = "mass", "inertia", "com", "inertia_rtol", "unphysical", "rotor"
@@ -222,12 +224,12 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
             validate_parameter("height", height),
         ]
         compute_common_parameter_shape(*words)
-        heavy, one, three, up = (each.values for each in words)
-        com = stack_components(np.zeros_like(up), np.zeros_like(up), up)
-        tensor = BatchParameter("inertia", stack_components(one, one, three), (3,))
-        kept = cls.__new__(cls)
-        return kept._store_parameters(
-            Body.symmetric, words, heavy, tensor, com, inertia_rtol, unphysical
+        masses, moments_1, moments_3, heights = (each.values for each in words)
+        com = stack_components(np.zeros_like(heights), np.zeros_like(heights), heights)
+        tensor = BatchParameter("inertia", stack_components(moments_1, moments_1, moments_3), (3,))
+        bodies = cls.__new__(cls)
+        return bodies._store_parameters(
+            Body.symmetric, words, masses, tensor, com, inertia_rtol, unphysical
         )
 
     @classmethod
@@ -246,19 +248,22 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
         The inertia [M L^2] is given in the same form as in Bodies. `com` and `pivot` are positions
         [L] with the shape (..., 3).
         """
-        heavy, tensor = (
+        weight, tensor = (
             validate_parameter("mass", mass),
             validate_inertia_tensors("inertia_about_com", inertia_about_com),
         )
-        centre, at = validate_parameter("com", com, (3,)), validate_parameter("pivot", pivot, (3,))
-        compute_common_parameter_shape(heavy, tensor, centre, at)
+        centre, pivots = (
+            validate_parameter("com", com, (3,)),
+            validate_parameter("pivot", pivot, (3,)),
+        )
+        compute_common_parameter_shape(weight, tensor, centre, pivots)
         with np.errstate(all="ignore"):
-            lever = centre.values - at.values
-        moved = add_inertia_of_point_masses(tensor, heavy.values, lever)
-        words = [heavy, tensor, centre, at]
-        kept = cls.__new__(cls)
-        return kept._store_parameters(
-            Body.from_com, words, heavy.values, moved, lever, inertia_rtol, unphysical
+            lever = centre.values - pivots.values
+        pivot_tensor = add_inertia_of_point_masses(tensor, weight.values, lever)
+        words = [weight, tensor, centre, pivots]
+        bodies = cls.__new__(cls)
+        return bodies._store_parameters(
+            Body.from_com, words, weight.values, pivot_tensor, lever, inertia_rtol, unphysical
         )
 
     @classmethod
@@ -282,9 +287,9 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
     ) -> tuple[BatchParameter, BatchParameter]:
         hole, r = validate_parameter("inner", inner), validate_positive_parameter("outer", outer)
         compute_common_parameter_shape(hole, r)
-        both = BatchParameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
+        radii = BatchParameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
-        both.raise_error_of_first_bad_value(bad, lambda _, x: Body._validate_tube_radii(*x))
+        radii.raise_error_of_first_bad_value(bad, lambda _, x: Body._validate_tube_radii(*x))
         return hole, r
 
     @classmethod
@@ -302,17 +307,17 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
             values = [split_components(x.values) if x.value else x.values for x in sizes]
             shape = compute_shape(*values, **options)
         check_mass_xor_density(shape, mass, density)
-        at = validate_parameter("pivot", pivot, (3,))
-        name, given = ("mass", mass) if density is None else ("density", density)
-        weight = validate_positive_parameter(name, given)
-        words = [*sizes, at, weight]
+        pivots = validate_parameter("pivot", pivot, (3,))
+        name, amount = ("mass", mass) if density is None else ("density", density)
+        weight = validate_positive_parameter(name, amount)
+        words = [*sizes, pivots, weight]
         compute_common_parameter_shape(*words)
         with np.errstate(all="ignore"):
             total = weight.values if density is None else shape.compute_mass(weight.values)
             if density is not None:
                 validate_positive_parameter(f"mass of the {shape.name}", total)
             moments, zero = shape.compute_moments(total), np.zeros_like(shape.height)
-            com = stack_components(zero, zero, shape.height) - at.values
+            com = stack_components(zero, zero, shape.height) - pivots.values
             tensor = add_inertia_of_point_masses(
                 BatchParameter("inertia", stack_components(*moments), (3,)), total, com
             )
@@ -376,7 +381,7 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
             return first
         tensors = [validate_inertia_tensor("inertia", body.inertia) for body in bodies]
-        made = cls(
+        batch = cls(
             np.reshape([body.mass for body in bodies], shape),
             np.reshape(tensors, (*shape, 3, 3)),
             np.reshape([body.com for body in bodies], (*shape, 3)),
@@ -384,7 +389,7 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
             unphysical=np.reshape([body.unphysical for body in bodies], shape),
             rotor=np.reshape([body.rotor for body in bodies], (*shape, 3)),
         )
-        return made._forget_varying_parameters()
+        return batch._forget_varying_parameters()
 
     def _broadcast_to(self, shape: Shape) -> Bodies:
         """Return the bodies broadcast to `shape`."""
@@ -394,30 +399,32 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
         dims = len(self.shape)
         names = (None,) * front + self._names
         return self._apply_to_columns(
-            lambda held: np.broadcast_to(held, shape + held.shape[dims:]), shape, names
+            lambda column: np.broadcast_to(column, shape + column.shape[dims:]), shape, names
         )
 
 
-def validate_inertia_tensors(name: str, given: object) -> BatchParameter:
+def validate_inertia_tensors(name: str, tensors: object) -> BatchParameter:
     """Parse inertias given as moments, or as matrices if the last two dimensions have length 3.
 
     Raises ValueError for the first matrix that is not symmetric.
     """
-    what = "3 moments or a symmetric 3x3 matrix, or an array of them"
-    if isinstance(given, BatchParameter):
-        made = given
+    description = "3 moments or a symmetric 3x3 matrix, or an array of them"
+    if isinstance(tensors, BatchParameter):
+        parameter = tensors
     else:
-        values = given if isinstance(given, np.ndarray) else as_array(name, given, what)
+        values = (
+            tensors if isinstance(tensors, np.ndarray) else as_array(name, tensors, description)
+        )
         value = (3, 3) if values.shape[-2:] == (3, 3) else (3,)
-        made = validate_parameter(name, values, value, what)
-    if made.value == (3,):
-        return made
+        parameter = validate_parameter(name, values, value, description)
+    if parameter.value == (3,):
+        return parameter
     with np.errstate(over="ignore"):
-        skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
-    made.raise_error_of_first_bad_value(
-        skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_inertia_matrix
+        skew = np.abs(parameter.values - parameter.values.swapaxes(-1, -2)).max(axis=(-1, -2))
+    parameter.raise_error_of_first_bad_value(
+        skew > INPUT_RTOL * np.abs(parameter.values).max(axis=(-1, -2)), _check_inertia_matrix
     )
-    return made
+    return parameter
 
 
 def _check_inertia_matrix(name: str, matrix: object) -> None:
@@ -428,38 +435,40 @@ def _check_inertia_matrix(name: str, matrix: object) -> None:
         raise ValueError(f"{error}{hint}") from None
 
 
-def add_inertia_of_point_masses(tensor: BatchParameter, mass: Array, at: Array) -> BatchParameter:
-    """Add the inertia of point masses at the positions `at` to inertia tensors.
+def add_inertia_of_point_masses(
+    tensor: BatchParameter, mass: Array, lever: Array
+) -> BatchParameter:
+    """Add the inertia of point masses at the positions `lever` to inertia tensors.
 
     The result contains moments of inertia if all tensors are diagonal, and matrices otherwise.
     """
-    x, y, z = split_components(at)
+    x, y, z = split_components(lever)
     with np.errstate(all="ignore"):
         xx, yy, zz = mass * (x * x), mass * (y * y), mass * (z * z)
-        xy, yz, zx = (0.0 - mass * both for both in (x * y, y * z, z * x))
-        added = (yy + zz, xy, zx), (xy, zz + xx, yz), (zx, yz, xx + yy)
+        xy, yz, zx = (0.0 - mass * product for product in (x * y, y * z, z * x))
+        terms = (yy + zz, xy, zx), (xy, zz + xx, yz), (zx, yz, xx + yy)
         if tensor.value == (3,):
             i1, i2, i3 = (
-                own + added[k][k] for k, own in enumerate(split_components(tensor.values))
+                moment + terms[k][k] for k, moment in enumerate(split_components(tensor.values))
             )
             if not (xy.any() or yz.any() or zx.any()):
                 return BatchParameter(tensor.name, stack_components(i1, i2, i3), (3,))
             flat = stack_components(i1, xy, zx, xy, i2, yz, zx, yz, i3)
         else:
             places = [(i, j) for i in range(3) for j in range(3)]
-            flat = stack_components(*(tensor.values[..., i, j] + added[i][j] for i, j in places))
+            flat = stack_components(*(tensor.values[..., i, j] + terms[i][j] for i, j in places))
     return BatchParameter(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
 
 
-def _validate_rotors(given: object) -> BatchParameter:
-    made = validate_parameter("rotor", given, (3,))
-    return made._replace(values=made.values + 0.0)  # no negative zeros
+def _validate_rotors(value: object) -> BatchParameter:
+    parameter = validate_parameter("rotor", value, (3,))
+    return parameter._replace(values=parameter.values + 0.0)  # no negative zeros
 
 
-def _validate_boolean_array(name: str, given: object) -> Column:
-    flags = np.asarray(given)
+def _validate_boolean_array(name: str, value: object) -> Column:
+    flags = np.asarray(value)
     if flags.dtype != np.bool_:
         raise TypeError(
-            f"{name} must be True or False, or an array of them, not {short_repr(given)}"
+            f"{name} must be True or False, or an array of them, not {short_repr(value)}"
         )
     return flags

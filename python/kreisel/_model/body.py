@@ -109,29 +109,29 @@ class Body(ShapeConstructors[float, float | Vector]):
             tensor = inertia_at_fixed_point(mass, inertia, inertia_about_com, com)
         else:
             tensor = validate_inertia_tensor("inertia", inertia)
-        kept = self.__dict__
-        kept["mass"], kept["inertia"] = (
+        fields = self.__dict__
+        fields["mass"], fields["inertia"] = (
             as_positive("mass", mass),
             convert_tensor_to_moments_or_rows(tensor),
         )
-        kept["com"], kept["inertia_rtol"] = (
+        fields["com"], fields["inertia_rtol"] = (
             as_three_floats("com", com),
             validate_inertia_tolerance(inertia_rtol) if inertia_rtol else 0.0,
         )
         h1, h2, h3 = as_three_floats("rotor", rotor)
-        kept["rotor"] = h1 + 0.0, h2 + 0.0, h3 + 0.0  # no negative zeros
-        status, kept["_block"], can_be = body_from_tensor(
-            kept["mass"], tensor, kept["com"], kept["inertia_rtol"], kept["rotor"]
+        fields["rotor"] = h1 + 0.0, h2 + 0.0, h3 + 0.0  # no negative zeros
+        status, fields["_block"], can_be = body_from_tensor(
+            fields["mass"], tensor, fields["com"], fields["inertia_rtol"], fields["rotor"]
         )
         if status != "OK":
             raise find_ill_conditioned_inertia_error(tensor) or make_exception_from_status(
-                status, describe_triangle_violation(tensor, kept["inertia_rtol"])
+                status, describe_triangle_violation(tensor, fields["inertia_rtol"])
             )
         if unphysical is not False:
             as_bool("unphysical", unphysical)
         elif not can_be:
             warn_user(describe_unphysical_inertia(self.mass, tensor, self.com))
-        kept["unphysical"] = unphysical or not can_be
+        fields["unphysical"] = unphysical or not can_be
 
     @classmethod
     def symmetric(
@@ -148,9 +148,15 @@ class Body(ShapeConstructors[float, float | Vector]):
 
         The centre of mass is at (0, 0, height) [L]. The other arguments are described in Body.
         """
-        one, three = as_float("i1", i1), as_float("i3", i3)
+        moment_1, moment_3 = as_float("i1", i1), as_float("i3", i3)
         com = (0.0, 0.0, as_float("height", height))
-        return cls(mass, (one, one, three), com, inertia_rtol=inertia_rtol, unphysical=unphysical)
+        return cls(
+            mass,
+            (moment_1, moment_1, moment_3),
+            com,
+            inertia_rtol=inertia_rtol,
+            unphysical=unphysical,
+        )
 
     @classmethod
     def from_com(
@@ -171,8 +177,8 @@ class Body(ShapeConstructors[float, float | Vector]):
         """
         tensor = validate_inertia_tensor("inertia_about_com", inertia_about_com)
         a = np.subtract(as_three_floats("com", com), as_three_floats("pivot", pivot))
-        moved = add_point_mass_inertia(tensor, as_positive("mass", mass), a)
-        return cls(mass, moved, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
+        pivot_tensor = add_point_mass_inertia(tensor, as_positive("mass", mass), a)
+        return cls(mass, pivot_tensor, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
 
     @classmethod
     def _validate_positive(cls, name: str, value: float) -> float:
@@ -232,11 +238,13 @@ class Body(ShapeConstructors[float, float | Vector]):
         >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shift((0, 0, 3)).moments
         (19.0, 19.0, 10.0)
         """
-        way, com = np.array(as_three_floats("by", by)), np.array(self.com)
+        displacement, com = np.array(as_three_floats("by", by)), np.array(self.com)
         tensor = validate_inertia_tensor("inertia", self.inertia) + parallel_axis_term(
-            self.mass, com, way
+            self.mass, com, displacement
         )
-        return _build_body_from_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
+        return _build_body_from_parts(
+            self.mass, tensor, com + displacement, np.array(self.rotor), self
+        )
 
     def turn(self, by: ArrayLike | Rotation) -> Body:
         """Return the body rotated about the fixed point within the frame of description.
@@ -272,11 +280,11 @@ class Body(ShapeConstructors[float, float | Vector]):
         (0.0, 0.0, 5.0)
         """
         size = as_float("spin * inertia", as_float("spin", spin) * as_positive("inertia", inertia))
-        along = np.array(as_three_floats("axis", axis))
-        longest = np.abs(along).max()
+        direction = np.array(as_three_floats("axis", axis))
+        longest = np.abs(direction).max()
         if longest == 0.0:
             raise ValueError("axis must not be zero: it is the direction of the rotor's axis")
-        unit_axis = along / longest / np.linalg.norm(along / longest)
+        unit_axis = direction / longest / np.linalg.norm(direction / longest)
         return replace(self, rotor=np.array(self.rotor) + size * unit_axis)
 
     def __repr__(self) -> str:
@@ -327,12 +335,12 @@ class Body(ShapeConstructors[float, float | Vector]):
     @cached_property
     def _nearby_integrable_case_message(self) -> str:
         """A message naming another kind whose conditions the body meets to within 1e-8, or ''."""
-        near, own = KIND_RTOL, self.kind
-        while near < 1e-8:
-            near *= 2.0
-            kind = body_kind(self._block, near)
-            if kind != own:
-                return f"{kind!r} only up to {near:.1g} relative"
+        tolerance, own_kind = KIND_RTOL, self.kind
+        while tolerance < 1e-8:
+            tolerance *= 2.0
+            kind = body_kind(self._block, tolerance)
+            if kind != own_kind:
+                return f"{kind!r} only up to {tolerance:.1g} relative"
         return ""
 
     @property
@@ -356,12 +364,12 @@ class ThinRods(Body):
         inertia_rtol: float = 0.0,
         unphysical: bool = False,
     ) -> None:
-        kept = self.__dict__
-        kept["mass"], kept["inertia"] = (
+        fields = self.__dict__
+        fields["mass"], fields["inertia"] = (
             mass,
             convert_tensor_to_moments_or_rows(validate_inertia_tensor("inertia", inertia)),
         )
-        kept["com"], kept["inertia_rtol"], kept["unphysical"] = (
+        fields["com"], fields["inertia_rtol"], fields["unphysical"] = (
             as_three_floats("com", com),
             inertia_rtol,
             unphysical,

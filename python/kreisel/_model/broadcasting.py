@@ -72,36 +72,38 @@ def convert_to_python_numbers(value: Any) -> Any:
 
 
 def validate_parameter(
-    name: str, given: object, value: Shape = (), what: str = ""
+    name: str, numbers: object, value: Shape = (), form: str = ""
 ) -> BatchParameter:
     """Convert an argument to a parameter with finite values, each an array of shape `value`.
 
-    An argument that is already a BatchParameter is returned unchanged. `what` states the expected
+    An argument that is already a BatchParameter is returned unchanged. `form` states the expected
     form in error messages.
     """
-    if isinstance(given, BatchParameter):
-        return given
-    said = what or (f"{value[0]} numbers" if value else "a number")
+    if isinstance(numbers, BatchParameter):
+        return numbers
+    description = form or (f"{value[0]} numbers" if value else "a number")
     values = as_array(
-        name, collapse_broadcast_axes(given) if type(given) is np.ndarray else given, said
+        name,
+        collapse_broadcast_axes(numbers) if type(numbers) is np.ndarray else numbers,
+        description,
     )
-    if isinstance(given, np.ndarray):
-        values = np.broadcast_to(values, given.shape)
+    if isinstance(numbers, np.ndarray):
+        values = np.broadcast_to(values, numbers.shape)
     if value and values.shape[-len(value) :] != value:
         raise ValueError(
-            f"{name} must be {said}, or an array whose last dimension has them, "
-            f"not {short_repr(given)}"
+            f"{name} must be {description}, or an array whose last dimension has them, "
+            f"not {short_repr(numbers)}"
             if len(value) == 1
-            else f"{name} must be {said}, not {short_repr(given)}"
+            else f"{name} must be {description}, not {short_repr(numbers)}"
         )
-    made = BatchParameter(name, values, value)
+    parameter = BatchParameter(name, values, value)
     if not np.isfinite(collapse_broadcast_axes(values)).all():
         finite = np.isfinite(values)
-        behind = tuple(range(-len(value), 0))
-        made.raise_error_of_first_bad_value(
-            ~(finite.all(axis=behind) if value else finite), select_validator_by_shape(value)
+        trailing_axes = tuple(range(-len(value), 0))
+        parameter.raise_error_of_first_bad_value(
+            ~(finite.all(axis=trailing_axes) if value else finite), select_validator_by_shape(value)
         )
-    return made
+    return parameter
 
 
 def select_validator_by_shape(value: Shape) -> Validator:
@@ -109,21 +111,21 @@ def select_validator_by_shape(value: Shape) -> Validator:
         return as_float
     if len(value) == 2:
         return validate_inertia_tensor
-    return lambda name, given: as_float_list(name, given, value[0], f"{value[0]} numbers")
+    return lambda name, numbers: as_float_list(name, numbers, value[0], f"{value[0]} numbers")
 
 
-def validate_positive_parameter(name: str, given: object) -> BatchParameter:
+def validate_positive_parameter(name: str, numbers: object) -> BatchParameter:
     """Parse a parameter whose values must be positive."""
-    made = validate_parameter(name, given)
-    made.raise_error_of_first_bad_value(~(made.values > 0.0), as_positive)
-    return made
+    parameter = validate_parameter(name, numbers)
+    parameter.raise_error_of_first_bad_value(~(parameter.values > 0.0), as_positive)
+    return parameter
 
 
-def validate_non_negative_parameter(name: str, given: object) -> BatchParameter:
+def validate_non_negative_parameter(name: str, numbers: object) -> BatchParameter:
     """Parse a parameter whose values must not be negative."""
-    made = validate_parameter(name, given)
-    made.raise_error_of_first_bad_value(~(made.values >= 0.0), as_non_negative)
-    return made
+    parameter = validate_parameter(name, numbers)
+    parameter.raise_error_of_first_bad_value(~(parameter.values >= 0.0), as_non_negative)
+    return parameter
 
 
 def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
@@ -139,14 +141,14 @@ def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
 
 def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     """Cache the results of `change`, so that arrays sharing memory are converted only once."""
-    made: dict[tuple[object, ...], Column] = {}
+    results: dict[tuple[object, ...], Column] = {}
 
-    def change_once_per_buffer(held: Column) -> Column:
-        data = held.__array_interface__["data"][0]
-        key = data, held.shape, held.strides, held.dtype.str
-        if key not in made:
-            made[key] = change(held)
-        return made[key]
+    def change_once_per_buffer(column: Column) -> Column:
+        data = column.__array_interface__["data"][0]
+        key = data, column.shape, column.strides, column.dtype.str
+        if key not in results:
+            results[key] = change(column)
+        return results[key]
 
     return change_once_per_buffer
 
@@ -157,16 +159,16 @@ def broadcast_column(values: Column, shape: Shape, trailing: int) -> Column:
     The last `trailing` dimensions of `values` are the shape of one value.
     """
     lead = values.ndim - trailing
-    kept = np.asarray(values).view()
-    kept.flags.writeable = False
-    return np.broadcast_to(kept, shape + kept.shape[lead:])
+    view = np.asarray(values).view()
+    view.flags.writeable = False
+    return np.broadcast_to(view, shape + view.shape[lead:])
 
 
 def broadcast_named_columns(
-    named: Iterable[tuple[str, Column, int]], shape: Shape
+    entries: Iterable[tuple[str, Column, int]], shape: Shape
 ) -> dict[str, Column]:
     """Return the columns given by the triples (name, values, trailing); see `broadcast_column`."""
-    return {name: broadcast_column(values, shape, trailing) for name, values, trailing in named}
+    return {name: broadcast_column(values, shape, trailing) for name, values, trailing in entries}
 
 
 def broadcast_named_shapes(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
@@ -174,10 +176,10 @@ def broadcast_named_shapes(names: Sequence[str], shapes: Sequence[Shape]) -> Sha
     try:
         return np.broadcast_shapes(*shapes)
     except ValueError:
-        named = zip(names, shapes, strict=True)
-        shaped = ", ".join([f"{name} {shape}" for name, shape in named if shape])
+        pairs = zip(names, shapes, strict=True)
+        listing = ", ".join([f"{name} {shape}" for name, shape in pairs if shape])
         raise ValueError(
-            f"the shapes of the members cannot be broadcast together: {shaped}"
+            f"the shapes of the members cannot be broadcast together: {listing}"
         ) from None
 
 
@@ -196,20 +198,20 @@ def name_varying_dimensions(
     """
     if not shape:
         return ()
-    along: list[list[BatchParameter]] = [[] for _ in shape]
+    parameters_by_axis: list[list[BatchParameter]] = [[] for _ in shape]
     places: dict[str, int] = {}
     for each in words:
         lead = each.values.shape[: each.values.ndim - len(each.value)]
-        for back, n in enumerate(reversed(lead), 1):
-            if n != 1 or shape[-back] == 1:
-                along[-back].append(each)
+        for position, n in enumerate(reversed(lead), 1):
+            if n != 1 or shape[-position] == 1:
+                parameters_by_axis[-position].append(each)
                 places[each.name] = places.get(each.name, 0) + 1
     return tuple(
         [
-            here[0].name
-            if len(here) == 1 and not here[0].value and places[here[0].name] == 1
+            parameters[0].name
+            if len(parameters) == 1 and not parameters[0].value and places[parameters[0].name] == 1
             else None
-            for here in along
+            for parameters in parameters_by_axis
         ]
     )
 
@@ -225,24 +227,24 @@ def split_components(values: Array) -> tuple[Array, ...]:
 
 
 def compute_vectors_in_blocks(
-    compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
+    compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *arrays: Array
 ) -> Array:
     """Compute vectors of length `width` in blocks that are small enough for the cache.
 
-    For each array in `given`, `compute` receives the tuple of its vector components.
+    For each array in `arrays`, `compute` receives the tuple of its vector components.
     """
-    out = np.empty((*shape, width))
-    rows = out if shape else out[None]
+    result = np.empty((*shape, width))
+    rows = result if shape else result[None]
     columns = [
         np.moveaxis(np.broadcast_to(values, (*rows.shape[:-1], values.shape[-1])), -1, 0)
-        for values in given
+        for values in arrays
     ]
     step = max(1, _BLOCK // max(1, math.prod(shape[1:])))
     for begin in range(0, len(rows), step):
         block = slice(begin, begin + step)
         with np.errstate(all="ignore"):
-            made = compute(*[tuple(values[:, block]) for values in columns])
-        for k, component in enumerate(made):
+            vectors = compute(*[tuple(values[:, block]) for values in columns])
+        for k, component in enumerate(vectors):
             rows[block][..., k] = component
-    out.flags.writeable = False
-    return out
+    result.flags.writeable = False
+    return result

@@ -80,17 +80,24 @@ class EnsembleConstructors(EnsembleBase[S]):
         (2,)
         """
         bodies, in_degrees = check_body_type(body), as_bool("degrees", degrees)
-        at, by = (
+        angle_parameter, rate_parameter = (
             validate_parameter("angles", angles, (3,)),
             validate_parameter("rates", rates, (3,)),
         )
         make = partial(cls._one.from_euler, degrees=in_degrees)
-        turned, moved = (
+        angle_components, rate_components = (
             split_vector_components(convert_array_to_radians(each.values, in_degrees))
-            for each in (at, by)
+            for each in (angle_parameter, rate_parameter)
         )
-        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
-        return cls._build_from_euler_angles(bodies, [at, by], turned, moved, around, make)
+        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        return cls._build_from_euler_angles(
+            bodies,
+            [angle_parameter, rate_parameter],
+            angle_components,
+            rate_components,
+            environment,
+            make,
+        )
 
     @classmethod
     def _build_from_euler_angles(
@@ -106,21 +113,25 @@ class EnsembleConstructors(EnsembleBase[S]):
 
         Raises the same exception as the constructor `one` would for the first invalid member.
         """
-        around, columns = validate_ensemble_environment(environment)
-        compute_common_top_shape(body, [*parameters, *around])
-        turned, own = (
+        environment_parameters, columns = validate_ensemble_environment(environment)
+        compute_common_top_shape(body, [*parameters, *environment_parameters])
+        attitudes, frame_attitudes = (
             stack_components(*quaternion_from_euler(angles)),
             cls._compute_euler_frame_attitudes(body),
         )
-        both = np.broadcast_shapes(turned.shape[:-1], own.shape[:-1])
-        q = compute_vectors_in_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
+        shape = np.broadcast_shapes(attitudes.shape[:-1], frame_attitudes.shape[:-1])
+        q = compute_vectors_in_blocks(
+            lambda a, b: multiply(a, conjugate(b)), shape, 4, attitudes, frame_attitudes
+        )
         with np.errstate(all="ignore"):
             start = BatchParameter(
                 "velocity", stack_components(*velocity_from_euler(angles, rates)), (3,)
             )
         columns["momentum"] = compute_start_momenta(body, start, q, columns["turning"])
         columns["attitude"] = q
-        return cls.__new__(cls)._store_ensemble_columns(body, [*parameters, *around], columns, one)
+        return cls.__new__(cls)._store_ensemble_columns(
+            body, [*parameters, *environment_parameters], columns, one
+        )
 
     @classmethod
     def _compute_euler_frame_attitudes(cls, body: Body | Bodies) -> Array:
@@ -130,8 +141,8 @@ class EnsembleConstructors(EnsembleBase[S]):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))
             angles = [values(name, one._block, _REST)[0] for name in names]
         else:
-            many = cls(body, momentum=(0.0, 0.0, 0.0))
-            angles = [many._core_scenes.values(name).reshape(many.shape) for name in names]
+            ensemble = cls(body, momentum=(0.0, 0.0, 0.0))
+            angles = [ensemble._core_scenes.values(name).reshape(ensemble.shape) for name in names]
         return stack_components(*quaternion_from_euler((angles[0], angles[1], angles[2])))
 
     @classmethod
@@ -167,23 +178,23 @@ class EnsembleConstructors(EnsembleBase[S]):
         parameters = [validate_parameter("spin", spin), validate_tilts(tilt, in_degrees)]
         rate, angle = (convert_array_to_radians(each.values, in_degrees) for each in parameters)
         find_symmetry_moments_of_bodies(bodies)
-        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
-        if is_steady_precession_requested(steady, fast, precession, around):
+        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        if is_steady_precession_requested(steady, fast, precession, environment):
             one = partial(one, steady=True, fast=fast)
-            about = compute_steady_precession_rates(
+            precession_rate = compute_steady_precession_rates(
                 bodies, [*parameters, validate_parameter("gravity", gravity)], in_degrees, fast, one
             )
         else:
             parameters.append(
                 validate_parameter("precession", 0.0 if precession is None else precession)
             )
-            about = convert_array_to_radians(parameters[-1].values, in_degrees)
+            precession_rate = convert_array_to_radians(parameters[-1].values, in_degrees)
         compute_common_top_shape(bodies, parameters)
         nothing = np.zeros(())
         with np.errstate(all="ignore"):
-            rates = about, nothing, rate - about * cos(angle)
+            rates = precession_rate, nothing, rate - precession_rate * cos(angle)
         return cls._build_from_euler_angles(
-            bodies, parameters, (nothing, angle, nothing), rates, around, one
+            bodies, parameters, (nothing, angle, nothing), rates, environment, one
         )
 
 
@@ -198,14 +209,16 @@ def split_vector_components(vector: Array) -> Components:
     return x, y, z
 
 
-def validate_tilts(given: ArrayLike, degrees: bool) -> BatchParameter:
+def validate_tilts(tilts: ArrayLike, degrees: bool) -> BatchParameter:
     """Parse the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
-    made = validate_parameter("tilt", given)
-    angle = convert_array_to_radians(made.values, degrees)
+    parameter = validate_parameter("tilt", tilts)
+    angle = convert_array_to_radians(parameter.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))
     if bad.any():
-        made.raise_error_of_first_bad_value(bad, lambda _, one: validate_tilt_angle(one, degrees))
-    return made
+        parameter.raise_error_of_first_bad_value(
+            bad, lambda _, one: validate_tilt_angle(one, degrees)
+        )
+    return parameter
 
 
 def find_symmetry_moments_of_bodies(body: Body | Bodies) -> tuple[Array, Array]:
@@ -213,16 +226,16 @@ def find_symmetry_moments_of_bodies(body: Body | Bodies) -> tuple[Array, Array]:
 
     Raises ValueError with the index of the first body that is not symmetric about its apex.
     """
-    across, along, is_symmetric = find_symmetry_moments(
+    i1, i3, is_symmetric = find_symmetry_moments(
         np.asarray(body.moments), np.asarray(body.principal_com)
     )
     if not is_symmetric.all():
-        at = tuple(map(int, np.unravel_index(int(is_symmetric.argmin()), is_symmetric.shape)))
+        index = tuple(map(int, np.unravel_index(int(is_symmetric.argmin()), is_symmetric.shape)))
         try:
-            find_symmetry_moments_of_body(body if isinstance(body, Body) else body[at])
+            find_symmetry_moments_of_body(body if isinstance(body, Body) else body[index])
         except ValueError as error:
-            raise ValueError(f"body{list(at)}: {error}" if at else str(error)) from None
-    return across, along
+            raise ValueError(f"body{list(index)}: {error}" if index else str(error)) from None
+    return i1, i3
 
 
 def compute_steady_precession_rates(
@@ -240,14 +253,14 @@ def compute_steady_precession_rates(
     shape = compute_common_top_shape(body, parameters)
     spin, tilt, gravity = (each.values for each in parameters)
     rate, angle = convert_array_to_radians(spin, degrees), convert_array_to_radians(tilt, degrees)
-    across, along = find_symmetry_moments_of_bodies(body)
+    i1, i3 = find_symmetry_moments_of_bodies(body)
     x, y, z = split_components(np.asarray(body.com))
     with np.errstate(all="ignore"):
         lever = np.hypot(np.hypot(x, y), z) if isinstance(body, Bodies) else math.hypot(x, y, z)
         torque = np.asarray(body.mass) * gravity * lever
-    rates, exists = solve_steady_precession(across, along, torque, rate, angle, fast)
+    rates, exists = solve_steady_precession(i1, i3, torque, rate, angle, fast)
     exists = np.broadcast_to(exists, shape)
     if not exists.all():
-        at = tuple(map(int, np.unravel_index(int(exists.argmin()), shape)))
-        raise make_invalid_member_error(body, parameters, one, shape, at)
+        index = tuple(map(int, np.unravel_index(int(exists.argmin()), shape)))
+        raise make_invalid_member_error(body, parameters, one, shape, index)
     return rates

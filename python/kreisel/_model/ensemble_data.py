@@ -61,12 +61,14 @@ class EnsembleBase(BatchBase[S]):
         shaking: ArrayLike | None = None,
         friction: ArrayLike | None = None,
     ) -> None:
-        given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
-        bodies, start = check_body_type(body), select_momentum_parameter(given)
-        turned, q = validate_attitudes(attitude, attitude_xyzw)
-        given_around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
-        around, columns = validate_ensemble_environment(given_around)
-        parameters = [start, turned, *around]
+        arguments = dict(
+            zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True)
+        )
+        bodies, start = check_body_type(body), select_momentum_parameter(arguments)
+        attitude_parameter, q = validate_attitudes(attitude, attitude_xyzw)
+        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        environment_parameters, columns = validate_ensemble_environment(environment)
+        parameters = [start, attitude_parameter, *environment_parameters]
         compute_common_top_shape(bodies, parameters)
         momenta = compute_start_momenta(bodies, start, q, columns["turning"])
         self._store_ensemble_columns(
@@ -85,16 +87,16 @@ class EnsembleBase(BatchBase[S]):
         Raises the same exception as the constructor `one` would for the first invalid member.
         """
         shape = compute_common_top_shape(body, parameters)
-        for name, held in columns.items():
+        for name, column in columns.items():
             shape = np.broadcast_shapes(
-                shape, held.shape[: held.ndim - _count_value_dimensions(name)]
+                shape, column.shape[: column.ndim - _count_value_dimensions(name)]
             )
         words = [each for each in parameters if each.values.ndim > len(each.value)]
         bodies = body
         if isinstance(body, Bodies):
             words, bodies = body._list_varying_parameters() + words, body._broadcast_to(shape)
         self.__dict__["_bodies"] = bodies
-        states = [(name, held, _count_value_dimensions(name)) for name, held in columns.items()]
+        states = [(name, column, _count_value_dimensions(name)) for name, column in columns.items()]
         varied = [(each.name, each.values, len(each.value)) for each in words]
         names = name_varying_dimensions(shape, words)
         self._set_shape_and_columns(
@@ -105,8 +107,10 @@ class EnsembleBase(BatchBase[S]):
         )
         status, index = self._core_scenes.check()
         if status != "OK":
-            at = tuple(map(int, np.unravel_index(index, shape)))
-            raise make_invalid_member_error(body, parameters, one, shape, at, statuses[status][1])
+            place = tuple(map(int, np.unravel_index(index, shape)))
+            raise make_invalid_member_error(
+                body, parameters, one, shape, place, statuses[status][1]
+            )
         return self
 
     @classmethod
@@ -118,22 +122,22 @@ class EnsembleBase(BatchBase[S]):
         (2, 1)
         """
         shape: Shape = ()
-        found: list[Any] = [scenes]
-        while found and isinstance(found[0], (list, tuple)):
-            if any(not isinstance(s, (list, tuple)) or len(s) != len(found[0]) for s in found):
+        members: list[Any] = [scenes]
+        while members and isinstance(members[0], (list, tuple)):
+            if any(not isinstance(s, (list, tuple)) or len(s) != len(members[0]) for s in members):
                 raise ValueError("lists of scenes must all have the same length")
             if len(shape) == 32:
                 raise ValueError("lists of scenes must not contain themselves")
-            shape, found = (*shape, len(found[0])), [scene for few in found for scene in few]
-        if not found:
+            shape, members = (*shape, len(members[0])), [scene for row in members for scene in row]
+        if not members:
             raise ValueError(
                 "a list of scenes must not be empty; an empty ensemble needs a body, as in "
                 "kr.Ensemble(body, momentum=numpy.empty((0, 3)))"
             )
-        for k, scene in enumerate(found):
-            at = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
-            check_type(f"scenes{at}", scene, cls._one)
-        rows = np.frombuffer(b"".join(scene._block for scene in found)).reshape(*shape, 34)
+        for k, scene in enumerate(members):
+            index = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
+            check_type(f"scenes{index}", scene, cls._one)
+        rows = np.frombuffer(b"".join(scene._block for scene in members)).reshape(*shape, 34)
         columns = {
             "momentum": rows[..., 21:24],
             "attitude": rows[..., 17:21],
@@ -143,17 +147,17 @@ class EnsembleBase(BatchBase[S]):
             "shaking": rows[..., 30:33],
             "friction": rows[..., 33],
         }
-        body = Bodies._combine_bodies([scene.body for scene in found], shape)
+        body = Bodies._combine_bodies([scene.body for scene in members], shape)
         return cls.__new__(cls)._store_ensemble_columns(body, (), columns, cls._one)
 
     def _apply_to_columns(
         self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]
     ) -> Self:
-        made = super()._apply_to_columns(change, shape, names)
+        ensemble = super()._apply_to_columns(change, shape, names)
         body = self._bodies
-        kept = body._apply_to_columns(change, shape, names) if isinstance(body, Bodies) else body
-        made.__dict__["_bodies"] = kept
-        return made
+        bodies = body._apply_to_columns(change, shape, names) if isinstance(body, Bodies) else body
+        ensemble.__dict__["_bodies"] = bodies
+        return ensemble
 
     def _select_body_of_top(self, index: Index) -> Body:
         body = self._bodies
@@ -161,15 +165,15 @@ class EnsembleBase(BatchBase[S]):
 
     def _select_member(self, index: Index) -> S:
         words = {
-            name: convert_to_python_numbers(held[index]) for name, held in self._columns.items()
+            name: convert_to_python_numbers(column[index]) for name, column in self._columns.items()
         }
-        made: S = self._one(self._select_body_of_top(index), **words)
-        return made
+        scene: S = self._one(self._select_body_of_top(index), **words)
+        return scene
 
     @cached_property
     def _core_scenes(self) -> CoreTops:
         """The scenes as an array in the memory layout that the C library requires."""
-        shape, held = self.shape, self._columns
+        shape, columns = self.shape, self._columns
         body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
             parts = [body.mass, body.moments, body.principal_com, body.axes, body.inertia_rtol]
@@ -178,9 +182,9 @@ class EnsembleBase(BatchBase[S]):
             row = np.frombuffer(body._block)
             fields = row[0], row[1:4], row[4:7], row[7:11], row[11], row[12:]
             parts = [np.broadcast_to(field, shape + field.shape) for field in fields]
-        start = [held["gravity"], nothing, held["attitude"], held["momentum"]]
-        around = [held[name] for name in ("damping", "turning", "shaking", "friction")]
-        return CoreTops(shape, [*parts, *start, *around])
+        start = [columns["gravity"], nothing, columns["attitude"], columns["momentum"]]
+        environment = [columns[name] for name in ("damping", "turning", "shaking", "friction")]
+        return CoreTops(shape, [*parts, *start, *environment])
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -265,12 +269,14 @@ def compute_common_top_shape(body: Body | Bodies, parameters: Sequence[BatchPara
 
     Raises ValueError if the shapes do not broadcast.
     """
-    own = body.shape if isinstance(body, Bodies) else ()
+    body_shape = body.shape if isinstance(body, Bodies) else ()
     shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in parameters]
     try:
-        return np.broadcast_shapes(own, *shapes)
+        return np.broadcast_shapes(body_shape, *shapes)
     except ValueError:
-        return broadcast_named_shapes(["body", *[each.name for each in parameters]], [own, *shapes])
+        return broadcast_named_shapes(
+            ["body", *[each.name for each in parameters]], [body_shape, *shapes]
+        )
 
 
 def make_invalid_member_error(
@@ -278,7 +284,7 @@ def make_invalid_member_error(
     parameters: Sequence[BatchParameter],
     one: Callable[..., object],
     shape: Shape,
-    at: Index,
+    index: Index,
     text: str = "not a top",
 ) -> Exception:
     """Return the exception that the single-top constructor `one` raises for an invalid member.
@@ -286,57 +292,61 @@ def make_invalid_member_error(
     If no exception is raised, a ValueError with the message `text` is returned.
     """
     words = {
-        each.name: convert_to_python_numbers(each.broadcast_to(shape)[at]) for each in parameters
+        each.name: convert_to_python_numbers(each.broadcast_to(shape)[index]) for each in parameters
     }
-    own = body._broadcast_to(shape)._select_member(at) if isinstance(body, Bodies) else body
-    place = f"top{list(at)}: " if at else ""
+    member_body = (
+        body._broadcast_to(shape)._select_member(index) if isinstance(body, Bodies) else body
+    )
+    place = f"top{list(index)}: " if index else ""
     try:
-        one(own, **words)
+        one(member_body, **words)
     except (TypeError, ValueError) as error:
         return type(error)(f"{place}{error}")
     return ValueError(f"{place}{text}")
 
 
-def select_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> BatchParameter:
+def select_momentum_parameter(arguments: Mapping[str, ArrayLike | None]) -> BatchParameter:
     """Return the one given parameter that determines the initial angular momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
     given.
     """
-    chosen = [name for name, value in given.items() if value is not None]
-    if len(chosen) != 1:
+    names = [name for name, value in arguments.items() if value is not None]
+    if len(names) != 1:
         raise ValueError(
-            f"give exactly one of {', '.join(ONE_OF)}, not " + (" and ".join(chosen) or "none")
+            f"give exactly one of {', '.join(ONE_OF)}, not " + (" and ".join(names) or "none")
         )
-    return validate_parameter(chosen[0], given[chosen[0]], (3,))
+    return validate_parameter(names[0], arguments[names[0]], (3,))
 
 
-def validate_attitudes(given: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
+def validate_attitudes(attitude: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
     """Parse the argument `attitude` or `attitude_xyzw`, and return the quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
     unit length.
     """
-    if given is not None and xyzw is not None:
+    if attitude is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")
-    if xyzw is None and hasattr(given, "as_quat"):
-        last = np.asarray(given.as_quat())
-        given = np.roll(last, 1, axis=-1)
-    name, value = ("attitude", given) if xyzw is None else ("attitude_xyzw", xyzw)
+    if xyzw is None and hasattr(attitude, "as_quat"):
+        last = np.asarray(attitude.as_quat())
+        attitude = np.roll(last, 1, axis=-1)
+    name, value = ("attitude", attitude) if xyzw is None else ("attitude_xyzw", xyzw)
     if value is None:
         return BatchParameter(name, _UPRIGHT, (4,)), _UPRIGHT
-    made = validate_parameter(name, value, (4,))
-    q = made.values
-    off = np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0)
-    bad = off > INPUT_RTOL
-    dtype = q.dtype if value is made else np.asarray(value).dtype
+    parameter = validate_parameter(name, value, (4,))
+    q = parameter.values
+    deviation = np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0)
+    bad = deviation > INPUT_RTOL
+    dtype = q.dtype if value is parameter else np.asarray(value).dtype
     if np.any(bad) and dtype.kind == "f" and dtype.itemsize < 8:
         norm = np.sqrt((q * q).sum(axis=-1))
         single = bad & (np.abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps)
-        made = made._replace(values=np.where(single[..., None], q / norm[..., None], q))
+        parameter = parameter._replace(values=np.where(single[..., None], q / norm[..., None], q))
         bad &= ~single
-    made.raise_error_of_first_bad_value(bad, lambda _, one: unit(name, one, last=xyzw is not None))
-    return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
+    parameter.raise_error_of_first_bad_value(
+        bad, lambda _, one: unit(name, one, last=xyzw is not None)
+    )
+    return parameter, parameter.values if xyzw is None else np.roll(parameter.values, 1, axis=-1)
 
 
 def compute_start_momenta(
@@ -350,13 +360,13 @@ def compute_start_momenta(
     if start.name == "momentum":
         return start.values
     moments, axes = np.asarray(body.moments), np.asarray(body.axes)
-    given = [moments, axes, q, start.values]
+    arrays = [moments, axes, q, start.values]
     if np.any(body.rotor) or np.any(turning):
-        for added in (np.asarray(body.principal_rotor), turning):
-            given.append(np.where(added == 0.0, -0.0, added))
-    shape = np.broadcast_shapes(*[values.shape[:-1] for values in given])
+        for vectors in (np.asarray(body.principal_rotor), turning):
+            arrays.append(np.where(vectors == 0.0, -0.0, vectors))
+    shape = np.broadcast_shapes(*[values.shape[:-1] for values in arrays])
 
     def compute_momentum_components(*components: Any) -> tuple[Array, ...]:
         return compute_angular_momentum(start.name, *components)
 
-    return compute_vectors_in_blocks(compute_momentum_components, shape, 3, *given)
+    return compute_vectors_in_blocks(compute_momentum_components, shape, 3, *arrays)

@@ -50,31 +50,31 @@ def validate_gravity(value: object) -> float:
         raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
 
 
-def validate_damping(given: ArrayLike | None) -> Vector:
-    if given is None:
+def validate_damping(damping: ArrayLike | None) -> Vector:
+    if damping is None:
         return _STILL
-    along = (
-        (as_float("damping", given),) * 3
-        if np.ndim(given) == 0
-        else as_three_floats("damping", given)
+    components = (
+        (as_float("damping", damping),) * 3
+        if np.ndim(damping) == 0
+        else as_three_floats("damping", damping)
     )
-    if min(along) < 0.0:
+    if min(components) < 0.0:
         raise ValueError(
-            f"damping must not be negative, not {short_repr(given)}: it removes energy"
+            f"damping must not be negative, not {short_repr(damping)}: it removes energy"
         )
-    return along
+    return components
 
 
-def validate_turning(given: ArrayLike | None) -> Vector:
-    return _STILL if given is None else as_three_floats("turning", given)
+def validate_turning(turning: ArrayLike | None) -> Vector:
+    return _STILL if turning is None else as_three_floats("turning", turning)
 
 
-def validate_shaking(given: ArrayLike | None) -> Vector:
-    if given is None:
+def validate_shaking(shaking: ArrayLike | None) -> Vector:
+    if shaking is None:
         return _STILL
-    if np.ndim(given) == 0:
-        raise TypeError(f"shaking must be {_SHAKING_FORM}, not {short_repr(given)}")
-    amplitude, rate, phase = as_three_floats("shaking", given)
+    if np.ndim(shaking) == 0:
+        raise TypeError(f"shaking must be {_SHAKING_FORM}, not {short_repr(shaking)}")
+    amplitude, rate, phase = as_three_floats("shaking", shaking)
     if rate < 0.0 or (amplitude and not rate):
         raise ValueError(
             f"shaking needs a positive rate, not {short_repr(rate)}: shaking is "
@@ -83,11 +83,11 @@ def validate_shaking(given: ArrayLike | None) -> Vector:
     return amplitude, rate, phase
 
 
-def validate_friction(given: object) -> float:
-    friction = 0.0 if given is None else as_float("friction", given)
+def validate_friction(value: object) -> float:
+    friction = 0.0 if value is None else as_float("friction", value)
     if friction < 0.0:
         raise ValueError(
-            f"friction must not be negative, not {short_repr(given)}: it removes energy"
+            f"friction must not be negative, not {short_repr(value)}: it removes energy"
         )
     return friction
 
@@ -108,13 +108,13 @@ def list_disturbances(tops: Any) -> list[str]:
     """List the disturbances of a scene or an ensemble, such as damping or a moving support."""
     shaking = tops.shaking
     amplitudes = shaking[0] if type(shaking) is tuple else np.asarray(shaking)[..., 0]
-    present = {
+    disturbances = {
         "damping": _has_nonzero_element(tops.damping),
         "friction": _has_nonzero_element(tops.friction),
         "a shaken support": _has_nonzero_element(amplitudes),
         "a turning support": _has_nonzero_element(tops.turning),
     }
-    return [name for name, is_there in present.items() if is_there]
+    return [name for name, is_there in disturbances.items() if is_there]
 
 
 def _has_nonzero_element(values: Any) -> bool:
@@ -125,84 +125,88 @@ def _has_nonzero_element(values: Any) -> bool:
 
 
 def refuse_disturbances(
-    tops: Any, what: str, allowed: Iterable[str] = (), reason: str = ""
+    tops: Any, statement: str, exceptions: Iterable[str] = (), reason: str = ""
 ) -> None:
-    """Raise ValueError if a scene or an ensemble has disturbances other than those in `allowed`.
+    """Raise ValueError if a scene or an ensemble has disturbances other than those in `exceptions`.
 
-    The message consists of `what`, the names of the disturbances that are not allowed, and
+    The message consists of `statement`, the names of the disturbances that are not allowed, and
     `reason`. If the only disturbance is a rotation of the support about e3, a hint to use the
     inertial frame replaces `reason`.
     """
-    found = [name for name in list_disturbances(tops) if name not in allowed]
-    if not found:
+    disturbances = [name for name in list_disturbances(tops) if name not in exceptions]
+    if not disturbances:
         return
-    is_upright = found == ["a turning support"] and not np.any(np.asarray(tops.turning)[..., :2])
+    is_upright = disturbances == ["a turning support"] and not np.any(
+        np.asarray(tops.turning)[..., :2]
+    )
     if is_upright:
         reason = "replace(turning=None) gives the same motion, seen from the inertial frame"
-    raise ValueError(f"{what} with {' and '.join(found)}{': ' if reason else ''}{reason}")
+    raise ValueError(
+        f"{statement} with {' and '.join(disturbances)}{': ' if reason else ''}{reason}"
+    )
 
 
 def validate_ensemble_environment(
-    given: PhysicalEnvironment,
+    environment: PhysicalEnvironment,
 ) -> tuple[list[BatchParameter], dict[str, Array]]:
     """Parse the environment parameters of an ensemble, and convert them to columns.
 
     Optional parameters that are None are omitted.
     """
-    down, (drag, along) = (
-        validate_parameter("gravity", given.gravity),
-        _validate_dampings(given.damping),
+    gravity, (drag, dampings) = (
+        validate_parameter("gravity", environment.gravity),
+        _validate_dampings(environment.damping),
     )
-    told, columns = [down, drag], {"gravity": down.values, "damping": along}
+    parameters, columns = [gravity, drag], {"gravity": gravity.values, "damping": dampings}
     words: tuple[tuple[str, ArrayLike | None, Callable[[Any], object]], ...] = (
-        ("turning", given.turning, validate_turning),
-        ("shaking", given.shaking, validate_shaking),
-        ("friction", given.friction, validate_friction),
+        ("turning", environment.turning, validate_turning),
+        ("shaking", environment.shaking, validate_shaking),
+        ("friction", environment.friction, validate_friction),
     )
     for name, value, check in words:
-        own = () if name == "friction" else (3,)
+        shape = () if name == "friction" else (3,)
         if value is None:
-            columns[name] = np.zeros(own)
+            columns[name] = np.zeros(shape)
             continue
-        made = validate_parameter(name, value, own)
-        _raise_if_parameter_invalid(made, check)
-        told.append(made)
-        columns[name] = made.values
-    return told, columns
+        parameter = validate_parameter(name, value, shape)
+        _raise_if_parameter_invalid(parameter, check)
+        parameters.append(parameter)
+        columns[name] = parameter.values
+    return parameters, columns
 
 
-def _raise_if_parameter_invalid(made: BatchParameter, check: Callable[[Any], object]) -> None:
+def _raise_if_parameter_invalid(parameter: BatchParameter, check: Callable[[Any], object]) -> None:
     """Raise the exception that `check` raises for the first invalid value."""
-    values = made.values
-    bad = np.zeros(made.shape, dtype=np.bool_)
-    if made.name == "friction":
+    values = parameter.values
+    bad = np.zeros(parameter.shape, dtype=np.bool_)
+    if parameter.name == "friction":
         bad = values < 0.0
-    elif made.name == "shaking":
+    elif parameter.name == "shaking":
         amplitude, rate = values[..., 0], values[..., 1]
         bad = (rate < 0.0) | (amplitude != 0.0) & (rate == 0.0)
     if np.any(bad):
-        made.raise_error_of_first_bad_value(bad, lambda _, one: check(one))
+        parameter.raise_error_of_first_bad_value(bad, lambda _, one: check(one))
 
 
-def _validate_dampings(given: ArrayLike | BatchParameter | None) -> tuple[BatchParameter, Array]:
+def _validate_dampings(damping: ArrayLike | BatchParameter | None) -> tuple[BatchParameter, Array]:
     """Parse `damping`; return the parameter and the damping constants along the principal axes."""
     nothing = np.zeros(3)
-    if given is None:
+    if damping is None:
         return BatchParameter("damping", nothing, (3,)), nothing
-    if isinstance(given, BatchParameter):
-        made = given
-        along = np.broadcast_to(made.values, (*made.values.shape[:-1], 3))
-    elif np.ndim(given) == 0:
-        made = validate_parameter("damping", given)
-        along = np.repeat(made.values, 3)
-        made = BatchParameter("damping", along, (3,))
+    if isinstance(damping, BatchParameter):
+        parameter = damping
+        components = np.broadcast_to(parameter.values, (*parameter.values.shape[:-1], 3))
+    elif np.ndim(damping) == 0:
+        parameter = validate_parameter("damping", damping)
+        components = np.repeat(parameter.values, 3)
+        parameter = BatchParameter("damping", components, (3,))
     else:
-        width = np.shape(given)[-1:]
-        made = validate_parameter(
-            "damping", given, width if width == (1,) else (3,), "3 numbers, or 1"
+        width = np.shape(damping)[-1:]
+        parameter = validate_parameter(
+            "damping", damping, width if width == (1,) else (3,), "3 numbers, or 1"
         )
-        along = np.broadcast_to(made.values, (*made.shape, 3))
-    negative = (made.values < 0.0).any(axis=-1)
+        components = np.broadcast_to(parameter.values, (*parameter.shape, 3))
+    negative = (parameter.values < 0.0).any(axis=-1)
     if negative.any():
-        made.raise_error_of_first_bad_value(negative, lambda _, one: validate_damping(one))
-    return made, along
+        parameter.raise_error_of_first_bad_value(negative, lambda _, one: validate_damping(one))
+    return parameter, components

@@ -50,20 +50,21 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
     """Return the quaternion for the z-x-z Euler angles precession, nutation and spin."""
     precession, nutation, spin = angles
     c, s = cos(0.5 * nutation), sin(0.5 * nutation)
-    total, apart = 0.5 * precession + 0.5 * spin, 0.5 * precession - 0.5 * spin
-    return c * cos(total), s * cos(apart), s * sin(apart), c * sin(total)
+    half_sum, half_difference = 0.5 * precession + 0.5 * spin, 0.5 * precession - 0.5 * spin
+    return c * cos(half_sum), s * cos(half_difference), s * sin(half_difference), c * sin(half_sum)
 
 
-def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
+def attitude_from_euler(block: bytes, start: Array, angles: Vector) -> Quaternion:
     """Compute the attitude of a body from its Euler angles.
 
-    The Euler angles describe a body-fixed frame whose third axis is the apex. `unturned` is the C
+    The Euler angles describe a body-fixed frame whose third axis is the apex. `block` is the C
     struct of a scene with the unrotated body, and `start` is its initial state.
     """
     names = ("precession_angle", "nutation", "spin_angle")
-    own = [float(values(name, unturned, start)[0]) for name in names]
+    frame_angles = [float(values(name, block, start)[0]) for name in names]
     return multiply(
-        quaternion_from_euler(angles), conjugate(quaternion_from_euler((own[0], own[1], own[2])))
+        quaternion_from_euler(angles),
+        conjugate(quaternion_from_euler((frame_angles[0], frame_angles[1], frame_angles[2]))),
     )
 
 
@@ -72,8 +73,8 @@ def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[
     precession, nutation, _ = angles
     turning, nodding, spinning = rates
     c, s = cos(precession), sin(precession)
-    across, up = spinning * sin(nutation), spinning * cos(nutation)
-    return nodding * c + across * s, nodding * s - across * c, turning + up
+    horizontal, vertical = spinning * sin(nutation), spinning * cos(nutation)
+    return nodding * c + horizontal * s, nodding * s - horizontal * c, turning + vertical
 
 
 def validate_tilt_angle(tilt: object, degrees: bool) -> float:
@@ -81,8 +82,8 @@ def validate_tilt_angle(tilt: object, degrees: bool) -> float:
 
     Raises ValueError if the angle is outside [0, pi].
     """
-    given = as_float("tilt", tilt)
-    angle = math.radians(given) if degrees else given
+    number = as_float("tilt", tilt)
+    angle = math.radians(number) if degrees else number
     if not 0.0 <= angle <= math.pi:
         most = "180" if degrees else "pi, or up to 180 with degrees=True"
         raise ValueError(f"tilt must lie between 0 and {most}, not {short_repr(tilt)}")
@@ -101,13 +102,13 @@ def is_steady_precession_requested(
     if not as_bool("steady", steady):
         return False
     others = {"precession": precession is not None}
-    for name, given in environment._asdict().items():
+    for name, value in environment._asdict().items():
         if name != "gravity":
-            values = given.values if isinstance(given, BatchParameter) else given
+            values = value.values if isinstance(value, BatchParameter) else value
             others[name] = values is not None and bool(np.any(np.asarray(values)))
     if any(others.values()):
-        said = " or ".join(name for name, is_given in others.items() if is_given)
-        raise ValueError(f"steady=True cannot be combined with {said}")
+        listing = " or ".join(name for name, is_given in others.items() if is_given)
+        raise ValueError(f"steady=True cannot be combined with {listing}")
     return True
 
 
@@ -125,17 +126,17 @@ def find_symmetry_moments(moments: Array, com: Array) -> tuple[Array, Array, Boo
     """
     distances = np.abs(com)
     reach, largest = distances.max(axis=-1), moments.max(axis=-1)
-    within = KIND_RTOL * largest
+    tolerance = KIND_RTOL * largest
     is_along = np.where(
         reach[..., None] > 0.0, distances > KIND_RTOL * reach[..., None], [False, False, True]
     )
     k = is_along.argmax(axis=-1)[..., None]
     i, j, axial = (np.take_along_axis(moments, (k + d) % 3, -1)[..., 0] for d in (2, 1, 0))
-    is_round = largest - moments.min(axis=-1) <= within
-    is_symmetric = is_round | ((is_along.sum(axis=-1) == 1) & (np.abs(i - j) <= within))
+    is_round = largest - moments.min(axis=-1) <= tolerance
+    is_symmetric = is_round | ((is_along.sum(axis=-1) == 1) & (np.abs(i - j) <= tolerance))
     third = moments[..., 2]
-    across, along = np.where(is_round, third, 0.5 * (i + j)), np.where(is_round, third, axial)
-    return across, along, is_symmetric
+    i1, i3 = np.where(is_round, third, 0.5 * (i + j)), np.where(is_round, third, axial)
+    return i1, i3, is_symmetric
 
 
 def find_symmetry_moments_of_body(body: Body) -> tuple[float, float]:
@@ -143,7 +144,7 @@ def find_symmetry_moments_of_body(body: Body) -> tuple[float, float]:
 
     Raises ValueError for a body that is not symmetric about its apex.
     """
-    across, along, is_symmetric = find_symmetry_moments(
+    i1, i3, is_symmetric = find_symmetry_moments(
         np.array(body.moments), np.array(body.principal_com)
     )
     if not is_symmetric:
@@ -152,11 +153,11 @@ def find_symmetry_moments_of_body(body: Body) -> tuple[float, float]:
             f"gravity: whose axis is the third): moments {body.moments}, com "
             f"{body.principal_com} in principal axes are not"
         )
-    return float(across), float(along)
+    return float(i1), float(i3)
 
 
 def solve_steady_precession(
-    across: Array, along: Array, torque: Array, spin: Array, tilt: Array, fast: bool
+    i1: Array, i3: Array, torque: Array, spin: Array, tilt: Array, fast: bool
 ) -> tuple[Array, BoolArray]:
     """Return the rates W of steady precession, and for which tops one exists.
 
@@ -165,27 +166,29 @@ def solve_steady_precession(
     gravity. The larger root of this quadratic equation is computed without cancellation, and the
     smaller one from the product of the roots. All arguments are arrays that broadcast.
     """
-    a, b, root = _compute_precession_coefficients(across, along, torque, spin, tilt)
+    a, b, root = _compute_precession_coefficients(i1, i3, torque, spin, tilt)
     with np.errstate(all="ignore"):
-        hangs, size = a * torque <= 0.0, np.abs(b)
-        apart = np.sqrt(np.maximum(size - root, 0.0)) * np.sqrt(size + root)
-        larger = 0.5 * np.copysign(size + np.where(hangs, np.hypot(b, root), apart), b)
+        is_hanging, size = a * torque <= 0.0, np.abs(b)
+        root_of_difference = np.sqrt(np.maximum(size - root, 0.0)) * np.sqrt(size + root)
+        larger = 0.5 * np.copysign(
+            size + np.where(is_hanging, np.hypot(b, root), root_of_difference), b
+        )
         rates = larger / a if fast else np.where(larger != 0.0, torque / larger, 0.0)
-    is_too_slow = ~hangs & _is_spin_too_slow(b, root)
+    is_too_slow = ~is_hanging & _is_spin_too_slow(b, root)
     is_missing = is_too_slow | (larger == 0.0) & (torque != 0.0)
-    at_pole = np.abs(sin(tilt)) < 1e-15
-    exists = at_pole | ~(is_missing | (a == 0.0) if fast else is_missing)
-    return np.where(at_pole, 0.0, rates), exists
+    is_at_pole = np.abs(sin(tilt)) < 1e-15
+    exists = is_at_pole | ~(is_missing | (a == 0.0) if fast else is_missing)
+    return np.where(is_at_pole, 0.0, rates), exists
 
 
 def _compute_precession_coefficients(
-    across: Array, along: Array, torque: Array, spin: Array, tilt: Array
+    i1: Array, i3: Array, torque: Array, spin: Array, tilt: Array
 ) -> tuple[Array, Array, Array]:
     """Return I1 cos(tilt), I3 spin, and the absolute value of I3 spin at which both roots agree."""
     cosine = cos(tilt)
     with np.errstate(all="ignore"):
-        a = np.where(np.abs(cosine) > 1e-15, across * cosine, 0.0)
-        return a, along * spin, 2.0 * np.sqrt(np.abs(a)) * np.sqrt(np.abs(torque))
+        a = np.where(np.abs(cosine) > 1e-15, i1 * cosine, 0.0)
+        return a, i3 * spin, 2.0 * np.sqrt(np.abs(a)) * np.sqrt(np.abs(torque))
 
 
 def _is_spin_too_slow(axial_momentum: Array, least: Array) -> BoolArray:
@@ -194,8 +197,8 @@ def _is_spin_too_slow(axial_momentum: Array, least: Array) -> BoolArray:
 
 
 def compute_steady_precession_rate(
-    across: float,
-    along: float,
+    transverse_moment: float,
+    axial_moment: float,
     torque: float,
     spin: float,
     tilt: float,
@@ -206,15 +209,19 @@ def compute_steady_precession_rate(
 
     Raises ValueError, with the least possible spin in the message, if no steady precession exists.
     """
-    i1, i3, pull, rate, angle = (np.asarray(x) for x in (across, along, torque, spin, tilt))
+    i1, i3, pull, rate, angle = (
+        np.asarray(x) for x in (transverse_moment, axial_moment, torque, spin, tilt)
+    )
     precession, exists = solve_steady_precession(i1, i3, pull, rate, angle, fast)
     if exists:
         return float(precession)
     a, b, root = _compute_precession_coefficients(i1, i3, pull, rate, angle)
     if a * torque > 0.0 and _is_spin_too_slow(b, root):
-        given, least = (math.degrees(x) if degrees else x for x in (spin, float(root) / along))
+        user_spin, least = (
+            math.degrees(x) if degrees else x for x in (spin, float(root) / axial_moment)
+        )
         raise ValueError(
-            f"there is no steady precession at this tilt with spin = {given!r}: the smallest "
+            f"there is no steady precession at this tilt with spin = {user_spin!r}: the smallest "
             f"spin with one is {least!r}"
         )
     if fast and a == 0.0:

@@ -50,24 +50,28 @@ def compute_momentum_after_body_change(
     m = _rotate_rational_vector(
         _conjugate_rational_quaternion(q), _convert_doubles_to_fractions(momentum, low)
     )
-    along = _rotate_rational_vector(
+    principal_momentum = _rotate_rational_vector(
         _conjugate_rational_quaternion(_convert_doubles_to_fractions(old.axes)), m
     )
     rate = [
         (x - Fraction(rotor)) / Fraction(moment)
-        for x, moment, rotor in zip(along, old.moments, old.principal_rotor, strict=True)
+        for x, moment, rotor in zip(
+            principal_momentum, old.moments, old.principal_rotor, strict=True
+        )
     ]
     velocity = _rotate_rational_vector(_convert_doubles_to_fractions(old.axes), rate)
-    seen = _rotate_rational_vector(
+    principal_velocity = _rotate_rational_vector(
         _conjugate_rational_quaternion(_convert_doubles_to_fractions(new.axes)), velocity
     )
-    own = [
+    new_momentum = [
         x * Fraction(moment) + Fraction(rotor)
-        for x, moment, rotor in zip(seen, new.moments, new.principal_rotor, strict=True)
+        for x, moment, rotor in zip(
+            principal_velocity, new.moments, new.principal_rotor, strict=True
+        )
     ]
     return _split_into_high_and_low_words(
         _rotate_rational_vector(
-            q, _rotate_rational_vector(_convert_doubles_to_fractions(new.axes), own)
+            q, _rotate_rational_vector(_convert_doubles_to_fractions(new.axes), new_momentum)
         )
     )
 
@@ -89,14 +93,14 @@ def _rotate_rational_vector(q: _Rational, v: Sequence[Fraction]) -> _Rational:
     """Return q v q* / |q|^2."""
     w, *u = q
     square = w * w + sum(x * x for x in u)
-    along = sum((x * y for x, y in zip(u, v, strict=True)), Fraction(0))
-    own = w * w - sum(x * x for x in u)
-    turned = []
+    dot = sum((x * y for x, y in zip(u, v, strict=True)), Fraction(0))
+    factor = w * w - sum(x * x for x in u)
+    components = []
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        across = u[j] * v[k] - u[k] * v[j]
-        turned.append((own * v[i] + 2 * along * u[i] + 2 * w * across) / square)
-    return tuple(turned)
+        cross = u[j] * v[k] - u[k] * v[j]
+        components.append((factor * v[i] + 2 * dot * u[i] + 2 * w * cross) / square)
+    return tuple(components)
 
 
 def _split_into_high_and_low_words(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:

@@ -23,16 +23,16 @@ _TENSOR_FORM = "3 moments or a symmetric 3x3 matrix"
 
 def validate_inertia_tensor(name: str, value: object) -> Array:
     """Return the 3x3 tensor of inertia described by three moments or a symmetric matrix."""
-    given = as_finite_array(name, value, _TENSOR_FORM)
-    if given.shape not in ((3,), (3, 3)):
+    tensor = as_finite_array(name, value, _TENSOR_FORM)
+    if tensor.shape not in ((3,), (3, 3)):
         raise ValueError(f"{name} must be {_TENSOR_FORM}, not {short_repr(value)}")
-    if given.ndim == 1:
-        return np.diag(given)
+    if tensor.ndim == 1:
+        return np.diag(tensor)
     with np.errstate(over="ignore"):
-        skew = np.abs(given - given.T).max()
-    if skew > INPUT_RTOL * np.abs(given).max():
+        skew = np.abs(tensor - tensor.T).max()
+    if skew > INPUT_RTOL * np.abs(tensor).max():
         raise ValueError(f"{name} must be {_TENSOR_FORM}, not {short_repr(value)}")
-    return given
+    return tensor
 
 
 def convert_tensor_to_moments_or_rows(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
@@ -71,56 +71,58 @@ def describe_triangle_violation(tensor: Array, inertia_rtol: float) -> str:
     least, middle, largest = sorted(moments)
     if not least > 0.0:
         return f"{least!r} is not positive in {moments}"
-    over = largest / (least + middle) - 1.0
-    said = f", with inertia_rtol={inertia_rtol!r}" if inertia_rtol else ""
-    hint = f"; inertia_rtol={1.1 * over:.2g} would accept it" if INPUT_RTOL < over < 0.01 else ""
-    return f"{largest!r} > {least!r} + {middle!r} in {moments}{said}{hint}"
+    excess = largest / (least + middle) - 1.0
+    clause = f", with inertia_rtol={inertia_rtol!r}" if inertia_rtol else ""
+    hint = (
+        f"; inertia_rtol={1.1 * excess:.2g} would accept it" if INPUT_RTOL < excess < 0.01 else ""
+    )
+    return f"{largest!r} > {least!r} + {middle!r} in {moments}{clause}{hint}"
 
 
 def describe_unphysical_inertia(mass: float, tensor: Array, com: Vector) -> str:
     """Return a message that explains why no mass distribution has the given inertia."""
     rest = add_point_mass_inertia(tensor, -mass, np.array(com))
-    left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
+    moments = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (
         f"no body has this inertia about the fixed point: about its centre of mass the moments "
-        f"would be {', '.join(f'{moment:.4g}' for moment in left)}. Give an inertia about the "
+        f"would be {', '.join(f'{moment:.4g}' for moment in moments)}. Give an inertia about the "
         "centre of mass as inertia_about_com. Pass unphysical=True if mass and com are only "
         "parameters of a model"
     )
 
 
-def add_point_mass_inertia(tensor: Array, mass: float, at: Array) -> Array:
-    """Return the tensor plus the inertia of a point mass at a = `at`: mass * (|a|^2 1 - a a^t)."""
+def add_point_mass_inertia(tensor: Array, mass: float, lever: Array) -> Array:
+    """Add the inertia of a point mass at a = `lever` to a tensor: mass * (|a|^2 1 - a a^t)."""
     with np.errstate(over="ignore", invalid="ignore"):
-        products = mass * np.outer(at, at)
+        products = mass * np.outer(lever, lever)
         xx, yy, zz = products.diagonal()
         np.fill_diagonal(products, 0.0)
-        together: Array = tensor + (np.diag((yy + zz, zz + xx, xx + yy)) - products)
-    return together
+        total: Array = tensor + (np.diag((yy + zz, zz + xx, xx + yy)) - products)
+    return total
 
 
-def parallel_axis_term(mass: float, com: Array, by: Array) -> Array:
-    """Return the change of the inertia tensor when the body is displaced by `by`."""
+def parallel_axis_term(mass: float, com: Array, displacement: Array) -> Array:
+    """Return the change of the inertia tensor when the body is displaced by `displacement`."""
     with np.errstate(over="ignore", invalid="ignore"):
-        mixed = np.outer(com, by)
-        products = mass * (mixed + mixed.T + np.outer(by, by))
-        added: Array = np.eye(3) * products.trace() - products
-    return added
+        outer_product = np.outer(com, displacement)
+        products = mass * (outer_product + outer_product.T + np.outer(displacement, displacement))
+        term: Array = np.eye(3) * products.trace() - products
+    return term
 
 
 def inertia_at_fixed_point(
-    mass: float, inertia: ArrayLike | None, about_com: ArrayLike | None, com: ArrayLike
+    mass: float, inertia: ArrayLike | None, inertia_about_com: ArrayLike | None, com: ArrayLike
 ) -> Array:
-    """Return the tensor of inertia at the fixed point, from either `inertia` or `about_com`.
+    """Return the tensor of inertia at the fixed point, from `inertia` or `inertia_about_com`.
 
-    Raises ValueError unless exactly one of `inertia` and `about_com` is given.
+    Raises ValueError unless exactly one of `inertia` and `inertia_about_com` is given.
     """
-    if (inertia is None) == (about_com is None):
-        both = "not none" if about_com is None else "not both"
-        raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
-    if about_com is None:
+    if (inertia is None) == (inertia_about_com is None):
+        correction = "not none" if inertia_about_com is None else "not both"
+        raise ValueError(f"give exactly one of inertia and inertia_about_com, {correction}")
+    if inertia_about_com is None:
         return validate_inertia_tensor("inertia", inertia)
-    tensor = validate_inertia_tensor("inertia_about_com", about_com)
+    tensor = validate_inertia_tensor("inertia_about_com", inertia_about_com)
     return add_point_mass_inertia(
         tensor, as_positive("mass", mass), np.array(as_three_floats("com", com))
     )
@@ -131,9 +133,9 @@ def validate_inertia_tolerance(inertia_rtol: object) -> float:
 
     Raises ValueError unless the tolerance is at least 0 and less than 1.
     """
-    given = as_float("inertia_rtol", inertia_rtol)
-    if not 0.0 <= given < 1.0:
+    tolerance = as_float("inertia_rtol", inertia_rtol)
+    if not 0.0 <= tolerance < 1.0:
         raise ValueError(
             f"inertia_rtol must be at least 0 and less than 1, not {short_repr(inertia_rtol)}"
         )
-    return given
+    return tolerance

@@ -38,7 +38,7 @@ def compute_angular_momentum(
     principal = multiply(q, axes)
     x, y, z = turn_back(principal, v)
     i1, i2, i3 = moments
-    own = i1 * x, i2 * y, i3 * z
+    components = i1 * x, i2 * y, i3 * z
     if rotor is not None:
-        own = own[0] + rotor[0], own[1] + rotor[1], own[2] + rotor[2]
-    return turn(principal, own)
+        components = components[0] + rotor[0], components[1] + rotor[1], components[2] + rotor[2]
+    return turn(principal, components)

@@ -105,28 +105,28 @@ class Scene:
         friction: float | None = None,
     ) -> None:
         check_type("body", body, Body)
-        given = {} if momentum is None else {"momentum": momentum}
+        arguments = {} if momentum is None else {"momentum": momentum}
         if velocity is not None:
-            given["velocity"] = velocity
+            arguments["velocity"] = velocity
         if body_momentum is not None:
-            given["body_momentum"] = body_momentum
+            arguments["body_momentum"] = body_momentum
         if body_velocity is not None:
-            given["body_velocity"] = body_velocity
-        around = gravity, damping, turning, shaking, friction
-        made = (
+            arguments["body_velocity"] = body_velocity
+        environment = gravity, damping, turning, shaking, friction
+        data = (
             None
             if attitude_xyzw is not None
-            else validate_scene_arguments_in_core(body, given, attitude, around)
+            else validate_scene_arguments_in_core(body, arguments, attitude, environment)
         )
-        if made is None:
-            made = validate_scene_arguments(
-                body, given, attitude, attitude_xyzw, PhysicalEnvironment(*around)
+        if data is None:
+            data = validate_scene_arguments(
+                body, arguments, attitude, attitude_xyzw, PhysicalEnvironment(*environment)
             )
-        kept = self.__dict__
-        kept["body"] = body
-        m, q, g, d, u, s, f, block = made
-        kept["momentum"], kept["attitude"], kept["gravity"], kept["damping"] = m, q, g, d
-        kept["turning"], kept["shaking"], kept["friction"], kept["_block"] = u, s, f, block
+        fields = self.__dict__
+        fields["body"] = body
+        m, q, g, d, u, s, f, block = data
+        fields["momentum"], fields["attitude"], fields["gravity"], fields["damping"] = m, q, g, d
+        fields["turning"], fields["shaking"], fields["friction"], fields["_block"] = u, s, f, block
 
     def __repr__(self) -> str:
         """Return the constructor call as text, omitting a support at rest."""
@@ -304,15 +304,15 @@ class Scene:
         """
         check_type("body", body, Body)
         in_degrees = as_bool("degrees", degrees)
-        at, by = (
+        angle_vector, rate_vector = (
             convert_vector_to_radians("angles", angles, in_degrees),
             convert_vector_to_radians("rates", rates, in_degrees),
         )
-        unturned = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
-        attitude = attitude_from_euler(unturned._block, unturned._start_state, at)
-        velocity = velocity_from_euler(at, by)
-        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
-        return cls(body, attitude=attitude, velocity=velocity, **around._asdict())
+        reference = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
+        attitude = attitude_from_euler(reference._block, reference._start_state, angle_vector)
+        velocity = velocity_from_euler(angle_vector, rate_vector)
+        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        return cls(body, attitude=attitude, velocity=velocity, **environment._asdict())
 
     @classmethod
     def spinning(
@@ -355,22 +355,24 @@ class Scene:
         >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
         True
         """
-        across, along = find_symmetry_moments_of_body(check_type("body", body, Body))
+        i1, i3 = find_symmetry_moments_of_body(check_type("body", body, Body))
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
         angle = validate_tilt_angle(tilt, in_degrees)
-        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
-        if is_steady_precession_requested(steady, fast, precession, around):
+        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        if is_steady_precession_requested(steady, fast, precession, environment):
             refuse_rotor_in_steady_precession(body)
-            torque = body.mass * around.validate_single_top_environment()[0] * math.hypot(*body.com)
-            about = compute_steady_precession_rate(
-                across, along, torque, rate, angle, fast, degrees
+            torque = (
+                body.mass * environment.validate_single_top_environment()[0] * math.hypot(*body.com)
+            )
+            precession_rate = compute_steady_precession_rate(
+                i1, i3, torque, rate, angle, fast, degrees
             )
         else:
-            about = 0.0 if precession is None else as_float("precession", precession)
-            about = math.radians(about) if in_degrees else about
-        rates = about, 0.0, rate - about * math.cos(angle)
-        return cls.from_euler(body, (0.0, angle, 0.0), rates, **around._asdict())
+            precession_rate = 0.0 if precession is None else as_float("precession", precession)
+            precession_rate = math.radians(precession_rate) if in_degrees else precession_rate
+        rates = precession_rate, 0.0, rate - precession_rate * math.cos(angle)
+        return cls.from_euler(body, (0.0, angle, 0.0), rates, **environment._asdict())
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
@@ -471,12 +473,12 @@ def build_scene_from_table(table: dict[str, object]) -> Scene:
     if "body" not in table:
         raise ValueError("the table [body] is missing")
     body = build_body_from_table(table.pop("body"), _ABOVE)
-    chosen = [name for name in _SCENE_MAKERS if name in table]
-    if not chosen:
+    names = [name for name in _SCENE_MAKERS if name in table]
+    if not names:
         return call_constructor_with_table(
             partial(Scene, body), "a scene", table, _BELOW, _SCENE_MAKERS
         )
-    name, *others = [*chosen, *(word for word in table if word not in chosen)]
+    name, *others = [*names, *(word for word in table if word not in names)]
     make = partial(_SCENE_MAKERS[name], body)
     if others and others[0] in signature(make).parameters:
         raise ValueError(f"{others[0]} belongs in [{name}]")

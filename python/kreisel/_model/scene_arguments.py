@@ -27,52 +27,57 @@ SceneData = tuple[Vector, Quaternion, float, Vector, Vector, Vector, float, byte
 
 def validate_scene_arguments_in_core(
     body: Body,
-    given: dict[str, ArrayLike],
+    arguments: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
     environment: tuple[object, object, object, object, object],
 ) -> SceneData | None:
     """Validate arguments in the C library, or return None if they must be validated in Python."""
-    if len(given) != 1:
+    if len(arguments) != 1:
         return None
-    ((name, value),) = given.items()
+    ((name, value),) = arguments.items()
     g, d, u, s, f = environment
-    made = scene(body._block, value, attitude, g, d, u, s, f)
-    if isinstance(made, tuple) and name != "momentum":
-        v, q, around = made[0], made[1], made[2:7]
-        made = scene(
-            body._block, _convert_velocity_to_momentum(body, name, q, v, around[2]), q, *around
+    data = scene(body._block, value, attitude, g, d, u, s, f)
+    if isinstance(data, tuple) and name != "momentum":
+        v, q, environment_values = data[0], data[1], data[2:7]
+        data = scene(
+            body._block,
+            _convert_velocity_to_momentum(body, name, q, v, environment_values[2]),
+            q,
+            *environment_values,
         )
-    return made if isinstance(made, tuple) else None
+    return data if isinstance(data, tuple) else None
 
 
 def validate_scene_arguments(
     body: Body,
-    given: dict[str, ArrayLike],
+    arguments: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
     attitude_xyzw: ArrayLike | None,
     environment: PhysicalEnvironment,
 ) -> SceneData:
     """Validate the arguments of a scene one by one."""
-    around = environment.validate_single_top_environment()
+    environment_values = environment.validate_single_top_environment()
     if attitude_xyzw is not None:
         if attitude is not None:
             raise ValueError("give either attitude or attitude_xyzw, not both")
         q = unit("attitude_xyzw", attitude_xyzw, last=True)
     else:
         q = (1.0, 0.0, 0.0, 0.0) if attitude is None else unit("attitude", attitude)
-    if len(given) != 1:
+    if len(arguments) != 1:
         raise ValueError(
             "give exactly one of momentum, velocity, body_momentum, body_velocity, not "
-            + (" and ".join(given) or "none")
+            + (" and ".join(arguments) or "none")
         )
-    ((name, value),) = given.items()
-    m = _convert_velocity_to_momentum(body, name, q, as_three_floats(name, value), around[2])
-    made = scene(body._block, m, q, *around)
-    if not isinstance(made, tuple):
+    ((name, value),) = arguments.items()
+    m = _convert_velocity_to_momentum(
+        body, name, q, as_three_floats(name, value), environment_values[2]
+    )
+    data = scene(body._block, m, q, *environment_values)
+    if not isinstance(data, tuple):
         raise make_exception_from_status(
-            made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {around[0]!r}"
+            data or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {environment_values[0]!r}"
         )
-    return made
+    return data
 
 
 def _convert_velocity_to_momentum(

@@ -139,8 +139,8 @@ class ShapeConstructors(Generic[N, S]):
         shell  True: build a thin spherical shell, which needs a mass
         """
         sizes = (cls._validate_positive("radius", radius),)
-        thin = as_bool("shell", shell)
-        return cls._build_from_shape(shapes.sphere, sizes, pivot, mass, density, shell=thin)
+        is_shell = as_bool("shell", shell)
+        return cls._build_from_shape(shapes.sphere, sizes, pivot, mass, density, shell=is_shell)
 
     @classmethod
     def ellipsoid(

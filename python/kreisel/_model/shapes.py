@@ -82,8 +82,8 @@ def compute_shape_mass(
     check_mass_xor_density(shape, mass, density)
     if density is None:
         return as_positive("mass", mass)
-    whole = shape.compute_mass(as_positive("density", density))
-    return as_positive(f"mass of the {shape.name}", whole)
+    total_mass = shape.compute_mass(as_positive("density", density))
+    return as_positive(f"mass of the {shape.name}", total_mass)
 
 
 def check_mass_xor_density(
@@ -91,8 +91,8 @@ def check_mass_xor_density(
 ) -> None:
     """Raise ValueError unless a shape has a mass or, if it has a volume, a density."""
     if (mass is None) == (density is None):
-        both = "not both" if mass is not None else "not none"
-        raise ValueError(f"give exactly one of mass and density of the {shape.name}, {both}")
+        correction = "not both" if mass is not None else "not none"
+        raise ValueError(f"give exactly one of mass and density of the {shape.name}, {correction}")
     if density is not None and not shape.has_volume:
         raise ValueError(f"the {shape.name} is thin and has no volume: give its mass")
 
@@ -147,5 +147,5 @@ def ellipsoid(half: tuple[R, R, R]) -> ShapeMoments[R]:
 def cone(radius: R, height: R) -> ShapeMoments[R]:
     """Return the shape of a solid circular cone that stands on its tip at the origin."""
     r, h = radius, height
-    side, along = 0.15 * r * r, 0.0375 * h * h
-    return ShapeMoments("cone", math.pi / 3.0 * r * r * h, (side, side, along), 0.75 * h)
+    side, axial = 0.15 * r * r, 0.0375 * h * h
+    return ShapeMoments("cone", math.pi / 3.0 * r * r * h, (side, side, axial), 0.75 * h)

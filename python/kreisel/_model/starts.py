@@ -47,18 +47,18 @@ class _EnergySurface(NamedTuple):
 
     def potential(self, P: Array) -> Array:
         """Return the potential U for vertical directions P, an array of shape (n, 3)."""
-        made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
-        return made
+        values: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
+        return values
 
     def momentum(self, P: Array, alpha: Array) -> Array:
         """Return the angular momentum M for vertical directions P and angles alpha."""
-        across, root = self.moments * P, np.sqrt(self.moments)
+        JP, root = self.moments * P, np.sqrt(self.moments)
         first, second = self._build_scaled_velocity_basis(P)
-        left = np.maximum(self.energy - self.potential(P), 0.0)
+        kinetic = np.maximum(self.energy - self.potential(P), 0.0)
         y = cosine(alpha)[:, None] * first + sine(alpha)[:, None] * second
-        about = self.vertical / (P * across).sum(axis=1)
-        made: Array = about[:, None] * across + np.sqrt(2.0 * left)[:, None] * root * y
-        return made
+        rate = self.vertical / (P * JP).sum(axis=1)
+        momenta: Array = rate[:, None] * JP + np.sqrt(2.0 * kinetic)[:, None] * root * y
+        return momenta
 
     def _build_scaled_velocity_basis(self, P: Array) -> tuple[Array, Array]:
         """Return an orthonormal basis of the vectors y = J^(-1/2) w.
@@ -71,31 +71,31 @@ class _EnergySurface(NamedTuple):
     def find_angle_of_level_apex_motion(self, P: Array, apex: Array) -> Array:
         """Return one of the two angles alpha for which the height of the apex is stationary."""
         first, second = self._build_scaled_velocity_basis(P)
-        fast = np.cross(apex, P) / np.sqrt(self.moments)
-        made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
-        return made
+        velocity = np.cross(apex, P) / np.sqrt(self.moments)
+        angles: Array = np.arctan2(-(velocity * first).sum(axis=1), (velocity * second).sum(axis=1))
+        return angles
 
     def potential_lower_bound(self, P: Array, reach: Array) -> Array:
         """Return a lower bound on U for directions within the angular distance `reach` of P.
 
         The bound uses the gradient of U at P and the largest curvature of U.
         """
-        about = P * P @ self.moments
-        k = (self.vertical / about) ** 2
+        vertical_moment = P * P @ self.moments
+        k = (self.vertical / vertical_moment) ** 2
         slope = self.lever - k[:, None] * self.moments * P
-        across = np.linalg.norm(slope - (slope * P).sum(axis=1)[:, None] * P, axis=1)
+        slope_size = np.linalg.norm(slope - (slope * P).sum(axis=1)[:, None] * P, axis=1)
         least, spread = self.moments.min(), np.ptp(self.moments)
         bend = float(np.linalg.norm(self.lever)) + (self.vertical / least) ** 2 * spread * (
             1.0 + spread / least
         )
-        made: Array = self.potential(P) - reach * (across + 0.5 * bend * reach)
-        return made
+        bounds: Array = self.potential(P) - reach * (slope_size + 0.5 * bend * reach)
+        return bounds
 
     def find_min_potential(self) -> float:
         """Return the minimum of U, found by refining the best grid points with Newton's method."""
         P = _convert_to_sphere_points(*_list_sphere_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
-        return min(self._find_potential_min_by_newton(at) for at in best)
+        return min(self._find_potential_min_by_newton(point) for point in best)
 
     def _find_potential_min_by_newton(self, P: Array) -> float:
         """Return a local minimum of the potential U near P by Newton's method on the sphere.
@@ -114,14 +114,14 @@ class _EnergySurface(NamedTuple):
             if not steepest > 0.0:
                 break
             step = vectors.T @ sides @ slope / np.maximum(np.abs(values), 1e-9 * steepest)
-            way = -vectors @ step @ sides / max(1.0, 2.0 * float(np.linalg.norm(step)))
-            tried = P + np.multiply.outer(0.5 ** np.arange(40.0), way)
-            tried /= np.linalg.norm(tried, axis=1)[:, None]
-            potential = self.potential(tried)
-            at = int(potential.argmin())
-            if not potential[at] < lowest:
+            direction = -vectors @ step @ sides / max(1.0, 2.0 * float(np.linalg.norm(step)))
+            trials = P + np.multiply.outer(0.5 ** np.arange(40.0), direction)
+            trials /= np.linalg.norm(trials, axis=1)[:, None]
+            potential = self.potential(trials)
+            index = int(potential.argmin())
+            if not potential[index] < lowest:
                 break
-            P, lowest = tried[at], float(potential[at])
+            P, lowest = trials[index], float(potential[index])
         return lowest
 
 
@@ -179,21 +179,21 @@ def starts(
             f"no start has energy = {surface.energy!r} with vertical = {surface.vertical!r}: the "
             f"smallest energy with this value is {least!r}"
         )
-    to_principal = np.array([turn_back(body.axes, e) for e in _AXES])
+    principal_axes = np.array([turn_back(body.axes, e) for e in _AXES])
     if n is None:
-        P, alpha = _place_starts_on_grid(surface, grid, to_principal, body)
+        P, alpha = _place_starts_on_grid(surface, grid, principal_axes, body)
     else:
         P, alpha = _sample_directions(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
-    M = surface.momentum(P, alpha) @ to_principal.T
-    q = _compute_rotations_to_vertical(P @ to_principal.T)
+    M = surface.momentum(P, alpha) @ principal_axes.T
+    q = _compute_rotations_to_vertical(P @ principal_axes.T)
     return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._forget_varying_parameters()
 
 
 def _refuse_overflow(surface: _EnergySurface) -> None:
     """Raise ValueError if squared energies would exceed the range of doubles."""
     vertical, energy, lever = surface.vertical, surface.energy, np.abs(surface.lever).max()
-    about = vertical * vertical / float(surface.moments.min())
-    if not about < _LARGEST:
+    rotation_energy = vertical * vertical / float(surface.moments.min())
+    if not rotation_energy < _LARGEST:
         raise ValueError(f"vertical = {vertical!r} is too large for the moments of this body")
     if not lever < _LARGEST:
         raise ValueError("mass gravity |com| of this body is too large")
@@ -202,7 +202,7 @@ def _refuse_overflow(surface: _EnergySurface) -> None:
 
 
 def _place_starts_on_grid(
-    surface: _EnergySurface, grid: object, to_principal: Array, body: Body
+    surface: _EnergySurface, grid: object, principal_axes: Array, body: Body
 ) -> tuple[Array, Array]:
     """Return a grid of vertical directions P and angles alpha on the energy surface."""
     sizes = array_of("grid", grid, "2 or 3 whole numbers")
@@ -213,7 +213,7 @@ def _place_starts_on_grid(
     apex = apex / np.linalg.norm(apex) if apex.any() else np.array(_AXES[2])
     frame = np.stack([*np.concatenate(_build_perpendicular_basis(apex[None])), apex])
     if len(counts) == 3:
-        frame = to_principal
+        frame = principal_axes
     P = _convert_to_sphere_points(*_list_sphere_cell_centres((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
@@ -236,15 +236,18 @@ def _sample_directions(
     cover = _cover_allowed_directions(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
-        left = np.arange(begin, min(begin + _ROWS, n))
+        rows = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
-            drawn = _draw_uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
-            at, chance = cover.sample_points_in_cells(drawn), drawn[:, 3] ** 2
-            even = chance * (at * at @ surface.moments) <= surface.moments.min()
-            taken = even & (surface.potential(at) <= surface.energy)
-            P[left[taken]], alpha[left[taken]] = at[taken], math.tau * drawn[taken, 4]
-            left = left[~taken]
-            if not left.size:
+            samples = _draw_uniform_numbers(seed, trial, begin, int(rows[-1]) + 1)[rows - begin]
+            points, chance = cover.sample_points_in_cells(samples), samples[:, 3] ** 2
+            is_uniform = chance * (points * points @ surface.moments) <= surface.moments.min()
+            is_accepted = is_uniform & (surface.potential(points) <= surface.energy)
+            P[rows[is_accepted]], alpha[rows[is_accepted]] = (
+                points[is_accepted],
+                math.tau * samples[is_accepted, 4],
+            )
+            rows = rows[~is_accepted]
+            if not rows.size:
                 break
         else:
             raise ValueError(
@@ -273,20 +276,20 @@ class _SphereCells(NamedTuple):
     tall: Array
     wide: Array
 
-    def sample_points_in_cells(self, drawn: Array) -> Array:
+    def sample_points_in_cells(self, samples: Array) -> Array:
         """Draw uniformly distributed points in the cells, using three random numbers per point."""
         parts = np.cumsum(self.tall * self.wide)
-        cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
-        height = self.height[cell] + self.tall[cell] * drawn[:, 1]
-        return _convert_to_sphere_points(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
+        cell = np.searchsorted(parts / parts[-1], samples[:, 0], side="right")
+        height = self.height[cell] + self.tall[cell] * samples[:, 1]
+        return _convert_to_sphere_points(height, self.angle[cell] + self.wide[cell] * samples[:, 2])
 
     def compute_cell_centres_and_radii(self) -> tuple[Array, Array]:
         """Return each cell's centre, and a bound on its angular distance to points in the cell."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
-        up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
-        aside = 0.5 * self.wide * np.sin(polar[1])
-        return _convert_to_sphere_points(middle, self.angle + 0.5 * self.wide), up + aside
+        rise = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
+        side = 0.5 * self.wide * np.sin(polar[1])
+        return _convert_to_sphere_points(middle, self.angle + 0.5 * self.wide), rise + side
 
     def halve_sphere_cells(self) -> _SphereCells:
         """Divide each cell into two halves across its longer side."""
@@ -308,8 +311,10 @@ def _cover_allowed_directions(surface: _EnergySurface) -> _SphereCells:
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
         P, reach = cover.compute_cell_centres_and_radii()
-        kept = surface.potential_lower_bound(P, reach) <= surface.energy
-        cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
+        is_allowed = surface.potential_lower_bound(P, reach) <= surface.energy
+        cover = (
+            _SphereCells(*(column[is_allowed] for column in cover)) if is_allowed.any() else cover
+        )
         if len(cover.height) >= _CELLS:
             break
         cover = cover.halve_sphere_cells()
@@ -320,8 +325,8 @@ def _compute_rotations_to_vertical(P: Array) -> Array:
     """Return the smallest rotations that take the body-frame vector P to e3."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
-        up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation
-        q = np.stack((up, y, -x, np.zeros_like(x)), axis=1)
+        w = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation
+        q = np.stack((w, y, -x, np.zeros_like(x)), axis=1)
         q /= np.linalg.norm(q, axis=1)[:, None]
     q[~np.isfinite(q).all(axis=1)] = (0.0, 1.0, 0.0, 0.0)
     return q
@@ -336,8 +341,8 @@ def _list_sphere_cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
 
 def _convert_to_sphere_points(height: Array, angle: Array) -> Array:
     """Return points on the unit sphere, given their heights and azimuths."""
-    across = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), 0.0))
-    return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
+    radius = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), 0.0))
+    return np.stack((radius * cosine(angle), radius * sine(angle), height), axis=-1)
 
 
 def _build_perpendicular_basis(normals: Array) -> tuple[Array, Array]:

@@ -65,26 +65,26 @@ def require_toml_table(name: str, value: object) -> dict[str, object]:
 
 def call_constructor_with_table(
     make: Callable[..., _T],
-    where: str,
+    place: str,
     words: Mapping[str, object],
-    elsewhere: Mapping[str, str],
+    locations: Mapping[str, str],
     others: Iterable[str] = (),
 ) -> _T:
     """Call the constructor `make` with the entries of a table as keyword arguments.
 
-    Raises ValueError for unknown and missing keys. `elsewhere` maps keys that belong to another
+    Raises ValueError for unknown and missing keys. `locations` maps keys that belong to another
     table to the phrases that say so in error messages. The error message may also suggest the keys
     in `others`.
     """
     parameters = inspect.signature(make).parameters
     for word in words:
         if word not in parameters:
-            if word in elsewhere:
-                raise ValueError(f"{word} belongs {elsewhere[word]}")
-            raise ValueError(unknown_name_message(f"key in {where}:", word, [*parameters, *others]))
+            if word in locations:
+                raise ValueError(f"{word} belongs {locations[word]}")
+            raise ValueError(unknown_name_message(f"key in {place}:", word, [*parameters, *others]))
     for name, parameter in parameters.items():
         if parameter.default is parameter.empty and name not in words:
-            raise ValueError(f"{where} has no {name}")
+            raise ValueError(f"{place} has no {name}")
     return make(**words)
 
 

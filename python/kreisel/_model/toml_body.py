@@ -15,25 +15,25 @@ MAKERS: dict[str, Callable[..., Body]] = {
 }
 
 
-def build_body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
+def build_body_from_table(table: object, locations: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. The key `rotor` is allowed beside a table of constructor parameters. `elsewhere`
+    constructor. The key `rotor` is allowed beside a table of constructor parameters. `locations`
     maps keys that belong to another table to texts for error messages.
     """
     words = dict(require_toml_table("body", table))
     if not MAKERS.keys() & words.keys():
-        return call_constructor_with_table(Body, "[body]", words, elsewhere, MAKERS)
+        return call_constructor_with_table(Body, "[body]", words, locations, MAKERS)
     rotor = words.pop("rotor", None)
-    misplaced = [word for word in words if word in elsewhere]
-    if len(words) > 1 and not misplaced:
+    keys = [word for word in words if word in locations]
+    if len(words) > 1 and not keys:
         raise ValueError(f"[body] must be described in one way, not by {', '.join(words)}")
-    if misplaced:
-        raise ValueError(f"{misplaced[0]} belongs {elsewhere[misplaced[0]]}")
+    if keys:
+        raise ValueError(f"{keys[0]} belongs {locations[keys[0]]}")
     ((name, value),) = words.items()
-    made: Body = call_constructor_with_table(
-        MAKERS[name], f"[body] {name}", require_toml_table(name, value), elsewhere
+    body: Body = call_constructor_with_table(
+        MAKERS[name], f"[body] {name}", require_toml_table(name, value), locations
     )
-    given: Any = rotor  # validated by the body
-    return made if rotor is None else replace(made, rotor=given)
+    rotor_value: Any = rotor  # validated by the body
+    return body if rotor is None else replace(body, rotor=rotor_value)

@@ -54,10 +54,14 @@ def explain_no_turning_points(status: str, scene: Scene) -> str:
     """Explain why the turning points of a motion are not defined."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
-    what = "a damped top" if scene._has_damping else f"this one, of kind {scene.body.kind!r},"
-    what += " with a rotor" if any(scene.body.rotor) else ""
-    what += "".join([f" with {name}" for name in list_disturbances(scene) if name != "damping"])
+    description = (
+        "a damped top" if scene._has_damping else f"this one, of kind {scene.body.kind!r},"
+    )
+    description += " with a rotor" if any(scene.body.rotor) else ""
+    description += "".join(
+        [f" with {name}" for name in list_disturbances(scene) if name != "damping"]
+    )
     return (
         "turning points exist for a Lagrange top, and for a body that is symmetric about its apex "
-        f"and free of torque; the nutation of {what} is not periodic"
+        f"and free of torque; the nutation of {description} is not periodic"
     )

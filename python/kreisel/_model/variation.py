@@ -57,50 +57,52 @@ class _EulerState(NamedTuple):
     spin: float  # angular velocity about the apex
 
 
-def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
+def vary(ensemble_class: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     """Build an ensemble from a scene and from arrays of varied parameters."""
     for name in words:
         if name not in _KNOWN:
             raise TypeError(unknown_name_message("parameter", name, _KNOWN))
-    given = {name: value for name, value in words.items() if value is not None}
-    kinds = [list(filter(given.__contains__, names)) for names in (_PLAIN, _SPINNING, _EULER)]
-    described = [names[0] for names in kinds if names]
-    if len(described) > 1:
+    changes = {name: value for name, value in words.items() if value is not None}
+    kinds = [list(filter(changes.__contains__, names)) for names in (_PLAIN, _SPINNING, _EULER)]
+    start_names = [names[0] for names in kinds if names]
+    if len(start_names) > 1:
         raise ValueError(
-            f"{described[0]} and {described[1]} both describe the start: give only one kind"
+            f"{start_names[0]} and {start_names[1]} both describe the start: give only one kind"
         )
-    body = _vary_body(scene, given)
-    around = _override_scene_environment(scene, given)
-    in_degrees = as_bool("degrees", given.get("degrees", False))
-    steady, fast = given.get("steady", False), given.get("fast", False)
+    body = _vary_body(scene, changes)
+    environment = _override_scene_environment(scene, changes)
+    in_degrees = as_bool("degrees", changes.get("degrees", False))
+    steady, fast = changes.get("steady", False), changes.get("fast", False)
     is_steady = False
     if steady is not False or fast is not False:
-        is_steady = is_steady_precession_requested(steady, fast, given.get("precession"), around)
-    if kinds[1] or (is_steady and not described):
+        is_steady = is_steady_precession_requested(
+            steady, fast, changes.get("precession"), environment
+        )
+    if kinds[1] or (is_steady and not start_names):
         start = _compute_varied_spin_start(
-            body, scene, given, around.gravity, in_degrees, (is_steady, fast)
+            body, scene, changes, environment.gravity, in_degrees, (is_steady, fast)
         )
     elif is_steady:
-        raise ValueError(f"steady=True requires spin and tilt instead of {described[0]}")
+        raise ValueError(f"steady=True requires spin and tilt instead of {start_names[0]}")
     elif kinds[2]:
-        start = _compute_varied_euler_start(scene, given, in_degrees)
+        start = _compute_varied_euler_start(scene, changes, in_degrees)
     else:
-        plain = {name: given[name] for name in kinds[0]}
+        plain = {name: changes[name] for name in kinds[0]}
         if not plain.keys() & set(ONE_OF):
             plain["momentum"] = scene.momentum
         if not plain.keys() & {"attitude", "attitude_xyzw"}:
             plain["attitude"] = scene.attitude
-        return many(body, **around._asdict(), **plain)
-    return many._build_from_euler_angles(body, *start, around, _accept_any_arguments)
+        return ensemble_class(body, **environment._asdict(), **plain)
+    return ensemble_class._build_from_euler_angles(body, *start, environment, _accept_any_arguments)
 
 
-def _override_scene_environment(scene: Any, given: Mapping[str, Any]) -> PhysicalEnvironment:
+def _override_scene_environment(scene: Any, changes: Mapping[str, Any]) -> PhysicalEnvironment:
     """Replace the given environment parameters of a scene by arrays, and return all of them."""
-    words = {name: given.get(name) for name in _AROUND}
+    words = {name: changes.get(name) for name in _AROUND}
     for name, value in words.items():
-        own = np.asarray(getattr(scene, name))
-        if value is None and (name in ("gravity", "damping") or own.any()):
-            words[name] = BatchParameter(name, own, own.shape)
+        scene_value = np.asarray(getattr(scene, name))
+        if value is None and (name in ("gravity", "damping") or scene_value.any()):
+            words[name] = BatchParameter(name, scene_value, scene_value.shape)
     return PhysicalEnvironment(**words)
 
 
@@ -108,18 +110,27 @@ def _accept_any_arguments(_: object, **__: object) -> None:
     """Accept any arguments and do nothing."""
 
 
-def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
-    own: Body = scene.body
-    changed = {name: given[name] for name in _BODY if name in given}
-    if "body" in given:
-        if changed:
-            raise ValueError(f"give either body or {next(iter(changed))}, not both")
-        body: Body | Bodies = given["body"]
+def _vary_body(scene: Any, changes: Mapping[str, Any]) -> Body | Bodies:
+    scene_body: Body = scene.body
+    body_changes = {name: changes[name] for name in _BODY if name in changes}
+    if "body" in changes:
+        if body_changes:
+            raise ValueError(f"give either body or {next(iter(body_changes))}, not both")
+        body: Body | Bodies = changes["body"]
         return body
-    if not changed:
-        return own
-    kept = {"mass": own.mass, "inertia": own.inertia, "com": own.com, "rotor": own.rotor}
-    return Bodies(**{**kept, **changed}, inertia_rtol=own.inertia_rtol, unphysical=own.unphysical)
+    if not body_changes:
+        return scene_body
+    parameters = {
+        "mass": scene_body.mass,
+        "inertia": scene_body.inertia,
+        "com": scene_body.com,
+        "rotor": scene_body.rotor,
+    }
+    return Bodies(
+        **{**parameters, **body_changes},
+        inertia_rtol=scene_body.inertia_rtol,
+        unphysical=scene_body.unphysical,
+    )
 
 
 def _compute_initial_euler_state(scene: Any) -> _EulerState:
@@ -128,8 +139,8 @@ def _compute_initial_euler_state(scene: Any) -> _EulerState:
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start_state)[0]) for n in names]
     x, y, z = values("velocity", scene._block, scene._start_state)[0].tolist()
     nodding = x * math.cos(phi) + y * math.sin(phi)
-    across = x * math.sin(phi) - y * math.cos(phi)
-    turning = z * math.sin(theta) - across * math.cos(theta)
+    horizontal_rate = x * math.sin(phi) - y * math.cos(phi)
+    turning = z * math.sin(theta) - horizontal_rate * math.cos(theta)
     least = 8.0 * np.finfo(float).eps * math.hypot(x, y, z)
     is_upright = abs(math.sin(theta)) < 1e-15
     rate = 0.0 if is_upright or abs(turning) <= least else turning / math.sin(theta)
@@ -142,7 +153,7 @@ _Start = tuple[list[BatchParameter], Components, Components]
 def _compute_varied_spin_start(
     body: Body | Bodies,
     scene: Any,
-    given: Mapping[str, Any],
+    changes: Mapping[str, Any],
     gravity: ArrayLike,
     degrees: bool,
     steady: tuple[bool, bool],
@@ -152,33 +163,35 @@ def _compute_varied_spin_start(
     Parameters that do not vary are taken from the scene. The first flag in `steady` requests steady
     precession, and the second selects the faster of its two rates.
     """
-    now = _compute_initial_euler_state(scene)
-    own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
+    state = _compute_initial_euler_state(scene)
+    defaults = {"spin": state.spin, "tilt": state.angles[1], "precession": state.precession}
     parameters = {
-        name: validate_tilts(given[name], degrees)
+        name: validate_tilts(changes[name], degrees)
         if name == "tilt"
-        else validate_parameter(name, given[name])
+        else validate_parameter(name, changes[name])
         for name in _SPINNING
-        if name in given
+        if name in changes
     }
     rate, angle, turning = [
         convert_array_to_radians(parameters[name].values, degrees)
         if name in parameters
-        else np.asarray(own[name])
+        else np.asarray(defaults[name])
         for name in _SPINNING
     ]
     compute_common_top_shape(body, list(parameters.values()))
     if steady[0]:
-        as_given = [
-            parameters.get(n, _make_angle_batch_parameter(n, own[n], degrees))
+        spin_and_tilt = [
+            parameters.get(n, _make_angle_batch_parameter(n, defaults[n], degrees))
             for n in ("spin", "tilt")
         ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
-        down = validate_parameter("gravity", gravity)
-        turning = compute_steady_precession_rates(body, [*as_given, down], degrees, steady[1], one)
+        gravity_parameter = validate_parameter("gravity", gravity)
+        turning = compute_steady_precession_rates(
+            body, [*spin_and_tilt, gravity_parameter], degrees, steady[1], one
+        )
     with np.errstate(all="ignore"):
-        rates = turning, np.asarray(now.nutation), rate - turning * cos(angle)
-    precession, _, spin = now.angles
+        rates = turning, np.asarray(state.nutation), rate - turning * cos(angle)
+    precession, _, spin = state.angles
     return list(parameters.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
 
 
@@ -186,22 +199,22 @@ def _make_angle_batch_parameter(name: str, radian: float, degrees: bool) -> Batc
     return BatchParameter(name, np.asarray(math.degrees(radian) if degrees else radian), ())
 
 
-def _compute_varied_euler_start(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
+def _compute_varied_euler_start(scene: Any, changes: Mapping[str, Any], degrees: bool) -> _Start:
     """Return the varied parameters, and the Euler angles and rates computed from them.
 
     Parameters that do not vary are taken from the scene.
     """
-    now = _compute_initial_euler_state(scene)
-    spinning = now.spin - now.precession * math.cos(now.angles[1])
-    own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
+    state = _compute_initial_euler_state(scene)
+    spinning = state.spin - state.precession * math.cos(state.angles[1])
+    defaults = {"angles": state.angles, "rates": (state.precession, state.nutation, spinning)}
     parameters = {
-        name: validate_parameter(name, given[name], (3,)) for name in _EULER if name in given
+        name: validate_parameter(name, changes[name], (3,)) for name in _EULER if name in changes
     }
     angles, rates = (
         split_vector_components(
             convert_array_to_radians(parameters[name].values, degrees)
             if name in parameters
-            else np.asarray(own[name])
+            else np.asarray(defaults[name])
         )
         for name in _EULER
     )
@@ -209,7 +222,7 @@ def _compute_varied_euler_start(scene: Any, given: Mapping[str, Any], degrees: b
 
 
 def scatter(
-    many: type[E],
+    ensemble_class: type[E],
     scene: Any,
     n: int,
     seed: int,
@@ -230,33 +243,35 @@ def scatter(
     words = scene._list_constructor_arguments()
     with np.errstate(all="ignore"):
         if momentum is not None:
-            off = _validate_standard_deviation("momentum", momentum, 3) * normal[:, :3]
-            words["momentum"] = np.array(scene.momentum) + off
+            deviations = _validate_standard_deviation("momentum", momentum, 3) * normal[:, :3]
+            words["momentum"] = np.array(scene.momentum) + deviations
         if attitude is not None:
-            turns, own = (
+            turns, centre = (
                 _validate_standard_deviation("attitude", attitude, 3) * normal[:, 3:6],
                 np.array(scene.attitude),
             )
             words["attitude"] = compute_vectors_in_blocks(
-                _compose_with_rotation_vectors, (count,), 4, own, turns
+                _compose_with_rotation_vectors, (count,), 4, centre, turns
             )
         if gravity is not None:
             words["gravity"] = (
                 scene.gravity + _validate_standard_deviation("gravity", gravity, 1) * normal[:, 6]
             )
-    return many(**words)._forget_varying_parameters()
+    return ensemble_class(**words)._forget_varying_parameters()
 
 
-def _validate_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Array:
+def _validate_standard_deviation(name: str, widths: ArrayLike, numbers: int) -> Array:
     """Parse a standard deviation, which is a single number or one number for each component."""
-    made = validate_parameter(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
-    if made.shape or (made.values < 0.0).any():
-        many, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
+    parameter = validate_parameter(
+        name, widths, () if np.ndim(widths) == 0 or numbers == 1 else (3,)
+    )
+    if parameter.shape or (parameter.values < 0.0).any():
+        form, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
         raise ValueError(
-            f"{name} must be the width of its deviations, {many} that {are} not negative, "
-            f"not {short_repr(given)}"
+            f"{name} must be the width of its deviations, {form} that {are} not negative, "
+            f"not {short_repr(widths)}"
         )
-    return made.values
+    return parameter.values
 
 
 def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
@@ -265,17 +280,17 @@ def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
     Each row uses 8 random 64-bit integers from the counter-based generator Philox. The Box-Muller
     transform converts these integers to normally distributed numbers.
     """
-    drawn = np.empty((n, _DRAWS))
+    samples = np.empty((n, _DRAWS))
     philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # each count gives 4 words
     for begin in range(0, n, _ROWS):
-        rows = drawn[begin : begin + _ROWS]
+        rows = samples[begin : begin + _ROWS]
         raw = philox.random_raw(rows.size).reshape(len(rows), 2, _DRAWS // 2)
-        even = (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
-        reach = np.sqrt(-2.0 * logarithm(even[:, 0] + 2.0**-53))
-        angle = math.tau * even[:, 1]
+        uniform = (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
+        reach = np.sqrt(-2.0 * logarithm(uniform[:, 0] + 2.0**-53))
+        angle = math.tau * uniform[:, 1]
         rows[:, : _DRAWS // 2] = reach * cosine(angle)
         rows[:, _DRAWS // 2 :] = reach * sine(angle)
-    return drawn
+    return samples
 
 
 def _compose_with_rotation_vectors(q: Four, r: Components) -> Four:
@@ -283,5 +298,5 @@ def _compose_with_rotation_vectors(q: Four, r: Components) -> Four:
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)
     half = 0.5 * size
-    per = np.where(size > 0.0, sine(half) / size, 0.5)
-    return multiply(q, (np.asarray(cosine(half)), per * x, per * y, per * z))
+    factor = np.where(size > 0.0, sine(half) / size, 0.5)
+    return multiply(q, (np.asarray(cosine(half)), factor * x, factor * y, factor * z))

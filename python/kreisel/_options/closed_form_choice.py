@@ -45,8 +45,8 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
 
     Raises TypeError or ValueError if the times `t` are invalid.
     """
-    allowed = compute_closed_form_error_limit(scene, t)
-    return allowed > 0.0 and torus_plan(scene._block, allowed)[0] == "OK"
+    error_limit = compute_closed_form_error_limit(scene, t)
+    return error_limit > 0.0 and torus_plan(scene._block, error_limit)[0] == "OK"
 
 
 def compute_closed_form_error_limit(scene: Scene, t: object) -> float:
@@ -84,10 +84,10 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     The costs of the two methods are compared only for single scenes. In an ensemble, the method
     chosen for each top depends only on its scene. See "Ensembles" in docs/theory/closed_form.md.
     """
-    reason, allowed = _decide_on_closed_form(scene, times)
+    reason, error_limit = _decide_on_closed_form(scene, times)
     if reason:
         return reason
-    status, refusal = torus_plan(scene._block, allowed)[:2]
+    status, refusal = torus_plan(scene._block, error_limit)[:2]
     top = TORUS_KINDS[scene.body.kind]
     return None if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
 

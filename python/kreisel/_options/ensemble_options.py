@@ -76,8 +76,8 @@ class EnsembleOptions:
     @property
     def uses_one_run_per_top(self) -> bool:
         """True if the tops must be computed one at a time."""
-        one_by_one = self.core_events is not None or bool(self.solve.tangents)
-        return one_by_one or self.solve.has_extended_precision
+        is_one_by_one = self.core_events is not None or bool(self.solve.tangents)
+        return is_one_by_one or self.solve.has_extended_precision
 
     @cached_property
     def core_arguments(self) -> tuple[str | None, float, float, int, int, bool]:
@@ -100,14 +100,14 @@ class EnsembleOptions:
 
     def make_options_for_top(self, scene: Scene) -> SolveOptions:
         """Return the options for computing the motion of a single top."""
-        one, requested = self.solve, self.solve.requested_method
+        one, name = self.solve, self.solve.requested_method
         if any(scene.turning):
             one = one.copy_options_with_heading()
         if not self.is_auto:
             return one
-        method = resolve_method(requested, scene)
+        method = resolve_method(name, scene)
         return make_solve_options(
-            method, one.step, one.tol, one.digits, one.max_steps, requested, one.want
+            method, one.step, one.tol, one.digits, one.max_steps, name, one.want
         )
 
     def copy_with_step_limit(self, max_steps: int) -> EnsembleOptions:
@@ -141,12 +141,12 @@ def resolve_method_for_ensemble(name: object, tops: Ensemble) -> Method:
         return method
     first, count = unsuited(tops._core_scenes, method.name)
     if count:
-        where = f"top{format_index(unravel_index(first, tops.shape))}"
+        member = f"top{format_index(unravel_index(first, tops.shape))}"
         more = f", the first of {count} such members" if count > 1 else ""
         try:
             resolve_method(name, get_member_by_flat_index(tops, first))
         except ValueError as error:
-            raise ValueError(f"{where}{more}: {error}") from None
+            raise ValueError(f"{member}{more}: {error}") from None
     return method
 
 
@@ -167,12 +167,12 @@ def validate_ensemble_options(
     Raises TypeError or ValueError for an invalid argument.
     """
     is_auto = isinstance(method, str) and method == "auto"
-    chosen = resolve_method_for_ensemble(FALLBACK if is_auto else method, tops)
+    resolved_method = resolve_method_for_ensemble(FALLBACK if is_auto else method, tops)
     reductions = validate_reductions(reduce)
     if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
-    solve = make_solve_options(chosen, step, tol, digits, max_steps, method, names, every)
+    solve = make_solve_options(resolved_method, step, tol, digits, max_steps, method, names, every)
     if reductions and solve.has_extended_precision:
         raise ValueError("reduce accepts at most 16 digits: its results are doubles")
     if has_events:
@@ -209,38 +209,38 @@ def validate_reductions(reduce: object) -> tuple[Reduction, ...]:
         )
     if not reduce:
         raise ValueError("the reductions name no quantity")
-    parsed: list[Reduction] = []
-    for name, given in reduce.items():
+    reductions: list[Reduction] = []
+    for name, kinds in reduce.items():
         if not isinstance(name, str) or (name not in QUANTITIES and name not in _COMPONENTS):
             raise ValueError(
                 unknown_name_message(
                     "quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS]
                 )
             )
-        for kind in _validate_reduction_kinds(name, given):
+        for kind in _validate_reduction_kinds(name, kinds):
             for quantity, component in find_components_by_name(name):
-                parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
-    return tuple(parsed)
+                reductions.append(Reduction(quantity, component, KINDS.index(kind), name))
+    return tuple(reductions)
 
 
-def _validate_reduction_kinds(name: str, given: object) -> list[str]:
+def _validate_reduction_kinds(name: str, value: object) -> list[str]:
     """Return the statistics requested for a quantity, without duplicates."""
-    kinds = [given] if isinstance(given, str) else given
+    kinds = [value] if isinstance(value, str) else value
     if not isinstance(kinds, Iterable):
         raise TypeError(
-            f"reductions[{name!r}] must be one or several of {KINDS}, not {short_repr(given)}"
+            f"reductions[{name!r}] must be one or several of {KINDS}, not {short_repr(value)}"
         )
-    listed = list(dict.fromkeys(kinds))
-    for kind in listed:
+    unique_kinds = list(dict.fromkeys(kinds))
+    for kind in unique_kinds:
         if kind not in KINDS:
             raise ValueError(
                 unknown_name_message(f"kind in reductions[{name!r}]:", str(kind), KINDS)
             )
-    if not listed:
+    if not unique_kinds:
         raise ValueError(
             f"reductions[{name!r}] is empty: give one or several of {', '.join(KINDS)}"
         )
-    return listed
+    return unique_kinds
 
 
 def validate_ensemble_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
@@ -266,10 +266,10 @@ def validate_ensemble_times(tops: Ensemble, t: object, options: EnsembleOptions)
 
 def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
     """Raise MemoryError if the states of all tops would not fit into memory."""
-    needed = tops.size * times.shape[-1] * options.bytes_per_state
-    if needed > get_total_memory():
+    byte_count = tops.size * times.shape[-1] * options.bytes_per_state
+    if byte_count > get_total_memory():
         raise MemoryError(
-            f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
+            f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * byte_count:.3g} GB, "
             "more than this machine has: use fewer times, want, kreisel.reduce or kreisel.stream"
         )
 
@@ -279,15 +279,15 @@ def _validate_times_per_top(tops: Ensemble, times: Array) -> Array:
 
     Raises ValueError if `times` cannot be broadcast, or if the times of a top are not monotonic.
     """
-    wanted = (*tops.shape, times.shape[-1])
+    shape = (*tops.shape, times.shape[-1])
     try:
-        given = np.broadcast_to(times, wanted)
+        all_times = np.broadcast_to(times, shape)
     except ValueError:
         raise ValueError(
             f"t must be a number, a list of times for all tops, or an array of shape "
             f"{(*tops.shape, 'k')} with k times of each, not an array of shape {times.shape}"
         ) from None
-    rows = np.ascontiguousarray(given).reshape(tops.size, times.shape[-1])
+    rows = np.ascontiguousarray(all_times).reshape(tops.size, times.shape[-1])
     most = max(1, _MAX_ROWS // max(1, times.shape[-1]))
     for first in range(0, tops.size, most):
         _check_times_per_top_monotonic(rows[first : first + most], first, tops.shape)
@@ -299,16 +299,18 @@ def _check_times_per_top_monotonic(rows: Array, first: int, shape: Shape) -> Non
 
     `first` is the ensemble index of the top in the first row.
     """
-    away = np.where(rows[:, -1:] < 0.0, -rows, rows)
-    wrong = np.diff(away, axis=1, prepend=0.0) < 0.0
-    if not wrong.any():
+    distances = np.where(rows[:, -1:] < 0.0, -rows, rows)
+    is_backward = np.diff(distances, axis=1, prepend=0.0) < 0.0
+    if not is_backward.any():
         return
-    i, k = (int(where[0]) for where in np.nonzero(wrong))
-    at = unravel_index(first + i, shape)
-    there = f"t{format_index((*at, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
+    i, k = (int(indices[0]) for indices in np.nonzero(is_backward))
+    index = unravel_index(first + i, shape)
+    origin = (
+        f"t{format_index((*index, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
+    )
     raise ValueError(
         "the times of a top must move away from 0 in one direction; "
-        f"t{format_index((*at, k))} = {float(rows[i, k])!r} goes back from {there}"
+        f"t{format_index((*index, k))} = {float(rows[i, k])!r} goes back from {origin}"
     )
 
 

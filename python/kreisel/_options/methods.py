@@ -190,16 +190,16 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 def describe_kind_of_top(scene: Scene) -> str:
     """Return a short description of a scene: its body, damping, friction and support."""
-    damped, near = (
+    adjective, neighbour = (
         "damped " if scene._has_damping else "",
         scene.body._nearby_integrable_case_message,
     )
-    which = f", which is {near}" if near else ""
+    clause = f", which is {neighbour}" if neighbour else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
     more = list_disturbances(scene) if scene._has_disturbances else []
     more = [name for name in more if name != "damping"]
-    around = f" {'and' if rotor else 'with'} {' and '.join(more)}" if more else ""
-    return f"this {damped}body of kind {scene.body.kind!r}{rotor}{around}{which}"
+    extras = f" {'and' if rotor else 'with'} {' and '.join(more)}" if more else ""
+    return f"this {adjective}body of kind {scene.body.kind!r}{rotor}{extras}{clause}"
 
 
 def has_torus_closed_form(scene: Scene) -> bool:
@@ -272,8 +272,8 @@ def resolve_method(name: object, scene: Scene) -> Method:
     Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """
     if isinstance(name, str) and name == "auto":
-        closed = not has_torus_closed_form(scene) and methods[EXACT].suits(scene)
-        return methods[EXACT if closed else FALLBACK]
+        has_closed_form = not has_torus_closed_form(scene) and methods[EXACT].suits(scene)
+        return methods[EXACT if has_closed_form else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):
         has_form = method.applies_to(scene.body) or (method.exact and any(scene.body.rotor))

@@ -110,8 +110,8 @@ class Plan:
             else [f"{self.step:g}: in each the top turns by about {self.turn:.2g} rad"],
             "order": [f"{order}, kernel {self.kernel}" if self.kernel else order],
             "recorded": [f"{', '.join(self.columns)}: {self.bytes} bytes a state"],
-            "left out": [f"{what}: {why}" for what, why in self.left_out],
-            "kept": [f"{what}: {why}" for what, why in self.kept],
+            "left out": [f"{item}: {reason}" for item, reason in self.left_out],
+            "kept": [f"{item}: {reason}" for item, reason in self.kept],
             "chosen": [str(self.choice)] if self.choice else [],
         }
         return [
@@ -264,8 +264,8 @@ def _explain_unneeded_computations(scene: Scene, options: SolveOptions) -> Reaso
             and not options.can_skip_heading_angle
             and HEADING_DEPENDENT.isdisjoint(options.want)
         ):
-            why = "the series with 20 or 30 digits always computes it"
-            rows.append(("attitude", "events may need it" if options.has_events else why))
+            reason = "the series with 20 or 30 digits always computes it"
+            rows.append(("attitude", "events may need it" if options.has_events else reason))
         if _is_torque_free(scene):
             rows.append(
                 ("torque", "zero, but cheap: two products next to the sums of a whole order")

@@ -46,10 +46,10 @@ QUANTITIES: dict[str, QuantityDescription] = {  # functions of the state
 
 def _make_low_word_quantity(name: str) -> QuantityDescription:
     """Return the quantity that contains the low-order part of `name` in extended precision."""
-    whole = QUANTITIES[name]
-    words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
+    base = QUANTITIES[name]
+    words = [f"{name}_low{component.removeprefix(name)}" for component in base.components]
     text = f"low words of {name}, to be added to {name}; zero up to 16 digits"
-    return whole._replace(name=f"{name}_low", components=words, text=text)
+    return base._replace(name=f"{name}_low", components=words, text=text)
 
 
 LOW = {low.name: low for low in map(_make_low_word_quantity, ("q", "m"))}

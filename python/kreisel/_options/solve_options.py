@@ -70,8 +70,8 @@ class SolveOptions:
         precise = self.has_extended_precision or self.has_events
         can_leave = self.method.skips_heading and not self.keeps_heading
         leave_heading = level and can_leave and not precise
-        own = self.step or 0.0, self.tol or 0.0, self.digits or 0
-        return self.method.name, *own, self.max_steps, leave_heading
+        accuracy = self.step or 0.0, self.tol or 0.0, self.digits or 0
+        return self.method.name, *accuracy, self.max_steps, leave_heading
 
     @cached_property
     def copy_with_default_run_settings(self) -> SolveOptions:
@@ -123,21 +123,25 @@ def validate_solve_options(
     max_steps: object = 0,
     want: object = None,
     every: object = None,
-    requested: object = None,
+    requested_method: object = None,
     t: object = None,
 ) -> SolveOptions:
     """Return the validated options for solving `scene`.
 
-    `requested` is the name of the method given by the user. `t` contains the requested times, or is
-    None if they are unknown. Raises TypeError or ValueError for an invalid argument.
+    `requested_method` is the name of the method given by the user. `t` contains the requested
+    times, or is None if they are unknown. Raises TypeError or ValueError for an invalid argument.
     """
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
-    chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
-    is_open = chosen.name == FALLBACK and method == "auto" and step is tol is digits is None
+    resolved_method = resolve_method(
+        FALLBACK if method == "auto" and digits is not None else method, top
+    )
+    is_open = (
+        resolved_method.name == FALLBACK and method == "auto" and step is tol is digits is None
+    )
     if is_open and t is not None and has_torus_closed_form(top) and prefers_closed_form(top, t):
-        chosen = methods[EXACT]
-    name = method if requested is None else requested
-    options = make_solve_options(chosen, step, tol, digits, max_steps, name, want, every)
+        resolved_method = methods[EXACT]
+    name = method if requested_method is None else requested_method
+    options = make_solve_options(resolved_method, step, tol, digits, max_steps, name, want, every)
     return options.copy_options_with_heading() if any(top.turning) else options
 
 
@@ -147,7 +151,7 @@ def validate_options_for_method(
     tol: object,
     digits: object,
     max_steps: object,
-    requested: object,
+    requested_method: object,
     want: object,
     every: object = None,
 ) -> SolveOptions:
@@ -162,7 +166,7 @@ def validate_options_for_method(
         validate_digits(method, digits, tol),
         as_int("max_steps", max_steps, 0),
         validate_requested_quantities(want),
-        str(requested),
+        str(requested_method),
         validate_recording_interval(method, every),
     )
 
@@ -176,17 +180,21 @@ def make_solve_options(
     tol: object,
     digits: object,
     max_steps: object,
-    requested: object,
+    requested_method: object,
     want: object,
     every: object = None,
 ) -> SolveOptions:
     """Return the validated options for a method, from a cache if possible."""
     if want is None or type(want) is tuple:
         try:
-            return _find_options(method, step, tol, digits, max_steps, requested, want, every)
+            return _find_options(
+                method, step, tol, digits, max_steps, requested_method, want, every
+            )
         except TypeError:  # an argument is not hashable, or invalid
             pass
-    return validate_options_for_method(method, step, tol, digits, max_steps, requested, want, every)
+    return validate_options_for_method(
+        method, step, tol, digits, max_steps, requested_method, want, every
+    )
 
 
 def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
@@ -200,16 +208,16 @@ def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | No
         raise TypeError(
             f"want must be names of quantities, as want=('apex', 'energy'), not {short_repr(want)}"
         )
-    given = list(want)
-    for name in given:
+    names = list(want)
+    for name in names:
         if not isinstance(name, str) or (name not in RECORDABLE and name != "t"):
             raise ValueError(
                 unknown_name_message("quantity in want:", str(name), ["t", *RECORDABLE])
             )
-    kept = tuple(name for name in dict.fromkeys(given) if name != "t")
-    if not kept:
+    quantities = tuple(name for name in dict.fromkeys(names) if name != "t")
+    if not quantities:
         raise ValueError("want contains no quantity besides t; leave it out to record all")
-    return kept
+    return quantities
 
 
 def validate_step(method: Method, step: object) -> float | None:
@@ -255,10 +263,10 @@ def validate_digits(method: Method, digits: object, tol: object) -> int | None:
         )
     if tol is not None:
         raise ValueError("give either digits or tol, not both")
-    asked = as_int("digits", digits, 1)
-    if asked > 30:
+    count = as_int("digits", digits, 1)
+    if count > 30:
         raise ValueError(f"digits must be at most 30, not {digits!r}")
-    return 16 if asked <= 16 else 20 if asked <= 20 else 30
+    return 16 if count <= 16 else 20 if count <= 20 else 30
 
 
 def validate_recording_interval(method: Method, every: object) -> int | None:

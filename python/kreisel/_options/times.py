@@ -59,21 +59,23 @@ def check_times_are_monotonic(times: Array, every: int | None) -> None:
     check_times_continue_monotonically(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
 
 
-def check_times_continue_monotonically(times: Array, last: float, back: bool) -> None:
+def check_times_continue_monotonically(times: Array, last: float, is_back: bool) -> None:
     """Raise ValueError unless the times start at or after `last` and do not decrease.
 
-    If `back` is True, the times must not increase.
+    If `is_back` is True, the times must not increase.
     """
-    steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
-    if times.size and (times[0] > last if back else times[0] < last):
-        i, there = 0, f"the run's {last!r}" if last else "the start at 0"
+    steps = (times[1:] > times[:-1]) if is_back else (times[1:] < times[:-1])
+    if times.size and (times[0] > last if is_back else times[0] < last):
+        i, origin = 0, f"the run's {last!r}" if last else "the start at 0"
     elif steps.any():
         i = int(steps.argmax()) + 1
-        there = f"t[{i - 1}] = {float(times[i - 1])!r}"
+        origin = f"t[{i - 1}] = {float(times[i - 1])!r}"
     else:
         return
-    here = f"t[{i}] = {float(times[i])!r}"
-    raise ValueError(f"times must move away from 0 in one direction; {here} goes back from {there}")
+    entry = f"t[{i}] = {float(times[i])!r}"
+    raise ValueError(
+        f"times must move away from 0 in one direction; {entry} goes back from {origin}"
+    )
 
 
 def iterate_time_chunks(
@@ -81,13 +83,13 @@ def iterate_time_chunks(
     step: float | None,
     every: int | None,
     size: int,
-    after: float | None,
+    resume_time: float | None,
     begin: float = 0.0,
 ) -> Iterator[Array]:
     """Return the requested times in chunks of length `size`.
 
     `t` may also be an infinite iterator. If `t` is a number, the steps start at the time `begin`,
-    and times up to `after` are omitted.
+    and times up to `resume_time` are omitted.
     """
     if isinstance(t, Iterator):
         if every is not None:
@@ -101,7 +103,7 @@ def iterate_time_chunks(
             "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
-    return _split_time_grid_into_chunks(end, step, every, size, after, begin)
+    return _split_time_grid_into_chunks(end, step, every, size, resume_time, begin)
 
 
 def find_time_direction_and_chunks(
@@ -126,14 +128,14 @@ def find_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | I
     that have already been read.
     """
     if isinstance(t, Iterator):
-        begun, back = [], False
+        head, is_back = [], False
         for time in t:
-            begun.append(time)
+            head.append(time)
             first = as_finite_array("t", time, "an iterator of times")
             if first.any():
-                back = bool((first < 0.0).any())
+                is_back = bool((first < 0.0).any())
                 break
-        return back, itertools.chain(begun, t)
+        return is_back, itertools.chain(head, t)
     last = t
     if isinstance(t, (Sequence, np.ndarray)) and np.ndim(t) > 0:
         last = t[-1] if len(t) else 0.0
@@ -176,16 +178,22 @@ def _compute_times_of_every_nth_step(
 
 
 def _split_time_grid_into_chunks(
-    end: float, step: float, every: int, size: int, after: float | None, begin: float
+    end: float, step: float, every: int, size: int, resume_time: float | None, begin: float
 ) -> Iterator[Array]:
     last = 2**53 - 1 if math.isinf(end) else _count_whole_steps(end, step, begin)
-    first, signed = 0, math.copysign(step, end - begin)
-    if after is not None:
-        first = _count_whole_steps(after, step, begin) // every * every
-        first += every if abs(_compute_grid_times(float(first), signed, begin)) <= abs(after) else 0
+    first, signed_step = 0, math.copysign(step, end - begin)
+    if resume_time is not None:
+        first = _count_whole_steps(resume_time, step, begin) // every * every
+        first += (
+            every
+            if abs(_compute_grid_times(float(first), signed_step, begin)) <= abs(resume_time)
+            else 0
+        )
     return (
         _compute_grid_times(
-            np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64), signed, begin
+            np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64),
+            signed_step,
+            begin,
         )
         for k in range(first, last + 1, size * every)
     )
@@ -194,9 +202,9 @@ def _split_time_grid_into_chunks(
 def check_states_fit_in_memory(states: int, size: int) -> None:
     """Raise MemoryError if the states, with `size` bytes each, would not fit in memory."""
     if size * states > get_total_memory():
-        needed = f"{1e-9 * size * states:.3g} GB"
+        memory = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
-            f"{states} states need {needed}, more than this machine has: record fewer with a "
+            f"{states} states need {memory}, more than this machine has: record fewer with a "
             "larger every or step"
         )
 

@@ -121,16 +121,18 @@ def _create_path_axes(n: int, has_difference: bool) -> FigureAxes:
     if n == 1:
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(3, 4))
-        sphere, above = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
-        return FigureAxes((sphere, above, figure.add_subplot(grid[1, 1], sharex=above)))
+        sphere, nutation_axes = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
+        return FigureAxes(
+            (sphere, nutation_axes, figure.add_subplot(grid[1, 1], sharex=nutation_axes))
+        )
     heights = (6, 4, 4, 4) if has_difference else (6, 4, 4)
     figure = Figure(figsize=(3.3 * n + 0.6, 6.4 * sum(heights) / 14), layout="constrained")
     grid = figure.add_gridspec(len(heights), n, height_ratios=heights)
     axes: list[Axes] = []
     for i in range(n):
-        above = figure.add_subplot(grid[1, i], sharey=axes[1] if i else None)
-        below = figure.add_subplot(grid[2, i], sharex=above)
-        axes += figure.add_subplot(grid[0, i]), above, below
+        nutation_axes = figure.add_subplot(grid[1, i], sharey=axes[1] if i else None)
+        precession_axes = figure.add_subplot(grid[2, i], sharex=nutation_axes)
+        axes += figure.add_subplot(grid[0, i]), nutation_axes, precession_axes
     if has_difference:
         axes.append(figure.add_subplot(grid[3, :]))
     return FigureAxes(axes)
@@ -161,7 +163,7 @@ def _draw_path_panels(
     time: str,
 ) -> None:
     """Draw a path and its events, with angles in the given unit."""
-    sphere, above, below = axes
+    sphere, nutation_axes, precession_axes = axes
     unit, sign = angle
     limits = _turning_points_or_none(path.scene)
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
@@ -169,24 +171,28 @@ def _draw_path_panels(
     motion = path.scene.body.kind if limits is None else str(limits.motion_type[0])
     method = "closed form" if path.method == "exact" else path.method
     sphere.set_title(f"{motion} ({method})", fontsize=10)
-    above.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)
+    nutation_axes.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)
     for height in [] if limits is None else [limits.least[0], limits.greatest[0]]:
-        above.axhline(unit * float(height), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
-    around = np.unwrap(path.precession_angle)
-    below.plot(
-        *_insert_gaps_at_jumps(path.t, unit * around, _find_precession_jumps(around)),
+        nutation_axes.axhline(
+            unit * float(height), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1
+        )
+    precession = np.unwrap(path.precession_angle)
+    precession_axes.plot(
+        *_insert_gaps_at_jumps(path.t, unit * precession, _find_precession_jumps(precession)),
         color=BLUE,
         linewidth=1.2,
     )
     has_events = events is not None and len(events.t) > 0
     if events is not None and has_events:
-        _draw_dots_at_events(axes, path.t, around, events, unit)
+        _draw_dots_at_events(axes, path.t, precession, events, unit)
     _draw_legend(sphere, bool(heights), has_events)
-    above.set_ylabel(f"nutation [{sign}]")
-    below.set(xlabel=time, ylabel=f"precession [{sign}]")
-    _widen_narrow_axis(above, unit)
-    above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
-    for chart in above, below:
+    nutation_axes.set_ylabel(f"nutation [{sign}]")
+    precession_axes.set(xlabel=time, ylabel=f"precession [{sign}]")
+    _widen_narrow_axis(nutation_axes, unit)
+    nutation_axes.tick_params(
+        labelbottom=not nutation_axes.get_shared_x_axes().joined(nutation_axes, precession_axes)
+    )
+    for chart in nutation_axes, precession_axes:
         apply_chart_style(chart)
 
 
@@ -226,15 +232,15 @@ def _draw_angle_between_paths(
     apply_chart_style(chart)
 
 
-def _find_precession_jumps(around: Array) -> npt.NDArray[np.intp]:
+def _find_precession_jumps(precession: Array) -> npt.NDArray[np.intp]:
     """Find the time intervals in which the precession angle jumps, and return their indices.
 
     The precession angle jumps if the apex passes close to the vertical. A jump is a change by more
     than 0.5 rad and by more than 8 times the median change.
     """
-    change = np.abs(np.diff(around))
-    usual = float(np.median(change)) if len(change) else 0.0
-    return np.flatnonzero(change > max(0.5, 8.0 * usual))
+    change = np.abs(np.diff(precession))
+    median = float(np.median(change)) if len(change) else 0.0
+    return np.flatnonzero(change > max(0.5, 8.0 * median))
 
 
 def _insert_gaps_at_jumps(
@@ -245,19 +251,21 @@ def _insert_gaps_at_jumps(
 
 
 def _draw_dots_at_events(
-    axes: Sequence[Axes], t: Array, around: Array, events: PlottablePath, unit: float
+    axes: Sequence[Axes], t: Array, precession: Array, events: PlottablePath, unit: float
 ) -> None:
     """Mark the events of a path by dots in all three charts."""
-    sphere, above, below = axes
+    sphere, nutation_axes, precession_axes = axes
 
     def draw_event_dots(chart: Axes, x: Array, y: Array) -> None:
         chart.plot(x, y, "o", color=ORANGE, markersize=4.0, zorder=4)
 
     x, y, depth = project_to_view(events.apex)
     draw_event_dots(sphere, x[depth > 0.0], y[depth > 0.0])
-    draw_event_dots(above, events.t, unit * events.nutation)
+    draw_event_dots(nutation_axes, events.t, unit * events.nutation)
     order = np.argsort(t)
-    draw_event_dots(below, events.t, unit * np.interp(events.t, t[order], around[order]))
+    draw_event_dots(
+        precession_axes, events.t, unit * np.interp(events.t, t[order], precession[order])
+    )
 
 
 def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
@@ -310,6 +318,6 @@ def draw_apex_trace(
     axes.plot(x, y, color=BLUE, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), color=BLUE, linewidth=1.0)
     ink = matplotlib.rcParams["text.color"]
-    behind = depth[0] < 0.0
-    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if behind else 1.0)
+    is_behind = depth[0] < 0.0
+    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if is_behind else 1.0)
     set_equal_scale_and_hide_frame(axes)

@@ -124,28 +124,28 @@ class Film:
         floor = _find_floor_height(quads, self._q, self._apex)
         set_equal_scale_and_hide_frame(axes)
         draw_floor_sphere_and_stand(axes, floor)
-        (behind,) = axes.plot([], [], color=RED, linewidth=0.7, alpha=0.45)
+        (back_trace,) = axes.plot([], [], color=RED, linewidth=0.7, alpha=0.45)
         (trace,) = axes.plot([], [], color=RED, linewidth=1.2, alpha=0.85, zorder=3)
         (needle,) = axes.plot([], [], color=STEEL, linewidth=2.0)
         (tip,) = axes.plot([], [], "o", color=RED, markersize=4)
         (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project_to_view(self._apex)
-        begin, out = _measure_extent_along_apex(
+        begin, end = _measure_extent_along_apex(
             quads @ _rotation_matrix(self._q[0]).T, self._apex[0]
         )
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
-            seen = slice(0, i * BETWEEN + 1)
-            behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
-            trace.set_data(x[seen], np.where(depth[seen] > 0.0, y[seen], np.nan))
-            now = i * BETWEEN
-            needle.set_data([out * x[now], x[now]], [out * y[now], y[now]])
-            tip.set_data([x[now]], [y[now]])
+            span = slice(0, i * BETWEEN + 1)
+            back_trace.set_data(x[span], np.where(depth[span] <= 0.0, y[span], np.nan))
+            trace.set_data(x[span], np.where(depth[span] > 0.0, y[span], np.nan))
+            index = i * BETWEEN
+            needle.set_data([end * x[index], x[index]], [end * y[index], y[index]])
+            tip.set_data([x[index]], [y[index]])
             if begin > 0.0:
-                lever.set_data([0.0, begin * x[now]], [0.0, begin * y[now]])
+                lever.set_data([0.0, begin * x[index]], [0.0, begin * y[index]])
             for part in needle, tip:
-                part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
-            lever.set_zorder(1.7 if depth[now] > 0.0 else 2.5)  # the body has zorder 2.0
+                part.set_zorder(4.0 if depth[index] > 0.0 else 1.0)
+            lever.set_zorder(1.7 if depth[index] > 0.0 else 2.5)  # the body has zorder 2.0
             corners = quads @ _rotation_matrix(q).T
             solid = draw_solid_faces(axes, corners, colours, edge=edge)
             solid.set_zorder(2.0)
@@ -212,20 +212,20 @@ def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     In the first clearly tilted state, the apex points to the right and slightly towards the viewer.
     """
     lean = np.hypot(apex[:, 0], apex[:, 1])
-    at = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
-    if not lean[at] > 0.0:
+    index = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
+    if not lean[index] > 0.0:
         return q, apex
-    angle = -np.radians(_ASIDE) - np.arctan2(apex[at, 1], apex[at, 0])
-    about = np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)])
+    angle = -np.radians(_ASIDE) - np.arctan2(apex[index, 1], apex[index, 0])
+    rotation = np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)])
     w, x, y, z = q.T
-    first, _, _, last = about
-    turned = [
+    first, _, _, last = rotation
+    components = [
         first * w - last * z,
         first * x - last * y,
         first * y + last * x,
         first * z + last * w,
     ]
-    return np.stack(turned, axis=-1), apex @ _rotation_matrix(about).T
+    return np.stack(components, axis=-1), apex @ _rotation_matrix(rotation).T
 
 
 def _get_first_and_last_time(t: Array) -> tuple[float, float]:
@@ -279,10 +279,11 @@ def select_film_encoder(file: str | os.PathLike[str]) -> Callable[[Film], bytes]
 def _encode_gif(film: Film) -> bytes:
     """Encode an animation as a GIF with one byte per pixel and the palette of the first frame."""
     images = _render_film_images(film)
-    full = next(images)
-    palette = _choose_gif_palette(full)
+    first_image = next(images)
+    palette = _choose_gif_palette(first_image)
     frames = (
-        image.quantize(palette=palette, dither=Image.Dither.NONE) for image in chain([full], images)
+        image.quantize(palette=palette, dither=Image.Dither.NONE)
+        for image in chain([first_image], images)
     )
     file = BytesIO()
     pause = 10 * max(2, round(100.0 / film.fps))  # a GIF has whole hundredths of a second
@@ -299,15 +300,17 @@ def _choose_gif_palette(image: Image.Image) -> Image.Image:
     ground = np.array(image.getpixel((0, 0)))
     ink = matplotlib.rcParams["text.color"]
     shades = [(colour, part) for colour in (ink, RED, FAINT) for part in (1.0, 0.75, 0.5, 0.25)]
-    thin = [
+    strokes = [
         ground + part * (255.0 * np.array(to_rgb(colour)) - ground)
         for colour, part in [*shades, (STEEL, 1.0), (STEEL, 0.5), (STAND, 1.0), (CREAM, 1.0)]
     ]
-    chosen = image.quantize(_MOST_COLOURS - len(thin))
-    colours = np.array(chosen.getpalette()).reshape(-1, 3)[: _MOST_COLOURS - len(thin)]
+    palette_image = image.quantize(_MOST_COLOURS - len(strokes))
+    colours = np.array(palette_image.getpalette()).reshape(-1, 3)[: _MOST_COLOURS - len(strokes)]
     colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # an exact background
-    chosen.putpalette(np.concatenate([colours, np.rint(thin)]).astype(int).ravel().tolist())
-    return chosen
+    palette_image.putpalette(
+        np.concatenate([colours, np.rint(strokes)]).astype(int).ravel().tolist()
+    )
+    return palette_image
 
 
 def _render_film_images(film: Film) -> Iterator[Image.Image]:
@@ -339,12 +342,12 @@ def _encode_frames_to_bytes(film: Film, writer: AbstractMovieWriter, suffix: str
     """Write the frames to a temporary file, and return its contents."""
     frames = film._draw_frames()
     with tempfile.TemporaryDirectory() as folder:
-        out = File(folder, f"film{suffix}")
-        with writer.saving(next(frames), out, _DPI):
+        file = File(folder, f"film{suffix}")
+        with writer.saving(next(frames), file, _DPI):
             writer.grab_frame()
             for _ in frames:
                 writer.grab_frame()
-        return out.read_bytes()
+        return file.read_bytes()
 
 
 _MAKERS = {".gif": _encode_gif, ".mp4": _encode_mp4, ".html": _encode_html_document}

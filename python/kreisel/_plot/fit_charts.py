@@ -54,8 +54,8 @@ def plot_fit_panels(panels: list[PlottableFitSeries]) -> FigureAxes:
         if panel.values.shape == panel.residuals.shape:
             fitted = panel.values + panel.residuals * panel.sigma
             for k in range(fitted.shape[1]):
-                whole = np.isfinite(fitted[:, k])
-                upper.plot(panel.t[whole], fitted[whole, k], color="black", lw=0.8)
+                is_finite = np.isfinite(fitted[:, k])
+                upper.plot(panel.t[is_finite], fitted[is_finite, k], color="black", lw=0.8)
         upper.set_title(panel.name)
         lower.axhline(0.0, color="black", lw=0.8)
         lower.set_xlabel("t")

@@ -51,9 +51,9 @@ class IndicatorWithClasses(Protocol):
 
 def classify_tops_by_chaos(indicator: IndicatorWithClasses) -> npt.NDArray[np.int8]:
     """Return the class of each top: 0 if it is regular, 1 if it is chaotic, and 2 if uncertain."""
-    found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
-    found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
-    return found
+    classes = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
+    classes[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
+    return classes
 
 
 def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, unit: str) -> Axes:
@@ -86,9 +86,9 @@ def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, un
 
 def _make_legend_entry_per_class(classes: npt.NDArray[np.int8]) -> list[Line2D]:
     """Return a legend entry for each class of tops that occurs."""
-    found, counts = np.unique(classes, return_counts=True)
+    numbers, counts = np.unique(classes, return_counts=True)
     marks = []
-    for k, n in zip(found, counts, strict=True):
+    for k, n in zip(numbers, counts, strict=True):
         name, colour = CLASSES[k]
         label = name if len(classes) == 1 else f"{name} ({n})"
         marks.append(Line2D([], [], color=colour, linewidth=2.0, label=label))
@@ -101,23 +101,23 @@ def draw_chaos_indicator_map(
     """Plot the final values of an indicator over two parameters; dots mark uncertain verdicts."""
     chart = create_figure_axes() if axes is None else check_axes_type(axes)
     values = indicator.curve[..., -1]
-    (up_name, up), (along_name, along) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
+    (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
     scale: Normalize = Normalize()
     if indicator.name != "lyapunov":
-        seen = np.where(values > 1.0, values, np.nan)
-        largest = float(np.nanmax(seen)) if np.isfinite(seen).any() else 1.0
+        growths = np.where(values > 1.0, values, np.nan)
+        largest = float(np.nanmax(growths)) if np.isfinite(growths).any() else 1.0
         scale = LogNorm(1.0, max(largest, 10.0))
         values = np.where(np.isnan(values), np.nan, np.maximum(values, 1.0))
-    field = chart.pcolormesh(along, up, values, cmap="cividis", norm=scale, rasterized=True)
+    field = chart.pcolormesh(x, y, values, cmap="cividis", norm=scale, rasterized=True)
     doubtful = np.asarray(indicator.is_doubtful)
     if doubtful.any():
         rows, columns = np.nonzero(doubtful)
         chart.plot(
-            along[columns], up[rows], ".", color="white", markersize=1.5,
+            x[columns], y[rows], ".", color="white", markersize=1.5,
             markeredgewidth=0.0,
         )  # fmt: skip
         chart.set_title("dots: verdict in doubt", fontsize=9)
-    chart.set(xlabel=along_name, ylabel=up_name)
+    chart.set(xlabel=x_name, ylabel=y_name)
     apply_chart_style(chart)
     chart.grid(visible=False)
     figure = chart.get_figure()

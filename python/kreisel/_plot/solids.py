@@ -31,8 +31,8 @@ def project_to_view(
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
-    across, away = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
-    return across, z * np.cos(e) + away * np.sin(e), z * np.sin(e) - away * np.cos(e)
+    horizontal, distance = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
+    return horizontal, z * np.cos(e) + distance * np.sin(e), z * np.sin(e) - distance * np.cos(e)
 
 
 def check_axes_type(axes: object) -> Axes:
@@ -61,11 +61,11 @@ def draw_solid_faces(
     `edge` is the line width of the outlines [pt].
     """
     x, y, depth = project_to_view(corners, elevation, azimuth)
-    towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
+    is_visible = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
         y[:, 2] - y[:, 0]
     ) > 0.0
     base = np.broadcast_to(to_rgb(colour) if isinstance(colour, str) else colour, (len(x), 3))
-    order = np.flatnonzero(towards)[np.argsort(depth[towards].mean(axis=-1))]
+    order = np.flatnonzero(is_visible)[np.argsort(depth[is_visible].mean(axis=-1))]
     x, y, corners, base = x[order], y[order], corners[order], base[order]
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # a visible face has area > 0
@@ -129,32 +129,32 @@ def draw_start_and_scale_bar(
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
     extent = float(max(np.ptp(x), np.ptp(y)))
-    aside, upwards = _find_direction_away_from_curve(x, y, 0.3 * extent)
+    dx, dy = _find_direction_away_from_curve(x, y, 0.3 * extent)
     axes.annotate(
-        "start", (x[0], y[0]), xytext=(9 * aside, 9 * upwards),
-        ha=("center", "left", "right")[round(aside)],
-        va=("center", "bottom", "top")[round(upwards)], **style,
+        "start", (x[0], y[0]), xytext=(9 * dx, 9 * dy),
+        ha=("center", "left", "right")[round(dx)],
+        va=("center", "bottom", "top")[round(dy)], **style,
     )  # fmt: skip
     if not extent > 0.0:
         return
     power = 10.0 ** np.floor(np.log10(0.25 * extent))
     length = float(max(k for k in (1.0, 2.0, 5.0) if k * power <= 0.25 * extent) * power)
-    left, below = float(x.max()) - length, float(y.min()) - 0.08 * extent
+    left, bottom = float(x.max()) - length, float(y.min()) - 0.08 * extent
     axes.plot(
-        [left, left + length], [below, below], color=ink, linewidth=2.0, solid_capstyle="butt"
+        [left, left + length], [bottom, bottom], color=ink, linewidth=2.0, solid_capstyle="butt"
     )
     axes.annotate(
-        f"{length:.12g} {unit}", (left + 0.5 * length, below), xytext=(0, -4), va="top",
+        f"{length:.12g} {unit}", (left + 0.5 * length, bottom), xytext=(0, -4), va="top",
         ha="center", **style,
     )  # fmt: skip
 
 
 def _find_direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
-    near = np.hypot(x - x[0], y - y[0]) <= reach
-    away = complex(x[0] - x[near].mean(), y[0] - y[near].mean())
-    if not abs(away) > 0.0:
+    is_near = np.hypot(x - x[0], y - y[0]) <= reach
+    direction = complex(x[0] - x[is_near].mean(), y[0] - y[is_near].mean())
+    if not abs(direction) > 0.0:
         return (-1.0, 0.0)
-    return (away.real / abs(away), away.imag / abs(away))
+    return (direction.real / abs(direction), direction.imag / abs(direction))
 
 
 def _choose_tube_thickness(centre: Array, thickness: float | None) -> float:
@@ -164,16 +164,16 @@ def _choose_tube_thickness(centre: Array, thickness: float | None) -> float:
 
 def _connect_rings(rims: Array) -> Array:
     """Return the faces that connect each ring of points with the next."""
-    after = np.roll(rims, -1, axis=1)
-    return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
+    shifted = np.roll(rims, -1, axis=1)
+    return np.stack([rims[:-1], shifted[:-1], shifted[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
 def compute_twist_free_normals(tangent: Array) -> Array:
     """Return two unit normals at each point of a curve, without twist along the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
-    for k, along in enumerate(tangent):
-        normal = normal - (normal @ along) * along
+    for k, direction in enumerate(tangent):
+        normal = normal - (normal @ direction) * direction
         normal = normal / np.linalg.norm(normal)
         normals[k] = normal
     return np.stack([normals, np.cross(tangent, normals)], axis=1)
@@ -188,11 +188,11 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
     """
     best = _find_cuboid_of_same_inertia(mass, moments, mass * com)
     if best is None:
-        made = (
+        candidates = (
             _find_cuboid_of_same_inertia(mass * 1.05**k, moments, mass * com)
             for k in range(1, 1200)
         )
-        best = max((c for c in made if c), key=lambda c: float(np.prod(c[0])), default=None)
+        best = max((c for c in candidates if c), key=lambda c: float(np.prod(c[0])), default=None)
     return best or (np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3))
 
 
@@ -200,18 +200,22 @@ def _find_cuboid_of_same_inertia(
     mass: float, moments: Array, lever: Array
 ) -> tuple[Array, Array, Array] | None:
     centre = lever / mass
-    about = np.diag(moments) - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
-    off = np.abs(about - np.diag(np.diag(about))).max()
-    own, axes = (
-        np.linalg.eigh(about) if off > 1e-12 * moments.max() else (np.diag(about), np.eye(3))
+    central_inertia = np.diag(moments) - mass * (
+        centre @ centre * np.eye(3) - np.outer(centre, centre)
     )
-    squares = 1.5 / mass * (own.sum() - 2.0 * own)
-    thin = 1e-4 * squares.max()
-    if squares.min() < -1e-9 * squares.max() or not thin > 0.0:
+    off_diagonal = np.abs(central_inertia - np.diag(np.diag(central_inertia))).max()
+    central_moments, axes = (
+        np.linalg.eigh(central_inertia)
+        if off_diagonal > 1e-12 * moments.max()
+        else (np.diag(central_inertia), np.eye(3))
+    )
+    squares = 1.5 / mass * (central_moments.sum() - 2.0 * central_moments)
+    min_square = 1e-4 * squares.max()
+    if squares.min() < -1e-9 * squares.max() or not min_square > 0.0:
         return None
     if np.linalg.det(axes) < 0.0:
         axes = -axes
-    return np.sqrt(np.maximum(squares, thin)), centre, axes.T
+    return np.sqrt(np.maximum(squares, min_square)), centre, axes.T
 
 
 def build_cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
@@ -255,22 +259,22 @@ def build_faces_of_revolution(
     rings[..., :2] = radius * r[:, None, None] * ring
     rings[..., 2] = z[:, None]
     quads = np.stack([rings[:-1, :-1], rings[:-1, 1:], rings[1:, 1:], rings[1:, :-1]], axis=2)
-    marked = np.arange(_SLICES) < _SLICES // 6
-    colours = np.where(marked[:, None], to_rgb(CREAM), to_rgb(RED))
+    is_marked = np.arange(_SLICES) < _SLICES // 6
+    colours = np.where(is_marked[:, None], to_rgb(CREAM), to_rgb(RED))
     return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
 
 
 def _compute_spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return points on a smooth curve (a Catmull-Rom spline) through points (r, z) with r <= 1."""
-    given = np.array(points)
-    slopes = np.gradient(given, axis=0)
+    knots = np.array(points)
+    slopes = np.gradient(knots, axis=0)
     u = np.linspace(0.0, 1.0, _PIECES, endpoint=False)[:, None]
     parts = [
         (1 + 2 * u) * (1 - u) ** 2 * p + u**2 * (3 - 2 * u) * q
         + u * (1 - u) ** 2 * a - u**2 * (1 - u) * b
-        for p, q, a, b in zip(given[:-1], given[1:], slopes[:-1], slopes[1:], strict=True)
+        for p, q, a, b in zip(knots[:-1], knots[1:], slopes[:-1], slopes[1:], strict=True)
     ]  # fmt: skip
-    curve = np.concatenate([*parts, given[-1:]])
+    curve = np.concatenate([*parts, knots[-1:]])
     curve[:, 0] = np.minimum(curve[:, 0], 1.0)
     return [(float(r), float(z)) for r, z in curve]
 

@@ -39,8 +39,8 @@ def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -
     """Plot the amplitude of each spectral line against its frequency, and return the axes."""
     chart = create_figure_axes(6.4, 3.4) if axes is None else check_axes_type(axes)
     strengths = np.abs(spectrum.amplitudes)
-    found = strengths > 0.0
-    lines, strengths = spectrum.lines[found], strengths[found]
+    is_present = strengths > 0.0
+    lines, strengths = spectrum.lines[is_present], strengths[is_present]
     chart.set(
         xlabel=format_axis_label("angular frequency", "T^-1", unit),
         ylabel="amplitude of the apex",
@@ -54,10 +54,10 @@ def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -
     if math.isfinite(spectrum.precession):
         chart.axvline(spectrum.precession, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1)
         _label_spectral_lines(chart, spectrum, lines, strengths)
-    about = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
+    title = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
     if math.isfinite(spectrum.precession):
-        about += "; dashed: mean precession"
-    chart.set_title(about, fontsize=9)
+        title += "; dashed: mean precession"
+    chart.set_title(title, fontsize=9)
     apply_chart_style(chart)
     chart.margins(x=0.06)
     return chart

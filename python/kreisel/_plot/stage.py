@@ -47,19 +47,19 @@ def _set_square_axis_limits(axes: Axes, floor: float) -> None:
 def _draw_floor(axes: Axes, height: float) -> None:
     """Draw concentric circles and spokes that fade towards the edge of the floor."""
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
-    out = np.linspace(0.0, _RADIUS, 31)
+    radii = np.linspace(0.0, _RADIUS, 31)
     lines = [
         r * _convert_azimuths_to_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
     ]
     lines += list(
-        _convert_azimuths_to_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None]
+        _convert_azimuths_to_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * radii[:, None]
     )
     pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
-    far = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
+    distance = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
     colours = np.tile(to_rgba(GRID), (len(pieces), 1))
-    colours[:, 3] = 0.35 * np.clip(1.0 - far, 0.0, 1.0) ** 0.5
-    seen = _project_horizontal_points(pieces, height)
-    axes.add_collection(LineCollection(list(seen), colors=colours, linewidths=0.6, zorder=0.1))
+    colours[:, 3] = 0.35 * np.clip(1.0 - distance, 0.0, 1.0) ** 0.5
+    segments = _project_horizontal_points(pieces, height)
+    axes.add_collection(LineCollection(list(segments), colors=colours, linewidths=0.6, zorder=0.1))
 
 
 def _draw_part_of_sphere_above_floor(axes: Axes, floor: float) -> None:
@@ -90,14 +90,14 @@ def draw_body_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection
     The light source has a finite size. The shadow is sharp only where the body is close to the
     floor.
     """
-    above = corners[..., 2:] - floor
+    height = corners[..., 2:] - floor
     outlines = []
     for k in range(_POINTS):  # the points of the lamp lie on a spiral
-        out, turn = _WIDTH * np.sqrt((k + 0.5) / _POINTS), 2.39996 * k
-        lamp = _LAMP + out * np.array((np.cos(turn), np.sin(turn)))
+        radius, turn = _WIDTH * np.sqrt((k + 0.5) / _POINTS), 2.39996 * k
+        lamp = _LAMP + radius * np.array((np.cos(turn), np.sin(turn)))
         outlines.append(
             _join_faces_to_outline(
-                _project_horizontal_points(corners[..., :2] - above * lamp, floor)
+                _project_horizontal_points(corners[..., :2] - height * lamp, floor)
             )
         )
     opacity = 1.0 - (1.0 - _STRENGTH) ** (1.0 / _POINTS)
@@ -124,5 +124,5 @@ def _convert_azimuths_to_directions(angle: Array) -> Array:
 
 def _project_horizontal_points(places: Array, height: float) -> Array:
     """Project points in a horizontal plane onto the picture."""
-    lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
-    return np.stack(project_to_view(lifted)[:2], axis=-1)
+    points = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
+    return np.stack(project_to_view(points)[:2], axis=-1)

@@ -79,16 +79,16 @@ def compute_states_at_unordered_times(
     low = np.empty((times.size, 8)) if options.has_extended_precision else None
     counts, end = np.zeros(4, dtype=np.int64), 0.0
     for side in (times < 0.0, times >= 0.0):
-        at = np.flatnonzero(side)
-        at = at[np.argsort(np.abs(times[at]), kind="stable")]
-        if not at.size:
+        indices = np.flatnonzero(side)
+        indices = indices[np.argsort(np.abs(times[indices]), kind="stable")]
+        if not indices.size:
             continue
-        result = compute_states_at_times(scene, options, times[at], None, origin)
+        result = compute_states_at_times(scene, options, times[indices], None, origin)
         if result[0] != "OK":
             return result
-        states[at], end, counts = result[1], result[-1], counts + result[3]
+        states[indices], end, counts = result[1], result[-1], counts + result[3]
         if low is not None:
-            low[at] = result[2]
+            low[indices] = result[2]
     steps, rejected, evaluations, iterations = counts.tolist()
     return "OK", states, low, (steps, rejected, evaluations, iterations), end
 
@@ -102,12 +102,12 @@ def make_core_start_error(
     """
     if status == "ERR_METHOD" and has_torus_closed_form(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
-    would = ""
+    hint = ""
     if status == "ERR_STEP_SIZE" and step:
-        fits = step
-        while fits and start(scene._block, method, fits, 0.0, 0, 0)[0] == status:
-            fits /= 2.0
-        would = f", where {fits!r} would suffice"
+        smaller_step = step
+        while smaller_step and start(scene._block, method, smaller_step, 0.0, 0, 0)[0] == status:
+            smaller_step /= 2.0
+        hint = f", where {smaller_step!r} would suffice"
     return make_exception_from_status(
-        status, f"{method} with step = {step!r}{would}, tol = {tol!r} and {scene!r}"
+        status, f"{method} with step = {step!r}{hint}, tol = {tol!r} and {scene!r}"
     )

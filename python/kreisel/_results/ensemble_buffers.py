@@ -39,11 +39,11 @@ class EventColumns(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select_and_renumber_events(
-        self, chosen: npt.NDArray[np.intp], numbers: Counts
+        self, indices: npt.NDArray[np.intp], numbers: Counts
     ) -> EventColumns:
-        """Return the events at the indices `chosen`, with `numbers` as the column `top`."""
-        states, low = self.states[chosen], self.low[chosen]
-        return EventColumns(numbers, states, low, self.which[chosen], self.direction[chosen])
+        """Return the events at `indices`, with `numbers` as the column `top`."""
+        states, low = self.states[indices], self.low[indices]
+        return EventColumns(numbers, states, low, self.which[indices], self.direction[indices])
 
 
 @dataclass
@@ -119,46 +119,46 @@ class EnsembleBuffers:
         arrays = {name: getattr(self, name) for name in names}
         return {name: array for name, array in arrays.items() if array is not None}
 
-    def select_buffer_rows(self, which: Which) -> EnsembleBuffers:
-        """Return buffers that contain only the rows selected by `which`.
+    def select_buffer_rows(self, selection: Which) -> EnsembleBuffers:
+        """Return buffers that contain only the rows selected by `selection`.
 
-        If `which` is a slice, the arrays of the returned buffers are views.
+        If `selection` is a slice, the arrays of the returned buffers are views.
         """
         arrays = {
-            name: array[which] for name, array in self._get_allocated_arrays_by_name().items()
+            name: array[selection] for name, array in self._get_allocated_arrays_by_name().items()
         }
-        columns = {name: array[which] for name, array in self.columns.items()}
+        columns = {name: array[selection] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
         if self.last or self.messages or self.chosen:
-            numbers = list(enumerate(np.arange(self.size)[which].tolist()))
+            numbers = list(enumerate(np.arange(self.size)[selection].tolist()))
             part.last = {j: self.last[i] for j, i in numbers if i in self.last}
             part.messages = {j: self.messages[i] for j, i in numbers if i in self.messages}
             part.chosen = {j: self.chosen[i] for j, i in numbers if i in self.chosen}
-        part.events = self._select_events_of_rows(which) if self.events else []
+        part.events = self._select_events_of_rows(selection) if self.events else []
         return part
 
-    def _select_events_of_rows(self, which: Which) -> list[EventColumns]:
-        """Return the events of the rows selected by `which`, with the rows renumbered from 0."""
-        numbers = np.arange(self.size)[which]
-        found = []
+    def _select_events_of_rows(self, selection: Which) -> list[EventColumns]:
+        """Return the events of the rows in `selection`, with the rows renumbered from 0."""
+        numbers = np.arange(self.size)[selection]
+        event_parts = []
         for events in self.events:
             order = np.argsort(events.top, kind="stable")
             first = np.searchsorted(events.top, numbers, "left", order)
             count = np.searchsorted(events.top, numbers, "right", order) - first
-            behind = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
-            found.append(
+            positions = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
+            event_parts.append(
                 events.select_and_renumber_events(
-                    order[behind], np.repeat(np.arange(numbers.size), count)
+                    order[positions], np.repeat(np.arange(numbers.size), count)
                 )
             )
-        return found
+        return event_parts
 
     def copy_rows_from(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
         end = begin + part.size
-        mine, columns = self._get_allocated_arrays_by_name(), self.columns
+        arrays, columns = self._get_allocated_arrays_by_name(), self.columns
         for name, array in part._get_allocated_arrays_by_name().items():
-            mine[name][begin:end] = array
+            arrays[name][begin:end] = array
         for name, array in part.columns.items():
             columns[name][begin:end] = array
         self.add_events_and_failures(begin, part)
@@ -213,11 +213,13 @@ def run_slice_in_lanes(
     threads.
     """
     part = buffers if end - begin == buffers.size else buffers.select_buffer_rows(slice(begin, end))
-    failed, last = Worker(*options.core_arguments, options.core_reductions, work).run(
+    failures, last = Worker(*options.core_arguments, options.core_reductions, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
     )  # fmt: skip
-    part.last = {i: last[j : j + 1] for j, i in enumerate(failed.tolist())} if failed.size else {}
+    part.last = (
+        {i: last[j : j + 1] for j, i in enumerate(failures.tolist())} if failures.size else {}
+    )
     return part
 
 
@@ -235,15 +237,15 @@ def run_slice_sequentially(
     The arguments are the same as for run_slice_in_lanes.
     """
     part = buffers.select_buffer_rows(slice(begin, end))
-    last, low, of, by, (states, rest, which, direction) = alone(
+    last, low, failures, event_tops, (states, rest, which, direction) = alone(
         *options.solve.core_arguments, list(options.core_events or ()), work,
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
         options.solve.tangent_bit_mask, part.tangents, part.tangents_low, part.truncation,
     )  # fmt: skip
-    part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(of.tolist())}
+    part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(failures.tolist())}
     if options.core_events is not None:
-        part.events = [EventColumns(by, states, rest, which, direction)]
+        part.events = [EventColumns(event_tops, states, rest, which, direction)]
     return part
 
 

@@ -50,25 +50,25 @@ class EnsembleEvents(ReadOnlyArrays):
         return self.states[:, 5:]
 
 
-def concatenate_slice_events(met: list[EventColumns]) -> EventColumns:
+def concatenate_slice_events(parts: list[EventColumns]) -> EventColumns:
     """Return the events of several slices as one table, sorted by the index of the top."""
-    if not met:
-        none = np.empty(0, dtype=np.intc)
+    if not parts:
+        empty = np.empty(0, dtype=np.intc)
         return EventColumns(
-            np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), none, none
+            np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), empty, empty
         )
-    columns = [np.concatenate(column) for column in zip(*met, strict=True)]
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     order = np.argsort(columns[0], kind="stable")
     return EventColumns(*(column[order] for column in columns))
 
 
-def build_ensemble_events(met: EventColumns, shape: tuple[int, ...]) -> EnsembleEvents:
+def build_ensemble_events(events: EventColumns, shape: tuple[int, ...]) -> EnsembleEvents:
     """Build an EnsembleEvents object from the recorded events of an ensemble of the given shape."""
     n = int(np.prod(shape, dtype=np.int64))
-    count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
-    top = met.top
+    count = np.bincount(events.top, minlength=n).astype(np.int64).reshape(shape)
+    top = events.top
     if len(shape) != 1:
-        top = np.array(np.unravel_index(met.top, shape)).T.reshape(len(met.top), len(shape))
-    for array in (top, met.states, met.which, met.direction, count):
+        top = np.array(np.unravel_index(events.top, shape)).T.reshape(len(events.top), len(shape))
+    for array in (top, events.states, events.which, events.direction, count):
         array.flags.writeable = False
-    return EnsembleEvents(top, met.states, met.which, met.direction, count)
+    return EnsembleEvents(top, events.states, events.which, events.direction, count)

@@ -160,8 +160,8 @@ class Paths(EnsembleResult, QuantityAttributes):
             if name in TANGENT_ATTRIBUTES and self._buffers.tangents is None:
                 hint = TANGENT_ATTRIBUTES[name]
                 raise AttributeError(f"these paths have no {name!r}: {hint}")
-            known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
-            raise AttributeError(f"paths have no {short_repr(name)}; {suggest_name(name, known)}")
+            names = [word for word in sorted(dir(type(self))) if word[0] != "_"]
+            raise AttributeError(f"paths have no {short_repr(name)}; {suggest_name(name, names)}")
 
     @cached_property
     def events(self) -> EnsembleEvents:
@@ -176,11 +176,13 @@ class Paths(EnsembleResult, QuantityAttributes):
         path = super()._select_member(i)
         if self._options.core_events is None:
             return path
-        met = self._event_columns
-        first, last = np.searchsorted(met.top, [i, i + 1])
-        here = slice(int(first), int(last))
-        at = self._build_path_of_top(i, met.states[here].copy(), met.low[here].copy())
-        events = Events(at, met.which[here].copy(), met.direction[here].copy())
+        columns = self._event_columns
+        first, last = np.searchsorted(columns.top, [i, i + 1])
+        rows = slice(int(first), int(last))
+        event_path = self._build_path_of_top(
+            i, columns.states[rows].copy(), columns.low[rows].copy()
+        )
+        events = Events(event_path, columns.which[rows].copy(), columns.direction[rows].copy())
         states = path.states if self.want is None else NO_STATES
         return replace(path, states=states, _events=events)
 

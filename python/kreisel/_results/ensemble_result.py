@@ -97,9 +97,9 @@ class EnsembleResult(ReadOnlyArrays):
 
     def _reshape_to_ensemble(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
         """Return `rows`, an array with one row per top, reshaped to the ensemble's shape."""
-        over = rows.reshape(self.shape + rows.shape[1:])
-        over.flags.writeable = False
-        return over
+        array = rows.reshape(self.shape + rows.shape[1:])
+        array.flags.writeable = False
+        return array
 
     @property
     def t(self) -> Array:
@@ -129,8 +129,8 @@ class EnsembleResult(ReadOnlyArrays):
 
         For f failed tops, the shape is (f,) for one-dimensional ensembles and (f, ndim) otherwise.
         """
-        found = np.argwhere(self.status)
-        return found[:, 0] if self.ndim == 1 else found
+        indices = np.argwhere(self.status)
+        return indices[:, 0] if self.ndim == 1 else indices
 
     @property
     def reached(self) -> Array:
@@ -178,9 +178,9 @@ class EnsembleResult(ReadOnlyArrays):
         states the index of the failed top and the number of all failed tops. The attribute `path`
         of the exception is the path of the failed top, and `paths` is this result.
         """
-        failed = np.flatnonzero(self._buffers.status)
-        if failed.size:
-            raise self._make_stop_error(int(failed[0]), failed.size)
+        indices = np.flatnonzero(self._buffers.status)
+        if indices.size:
+            raise self._make_stop_error(int(indices[0]), indices.size)
         return self
 
     def _make_top_error(self, i: int) -> BaseException:
@@ -196,10 +196,10 @@ class EnsembleResult(ReadOnlyArrays):
 
     def _make_stop_error(self, i: int, count: int) -> Error | Interrupted:
         """Return the exception for `count` unfinished tops, the first of which has index `i`."""
-        interrupted = bool(self._buffers.status[i] == INTERRUPTED)
+        is_interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._make_top_error(i)}"
-        kind = Interrupted if interrupted else Error
+        kind = Interrupted if is_interrupted else Error
         return kind(text, STATUSES[self._buffers.status[i]], self._select_member(i), self)
 
     def _select_times_of_top(self, i: int) -> Array:
@@ -284,10 +284,10 @@ class EnsembleResult(ReadOnlyArrays):
 
     def _select_tops(self, key: Any) -> Self:
         """Return the result for the tops selected by `key`."""
-        at = list_flat_indices(self.shape, key)
-        which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
-        t = self._t if self._t.ndim == 1 else self._t[which]
-        return type(self)(self.tops[key], t, self._options, self._buffers.select_buffer_rows(which))
+        indices = list_flat_indices(self.shape, key)
+        rows = key if isinstance(key, slice) and self.ndim == 1 else indices.reshape(-1)
+        t = self._t if self._t.ndim == 1 else self._t[rows]
+        return type(self)(self.tops[key], t, self._options, self._buffers.select_buffer_rows(rows))
 
     def __iter__(self) -> Iterator[Any]:
         """Return an iterator over the results along the first dimension."""

@@ -53,15 +53,15 @@ def has_cheap_exact_form(scene: Scene) -> bool:
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus_closed_form(scene):
         return False
-    near = 2.0 * KIND_RTOL
+    tolerance = 2.0 * KIND_RTOL
     pairs = combinations(scene.body.moments, 2)
-    if any(a != b and abs(a - b) <= near * max(a, b) for a, b in pairs):
+    if any(a != b and abs(a - b) <= tolerance * max(a, b) for a, b in pairs):
         return False
     com, rotor = scene.body.principal_com, scene.body.principal_rotor
     reach, most = max(map(abs, com)), max(map(abs, rotor))
-    if any(0.0 < abs(h) <= near * most for h in rotor):
+    if any(0.0 < abs(h) <= tolerance * most for h in rotor):
         return False
-    return not scene.gravity or not any(0.0 < abs(c) <= near * reach for c in com)
+    return not scene.gravity or not any(0.0 < abs(c) <= tolerance * reach for c in com)
 
 
 def estimate_attitude_error(
@@ -102,12 +102,12 @@ def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
-    to_space, principal = _rotation_matrix(scene.attitude), _rotation_matrix(scene.body.axes)
-    seen = to_space.T @ np.array(scene.momentum)
+    rotation, principal = _rotation_matrix(scene.attitude), _rotation_matrix(scene.body.axes)
+    body_momentum = rotation.T @ np.array(scene.momentum)
     turns = _compute_rounding_rotations(scene)
-    taken = to_space @ np.cross(turns.T, seen).T
-    own = to_space @ (principal * (principal.T @ seen))
-    return np.block([[turns, np.zeros((3, 3))], [taken, own]])
+    momentum_changes = rotation @ np.cross(turns.T, body_momentum).T
+    momentum_roundings = rotation @ (principal * (principal.T @ body_momentum))
+    return np.block([[turns, np.zeros((3, 3))], [momentum_changes, momentum_roundings]])
 
 
 def _compute_rounding_rotations(scene: Scene) -> Array:
@@ -119,8 +119,8 @@ def _compute_rounding_rotations(scene: Scene) -> Array:
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
     sizes: Any = np.diag(np.linalg.norm(multiply(each, axes), axis=1))
-    moved = multiply(sizes, conjugate(axes))
-    return 2.0 * np.array(multiply(conjugate(scene.attitude), moved))[1:]
+    products = multiply(sizes, conjugate(axes))
+    return 2.0 * np.array(multiply(conjugate(scene.attitude), products))[1:]
 
 
 def _rotation_matrix(q: Quaternion) -> Array:
@@ -146,29 +146,31 @@ def estimate_rounding_growth(
     amplification. If the run fails, the states after the failure are missing.
     """
     directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
-    came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
+    result: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):
         if not side.size:
             continue
-        back, columns = bool(side[0] < 0.0), TANGENTS["start"][0]
-        _, top = start(scene._block, *series.core_arguments, back, [], columns, begin=origin.begin)
+        is_back, columns = bool(side[0] < 0.0), TANGENTS["start"][0]
+        _, top = start(
+            scene._block, *series.core_arguments, is_back, [], columns, begin=origin.begin
+        )
         if top is None:
             refuse_disturbances(scene, "the growth of rounding errors is not known for tops")
         assert top is not None
         each = -(-side.size // _MAX_POINTS)
         # Every `each`-th time, counted back from the last time, which is thus included.
-        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]
-        came, high, *_ = top.record_tangents(on_the_way, False, progress)
-        if came[0] == "ERR_TANGENT":
-            return ("OK", *came[1:]), math.inf
-        if came[0] != "OK":
-            states = came[1] if len(came[1]) else scene._start_state.copy()
-            return (came[0], states, *came[2:]), most
+        check_times = side[np.argsort(np.abs(side))][::-each][::-1]
+        result, high, *_ = top.record_tangents(check_times, False, progress)
+        if result[0] == "ERR_TANGENT":
+            return ("OK", *result[1:]), math.inf
+        if result[0] != "OK":
+            states = result[1] if len(result[1]) else scene._start_state.copy()
+            return (result[0], states, *result[2:]), most
         turns = np.linalg.norm(high.reshape(-1, 6, 6)[:, :3] @ directions, axis=1)
-        grown = turns.max(axis=1) if digits <= 16 else np.linalg.norm(turns, axis=1)
-        most = max(most, float(grown.max()))
-    return came, most
+        growths = turns.max(axis=1) if digits <= 16 else np.linalg.norm(turns, axis=1)
+        most = max(most, float(growths.max()))
+    return result, most
 
 
 def compute_max_angle_between_attitudes(

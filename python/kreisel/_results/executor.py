@@ -57,16 +57,16 @@ def run_jobs(
 
     try:
         while submit_jobs_up_to_limit():
-            ended, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
-            for future in ended:
+            futures, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
+            for future in futures:
                 collect(running.pop(future), future)
             poll()
     except BaseException:
         stop()
-        left = [future for future in running if not future.cancel()]
+        pending = [future for future in running if not future.cancel()]
         if has_thread_workers(executor):
-            wait(left)
-        for future in left:
+            wait(pending)
+        for future in pending:
             if future.done() and not future.cancelled() and future.exception() is None:
                 collect(running[future], future)
         raise

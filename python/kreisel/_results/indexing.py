@@ -16,45 +16,45 @@ StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np
 ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
-def normalize_path_index(n: int, which: StateIndex) -> ResolvedIndex:
+def normalize_path_index(n: int, key: StateIndex) -> ResolvedIndex:
     """Convert an index to a slice or an array of integers.
 
     An integer is converted to a slice of length 1. Raises TypeError or IndexError for an invalid
     index.
     """
-    if isinstance(which, slice):
-        return which
-    given = np.asarray(which)
-    kinds = "iub" if given.ndim else "iu"
-    if given.ndim > 1 or (given.size and given.dtype.kind not in kinds):
+    if isinstance(key, slice):
+        return key
+    numbers = np.asarray(key)
+    kinds = "iub" if numbers.ndim else "iu"
+    if numbers.ndim > 1 or (numbers.size and numbers.dtype.kind not in kinds):
         raise TypeError(
             "the states of a path are indexed by a whole number, a slice or a list of numbers, not "
-            f"{short_repr(which)}; its quantities are attributes"
+            f"{short_repr(key)}; its quantities are attributes"
         )
-    if given.ndim == 0:
-        i = int(given)
+    if numbers.ndim == 0:
+        i = int(numbers)
         if not -n <= i < n:
             raise IndexError(f"a path of {n} states has no state of index {i}")
         return slice(i % n, i % n + 1)
-    at: npt.NDArray[np.intp] = np.arange(n)[given if given.size else []]
-    return at
+    indices: npt.NDArray[np.intp] = np.arange(n)[numbers if numbers.size else []]
+    return indices
 
 
-def validate_times_within_path(reached: Array, t: Numbers, begin: float) -> Array:
+def validate_times_within_path(path_times: Array, t: Numbers, begin: float) -> Array:
     """Return the times `t` as a one-dimensional array.
 
     Raises ValueError for times outside the path.
 
-    `reached` contains the times of the path, and `begin` is its initial time.
+    `path_times` contains the times of the path, and `begin` is its initial time.
     """
     times = validate_time_list(t)
-    low, high = float(reached.min(initial=begin)), float(reached.max(initial=begin))
-    outside = np.flatnonzero((times < low) | (times > high))
-    if outside.size:
-        i = int(outside[0])
-        here = f"t[{i}]" if times.ndim else "t"
+    low, high = float(path_times.min(initial=begin)), float(path_times.max(initial=begin))
+    indices = np.flatnonzero((times < low) | (times > high))
+    if indices.size:
+        i = int(indices[0])
+        label = f"t[{i}]" if times.ndim else "t"
         raise ValueError(
-            f"{here} = {float(times.reshape(-1)[i])!r} lies outside the path, whose times go "
+            f"{label} = {float(times.reshape(-1)[i])!r} lies outside the path, whose times go "
             f"from {low!r} to {high!r}: solve for a longer time"
         )
     return times.reshape(-1)
@@ -73,5 +73,5 @@ def find_flat_index(shape: tuple[int, ...], key: Any) -> int | None:
     """
     if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
         return key % shape[0]
-    found = np.arange(math.prod(shape)).reshape(shape)[key]
-    return None if isinstance(found, np.ndarray) else int(found)
+    element = np.arange(math.prod(shape)).reshape(shape)[key]
+    return None if isinstance(element, np.ndarray) else int(element)

@@ -37,9 +37,9 @@ def build_indicator_data_frame(indicator: IndicatorWithClasses, tops: Ensemble |
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
     if tops is not None:
-        for name, (dims, values, about) in build_parameter_variables(tops).items():
+        for name, (dims, values, attributes) in build_parameter_variables(tops).items():
             columns[name] = list_values_per_top(tops, dims, values)
-            units[name] = str(about["units"])
+            units[name] = str(attributes["units"])
     columns[indicator.name] = np.atleast_1d(indicator.value).ravel()
     for name in _TEXTS:
         columns[name] = np.ravel(getattr(indicator, name))
@@ -59,13 +59,16 @@ def build_indicator_dataset(indicator: IndicatorWithClasses, tops: Ensemble | No
     axes = () if tops is None else tops.axes
     variables: dict[str, Variable] = {} if tops is None else build_parameter_variables(tops)
     coordinates = set(variables) | {"time"}
-    about: dict[str, object] = {"units": TIME.dimension, "long_name": TIME.text}
-    variables["time"] = ("time",), np.array(indicator.t), about
-    own: dict[str, object] = {"units": _UNITS[indicator.name], "long_name": indicator.name}
-    variables[indicator.name] = (*axes, "time"), np.array(indicator.curve), own
+    attributes: dict[str, object] = {"units": TIME.dimension, "long_name": TIME.text}
+    variables["time"] = ("time",), np.array(indicator.t), attributes
+    value_attributes: dict[str, object] = {
+        "units": _UNITS[indicator.name],
+        "long_name": indicator.name,
+    }
+    variables[indicator.name] = (*axes, "time"), np.array(indicator.curve), value_attributes
     for name, text in _TEXTS.items():
-        about = {"units": "", "long_name": text}
-        variables[name] = axes, np.array(getattr(indicator, name)), about
+        attributes = {"units": "", "long_name": text}
+        variables[name] = axes, np.array(getattr(indicator, name)), attributes
     return xr.Dataset(variables, attrs=_make_indicator_table_attributes(indicator)).set_coords(
         coordinates
     )

@@ -135,11 +135,11 @@ class Indicator(ReadOnlyArrays):
         chaotic with an empty `doubt`. Of the tops classified as regular with an empty `doubt`, 2 %
         were in fact chaotic for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000 turns.
         """
-        found = np.array(self.status, dtype=object)
-        found[self.status == "OK"] = ""
-        for text, is_so in self._find_reasons_for_doubt().items():
-            found[is_so & (found == "")] = text
-        return _freeze_or_unwrap_scalar(found.astype(np.str_))
+        texts = np.array(self.status, dtype=object)
+        texts[self.status == "OK"] = ""
+        for text, mask in self._find_reasons_for_doubt().items():
+            texts[mask & (texts == "")] = text
+        return _freeze_or_unwrap_scalar(texts.astype(np.str_))
 
     @property
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool:
@@ -164,8 +164,8 @@ class Indicator(ReadOnlyArrays):
             return f"<kreisel.Indicator: {self.value:.6g} at t = {self.t[-1]:g}; {verdict}>"
         shape = "x".join(map(str, self.curve.shape[:-1]))
         counts = f"{np.sum(self.is_chaotic)} chaotic, {np.sum(self.is_doubtful)} in doubt"
-        failed = f"{self.failed.size} failed"
-        return f"<kreisel.Indicator: {shape} tops at t = {self.t[-1]:g}; {counts}, {failed}>"
+        failures = f"{self.failed.size} failed"
+        return f"<kreisel.Indicator: {shape} tops at t = {self.t[-1]:g}; {counts}, {failures}>"
 
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Plot the indicator with matplotlib, and return the axes.
@@ -266,10 +266,10 @@ def compute_chaos_indicator(
 
     def store_slice_results(begin: int, part: tuple[Codes, Array]) -> None:
         codes, rows = part
-        here = slice(begin, begin + len(codes))
-        status[here], curve[here] = codes, CURVES[name](rows, t)
-        megno[here] = rows[:, -1, MEGNO]
-        worst[here] = rows[..., [ENERGY, MOMENTUM, REST]].max(axis=(1, 2))
+        span = slice(begin, begin + len(codes))
+        status[span], curve[span] = codes, CURVES[name](rows, t)
+        megno[span] = rows[:, -1, MEGNO]
+        worst[span] = rows[..., [ENERGY, MOMENTUM, REST]].max(axis=(1, 2))
 
     def build_indicator_result() -> Indicator:
         names = np.array(STATUSES)[status].reshape(shape)
@@ -280,11 +280,11 @@ def compute_chaos_indicator(
     try:
         pool.run_task(DivisibleTask(n, make_indicator_job, store_slice_results, work, progress))
     except KeyboardInterrupt:
-        left = np.flatnonzero(status == INTERRUPTED)
-        if not left.size:
+        indices = np.flatnonzero(status == INTERRUPTED)
+        if not indices.size:
             raise
         raise _make_stop_error(
-            Interrupted, tops, int(left[0]), "interrupted", build_indicator_result()
+            Interrupted, tops, int(indices[0]), "interrupted", build_indicator_result()
         ) from None
     if progress is not None:
         progress(1.0)
@@ -299,13 +299,13 @@ def _compute_indicator_rows(
     steering: tuple[float, int, Sequence[float]],
     work: Work,
 ) -> tuple[Codes, Array]:
-    status, out = (
+    status, rows = (
         np.full(end - begin, INTERRUPTED, dtype=np.int8),
         np.empty((end - begin, t.size, 6)),
     )
-    growth(tops._core_scenes, begin, end, t, *steering, status, out, work)
-    out[status == INTERRUPTED] = np.nan
-    return status, out
+    growth(tops._core_scenes, begin, end, t, *steering, status, rows, work)
+    rows[status == INTERRUPTED] = np.nan
+    return status, rows
 
 
 def _make_stop_error(
@@ -314,9 +314,9 @@ def _make_stop_error(
     """Return the exception for an indicator whose i-th top failed or was interrupted."""
     scene = tops.ravel()[i]
     status = str(indicator.status.ravel()[i])
-    none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
+    result = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
     path = build_path_from_core_result(
-        scene, SolveOptions(methods[FALLBACK], requested_method=FALLBACK), none
+        scene, SolveOptions(methods[FALLBACK], requested_method=FALLBACK), result
     )
     return kind(f"{text}: the tangent of {scene!r}", status, path, indicator)
 

@@ -172,8 +172,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
         """The events that occurred during the run; empty if no events were requested."""
         if self._events is not None:
             return self._events
-        none = np.empty(0, dtype=np.intc)
-        return Events(self[:0], none, none.copy())
+        empty = np.empty(0, dtype=np.intc)
+        return Events(self[:0], empty, empty.copy())
 
     def __call__(self, t: Numbers) -> Path:
         """Return the path of the same motion at other times.
@@ -217,13 +217,15 @@ class Path(ReadOnlyArrays, TableExportMethods):
             >>> len(path[-1]), path[::2].t.tolist(), path[path.t > 1.5].t.tolist()
             (1, [0.0, 2.0], [2.0, 3.0])
         """
-        at = normalize_path_index(len(self), which)
+        indices = normalize_path_index(len(self), which)
         if self._columns is not None:
-            columns = {name: column[at] for name, column in self._columns.items()}
+            columns = {name: column[indices] for name, column in self._columns.items()}
             return replace(self, states=NO_STATES, _columns=columns, _events=None)
-        low = None if self._low is None else self._low[at]
-        carried = self._tangent_data and self._tangent_data.select_tangents_at_states(at)
-        return replace(self, states=self.states[at], _low=low, _events=None, _tangent_data=carried)
+        low = None if self._low is None else self._low[indices]
+        tangent_data = self._tangent_data and self._tangent_data.select_tangents_at_states(indices)
+        return replace(
+            self, states=self.states[indices], _low=low, _events=None, _tangent_data=tangent_data
+        )
 
     def __iter__(self) -> Iterator[Path]:
         """Return an iterator over the states, each of which is a path of length 1."""
@@ -297,8 +299,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
         The tuple contains a path with the states at the events, and the indices and directions of
         the events.
         """
-        met = self._events
-        return None if met is None else (met.path, met.which, met.direction)
+        events = self._events
+        return None if events is None else (events.path, events.which, events.direction)
 
     def plot(
         self,
@@ -320,8 +322,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
         quantity needed for the picture is missing. If no picture is returned, the notebook displays
         the repr.
         """
-        drawn = {"apex", "nutation", "precession_angle"}
-        is_stored = self.want is None or drawn.issubset(self.want)
+        quantities = {"apex", "nutation", "precession_angle"}
+        is_stored = self.want is None or quantities.issubset(self.want)
         if not is_stored or not 0 < len(self) <= MOST_DISPLAYED:
             return None
         return format_picture_as_html(lambda: self.plot()[0], repr(self))
@@ -431,19 +433,19 @@ class Interrupted(RunStoppedException, KeyboardInterrupt):
     __module__ = "kreisel"
 
 
-def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
+def make_stop_exception(status: str, path: Path, place: str) -> BaseException:
     """Return the exception for the status with which a run ended.
 
     The exception is a RunStoppedException that contains the path, unless the input was invalid. The
-    text `where` states the time that the run reached.
+    text `place` states the time that the run reached.
     """
     kinds: dict[str, type[RunStoppedException]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
-    what, text = statuses[status]
+    kind, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
-        below = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""
-        text += f" at tol = {path.tol!r}{below}"
-    if what in kinds:
-        return kinds[what](f"{text}: {where}", status, path)
+        clause = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""
+        text += f" at tol = {path.tol!r}{clause}"
+    if kind in kinds:
+        return kinds[kind](f"{text}: {place}", status, path)
     return make_core_start_error(status, path.scene, path.method, path.step, path.tol)
 
 

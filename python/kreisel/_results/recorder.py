@@ -38,23 +38,25 @@ def report_final_time(path: Path, progress: Progress | None) -> Path:
     return path
 
 
-def add_events_to_path(path: Path, met: CoreEvents) -> Path:
+def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
     """Return a copy of a path with recorded events.
 
-    `met` contains the state at each event, its low-order words, and the index and direction of the
-    event.
+    `core_events` contains the state at each event, its low-order words, and the index and
+    direction of the event.
     """
-    states, low, which, direction = met
-    at_events = replace(path, states=states, _low=low)
-    return replace(path, _events=Events(at_events, which, direction))
+    states, low, which, direction = core_events
+    event_path = replace(path, states=states, _low=low)
+    return replace(path, _events=Events(event_path, which, direction))
 
 
-def _join_path_events(met: list[Events]) -> Events:
+def _join_path_events(event_parts: list[Events]) -> Events:
     """Concatenate the events of consecutive paths, and return the result."""
-    states = np.concatenate([one.states for one in met])
-    low = np.concatenate([low for one in met if (low := one.path._low) is not None])
-    path = replace(met[-1].path, states=states, _low=low)
-    which, direction = ([getattr(one, name) for one in met] for name in ("which", "direction"))
+    states = np.concatenate([one.states for one in event_parts])
+    low = np.concatenate([low for one in event_parts if (low := one.path._low) is not None])
+    path = replace(event_parts[-1].path, states=states, _low=low)
+    which, direction = (
+        [getattr(one, name) for one in event_parts] for name in ("which", "direction")
+    )
     return Events(path, np.concatenate(which), np.concatenate(direction))
 
 

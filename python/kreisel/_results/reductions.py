@@ -36,11 +36,11 @@ class Reductions(EnsembleResult):
     """
 
     def __repr__(self) -> str:
-        kept = ", ".join(
+        listing = ", ".join(
             f"{name}: {' '.join(kinds)}"
             for name, kinds in self._group_reductions_by_quantity().items()
         )
-        return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._format_summary()}>"
+        return f"<kreisel.Reductions of shape {self.shape}, {listing}: {self._format_summary()}>"
 
     def _group_reductions_by_quantity(self) -> dict[str, list[str]]:
         """Return a mapping from each quantity name to the kinds of its reductions."""
@@ -53,9 +53,11 @@ class Reductions(EnsembleResult):
 
     def _select_reduced_values(self, name: str, kind: str) -> Array:
         assert self._buffers.reduced is not None
-        asked = self._options.reductions
-        at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
-        columns = self._buffers.reduced[:, at[0] : at[-1] + 1]
+        reductions = self._options.reductions
+        indices = [
+            i for i, one in enumerate(reductions) if one.name == name and KINDS[one.kind] == kind
+        ]
+        columns = self._buffers.reduced[:, indices[0] : indices[-1] + 1]
         shape = QUANTITIES[name].shape if name in QUANTITIES else ()
         return self._reshape_to_ensemble(columns.reshape(len(columns), *shape))
 

@@ -37,17 +37,19 @@ def build_request_from_solve_arguments(
     series = make_solve_options(methods[FALLBACK], *controls)
     if digits is not None:
         return _build_request(series)
-    closed = _build_request(make_solve_options(methods[EXACT], *controls))
+    closed_form = _build_request(make_solve_options(methods[EXACT], *controls))
     is_open = step is tol is None
-    return _build_request(series, closed, compute_closed_form_error_limit if is_open else None)
+    return _build_request(series, closed_form, compute_closed_form_error_limit if is_open else None)
 
 
 def build_request_from_solve_options(options: SolveOptions) -> Request | None:
     """Return a request for the options, or None if one call of the C library does not suffice."""
     if options.error is not None or options.has_events or options.tangents:
         return None
-    own = options.step, options.tol, options.digits, options.max_steps
-    return _get_cached_request(options.method.name, *own, options.requested_method, options.want)
+    controls = options.step, options.tol, options.digits, options.max_steps
+    return _get_cached_request(
+        options.method.name, *controls, options.requested_method, options.want
+    )
 
 
 @lru_cache(maxsize=256, typed=True)
@@ -57,19 +59,19 @@ def _get_cached_request(method: str, *controls: object) -> Request:
 
 def _build_request(
     options: SolveOptions,
-    closed: Request | None = None,
+    closed_form: Request | None = None,
     decide: Callable[..., float] | None = None,
 ) -> Request:
-    want, stored = options.want, options.copy_with_default_run_settings
+    want, path_options = options.want, options.copy_with_default_run_settings
     if want is not None:
-        stored = replace(stored, want=want)
+        path_options = replace(path_options, want=want)
     core, most, limit = (
         options.core_arguments,
         options.max_time_with_exact_step_count,
         options.chunk_size,
     )
     classes = Path, Stats, Scene
-    return Request(classes, options, stored, core, want, most, limit, closed, decide)
+    return Request(classes, options, path_options, core, want, most, limit, closed_form, decide)
 
 
 def try_to_solve_in_core(

@@ -52,11 +52,11 @@ def run_ensemble(
         pool.run_task(DivisibleTask(n, job, collect, work, progress, runner.is_native))
     except KeyboardInterrupt:
         buffers.mark_unrun_tops_interrupted(t)
-        left = np.flatnonzero(buffers.status == INTERRUPTED)
-        if not left.size:
+        indices = np.flatnonzero(buffers.status == INTERRUPTED)
+        if not indices.size:
             raise
         result = kind(tops, t, options, buffers)
-        raise result._make_stop_error(int(left[0]), left.size) from None
+        raise result._make_stop_error(int(indices[0]), indices.size) from None
     if progress is not None:
         progress(1.0)
     return kind(tops, t, options, buffers)

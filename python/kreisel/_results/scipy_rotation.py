@@ -22,8 +22,8 @@ class Attitudes(Rotation):
     """
 
     def apply(self, vectors: ArrayLike, inverse: bool = False) -> Array:
-        turned: Array = super().apply(np.array(vectors, dtype=np.float64), inverse)
-        return turned
+        result: Array = super().apply(np.array(vectors, dtype=np.float64), inverse)
+        return result
 
     def inv(self) -> Attitudes:
         return Attitudes(super().inv().as_quat(), normalize=False)

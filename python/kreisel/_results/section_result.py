@@ -41,8 +41,8 @@ class Section(EnsembleResult, QuantityAttributes):
     """
 
     def __repr__(self) -> str:
-        found = f"{len(self.states)} states of {self.size} tops"
-        return f"<kreisel.Section of shape {self.shape}, {found}: {self._format_summary()}>"
+        count_text = f"{len(self.states)} states of {self.size} tops"
+        return f"<kreisel.Section of shape {self.shape}, {count_text}: {self._format_summary()}>"
 
     @property
     def n(self) -> int:
@@ -69,9 +69,9 @@ class Section(EnsembleResult, QuantityAttributes):
 
     def _drop_missing_states(self, rows: Array) -> Array:
         """Return the entries of `rows`, of shape (tops, n, ...), that belong to found states."""
-        whole = bool(self._found_state_mask.all())
+        is_complete = bool(self._found_state_mask.all())
         return freeze_array(
-            rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found_state_mask]
+            rows.reshape(-1, *rows.shape[2:]) if is_complete else rows[self._found_state_mask]
         )
 
     @cached_property
@@ -145,14 +145,16 @@ class Section(EnsembleResult, QuantityAttributes):
                     f"{indicator.status.shape}"
                 )
         unit, in_degrees = as_unit_name("time_unit", time_unit), as_bool("degrees", degrees)
-        across = self._get_axis_values_and_label("x", x, in_degrees, unit)
-        up = self._get_axis_values_and_label("y", y, in_degrees, unit)
+        x_axis = self._get_axis_values_and_label("x", x, in_degrees, unit)
+        y_axis = self._get_axis_values_and_label("y", y, in_degrees, unit)
         from .._plot.growth_charts import classify_tops_by_chaos
         from .._plot.section_chart import draw_section_points
 
         classes = None if indicator is None else classify_tops_by_chaos(indicator)
         row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
-        return draw_section_points(axes, (across[0], up[0]), (across[1], up[1]), row, classes)
+        return draw_section_points(
+            axes, (x_axis[0], y_axis[0]), (x_axis[1], y_axis[1]), row, classes
+        )
 
     def _get_axis_values_and_label(
         self, axis: str, name: str, degrees: bool, unit: str
@@ -160,12 +162,12 @@ class Section(EnsembleResult, QuantityAttributes):
         """Return the values of the component `name`, together with the label of its axis."""
         if not isinstance(name, str):
             raise TypeError(f"{axis} must be the name of a component, not {short_repr(name)}")
-        known = {part: quantity for quantity in _DRAWABLE for part in quantity.components}
-        if name not in known:
-            raise ValueError(unknown_name_message("component", name, known))
+        quantities = {part: quantity for quantity in _DRAWABLE for part in quantity.components}
+        if name not in quantities:
+            raise ValueError(unknown_name_message("component", name, quantities))
         from .._plot.panels import format_axis_label
 
-        quantity = known[name]
+        quantity = quantities[name]
         values = getattr(self, quantity.name).reshape(len(self.states), -1)
         column: Array = values[:, quantity.components.index(name)]
         dimension = quantity.dimension
@@ -183,9 +185,9 @@ class Section(EnsembleResult, QuantityAttributes):
             """Raise AttributeError, with a suggestion if the name is misspelled."""
             if name.startswith("_"):
                 raise AttributeError(name)
-            known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
+            names = [word for word in sorted(dir(type(self))) if word[0] != "_"]
             raise AttributeError(
-                f"a section has no {short_repr(name)}; {suggest_name(name, known)}"
+                f"a section has no {short_repr(name)}; {suggest_name(name, names)}"
             )
 
     def _select_member(self, i: int) -> Path:
@@ -196,10 +198,10 @@ class Section(EnsembleResult, QuantityAttributes):
 
     def _make_top_error(self, i: int) -> BaseException:
         done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
-        waited = f", after waiting for {abs(float(self._t[i, 0])):g}"
-        came = f"{done} of {self.n} events found by t = {reached:g}"
+        wait_text = f", after waiting for {abs(float(self._t[i, 0])):g}"
+        count_text = f"{done} of {self.n} events found by t = {reached:g}"
         name = STATUSES[self._buffers.status[i]]
-        text = came + waited if name == "ERR_EVENT" else came
+        text = count_text + wait_text if name == "ERR_EVENT" else count_text
         return make_stop_exception(name, self._select_member(i), text)
 
     def __getitem__(self, key: Any) -> Any:

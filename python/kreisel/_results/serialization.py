@@ -55,7 +55,7 @@ class PathConstructorArguments(NamedTuple):
 EventArrays = tuple[PathBase, Integers, Integers]  # states at the events, indices, directions
 
 
-def encode_path_as_archive(path: PathBase, met: EventArrays | None) -> bytes:
+def encode_path_as_archive(path: PathBase, events: EventArrays | None) -> bytes:
     """Write a path and its recorded events to an archive, and return its bytes."""
     head = {
         "kreisel": version,
@@ -72,14 +72,14 @@ def encode_path_as_archive(path: PathBase, met: EventArrays | None) -> bytes:
         "choice": path._choice and asdict(path._choice),
         "tangents": path._tangent_data
         and {"by": path._tangent_data.by, "rest": path._tangent_data.truncation},
-        "events": met and {"want": met[0].want, "low": met[0]._low is not None},
+        "events": events and {"want": events[0].want, "low": events[0]._low is not None},
     }
     arrays: dict[str, Array | Integers] = dict(_get_state_arrays_by_name(path, ""))
     if path._tangent_data:
         arrays |= {"tangents": path._tangent_data.high, "tangents_low": path._tangent_data.low}
-    if met:
-        at, *rest = met
-        arrays |= _get_state_arrays_by_name(at, _EVENTS)
+    if events:
+        event_path, *rest = events
+        arrays |= _get_state_arrays_by_name(event_path, _EVENTS)
         arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
     return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
@@ -115,13 +115,17 @@ def read_saved_path_arguments(
             path = path._replace(carried=_read_tangents(archive, len(path.t), head["tangents"]))
         if head["events"] is None:
             return path, None
-        at = _read_path_arrays(archive, _EVENTS, words, _require_json_object(head["events"]))
+        event_arguments = _read_path_arrays(
+            archive, _EVENTS, words, _require_json_object(head["events"])
+        )
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its header is damaged: {error}") from None
-    which, way = (archive.read_archive_integers(_EVENTS + name, len(at.t)) for name in _MET)
-    if not (np.abs(way) == 1).all() or which.min(initial=0) < 0:
+    which, direction = (
+        archive.read_archive_integers(_EVENTS + name, len(event_arguments.t)) for name in _MET
+    )
+    if not (np.abs(direction) == 1).all() or which.min(initial=0) < 0:
         raise ValueError("its events are damaged")
-    return path, (at, which, way)
+    return path, (event_arguments, which, direction)
 
 
 def _require_json_object(value: object) -> dict[str, object]:
@@ -135,15 +139,19 @@ def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstruc
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
     """
-    method, asked, stats = head["method"], head["asked"], head["stats"]
-    if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
+    method, requested_method, stats = head["method"], head["asked"], head["stats"]
+    if (
+        not isinstance(method, str)
+        or not isinstance(requested_method, str)
+        or not isinstance(stats, list)
+    ):
         raise TypeError("method and asked must be texts, and stats a list of numbers")
     if method not in methods:
         raise ValueError(unknown_method_message(method))
     step = None if head["step"] is None else as_float("step", head["step"])
     size = None if step is None else abs(step)
     options = validate_options_for_method(
-        methods[method], size, head["tol"], head["digits"], 0, asked, None
+        methods[method], size, head["tol"], head["digits"], 0, requested_method, None
     )
     costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
     choice = (
@@ -175,14 +183,18 @@ def _build_step_choice_from_dict(words: dict[str, object]) -> StepChoice:
 def _read_tangents(archive: ArchiveReader, n: int, head: object) -> TangentData:
     """Read the tangents of `n` states from an archive, and return them."""
     words = _require_json_object(head)
-    by, rest = words["by"], as_float("rest", words["rest"])
-    if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
-        raise ValueError(f"its tangents have the invalid columns {short_repr(by)}")
-    shape = n, 6, sum(TANGENTS[name][1] for name in by)
+    names, rest = words["by"], as_float("rest", words["rest"])
+    if (
+        not isinstance(names, list)
+        or not names
+        or names != [name for name in TANGENTS if name in names]
+    ):
+        raise ValueError(f"its tangents have the invalid columns {short_repr(names)}")
+    shape = n, 6, sum(TANGENTS[name][1] for name in names)
     high, low = (
         archive.read_archive_doubles(name, *shape) for name in ("tangents", "tangents_low")
     )
-    return TangentData.from_flat_arrays(high, low, rest, tuple(by))
+    return TangentData.from_flat_arrays(high, low, rest, tuple(names))
 
 
 def _read_path_arrays(

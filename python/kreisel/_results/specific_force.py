@@ -39,12 +39,12 @@ def transform_to_body_frame(q: Array, vector: Array) -> Array:
 
 
 def specific_force(
-    change: Array, rate: Array, up: Array, weight: float | Array, place: Array
+    change: Array, rate: Array, vertical: Array, weight: float | Array, place: Array
 ) -> Array:
     """Return the specific force W' x r + W x (W x r) + g V at the position r in the body frame.
 
     weight  g, the acceleration by gravity and by the shaking of the support, a number or (n,)
     """
-    lifted = np.asarray(weight)[..., None] * up
-    made: Array = np.cross(change, place) + np.cross(rate, np.cross(rate, place)) + lifted
-    return made
+    support_force = np.asarray(weight)[..., None] * vertical
+    force: Array = np.cross(change, place) + np.cross(rate, np.cross(rate, place)) + support_force
+    return force

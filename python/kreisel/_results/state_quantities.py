@@ -106,13 +106,13 @@ class PathBase(QuantityAttributes):
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
-            left_out = {"states", *RECORDABLE} - set(self.want)
-            names -= left_out
+            omissions = {"states", *RECORDABLE} - set(self.want)
+            names -= omissions
             names -= {
-                word for word, needs in DEPENDENCIES.items() if not left_out.isdisjoint(needs)
+                word for word, needs in DEPENDENCIES.items() if not omissions.isdisjoint(needs)
             }
             names |= {"error"} if self._choice else set()
-            names -= {"error"} if (self.digits or 0) > 16 and "q_low" in left_out else set()
+            names -= {"error"} if (self.digits or 0) > 16 and "q_low" in omissions else set()
         return sorted(names)
 
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
@@ -129,8 +129,8 @@ class PathBase(QuantityAttributes):
                 )
             if name in TANGENT_ATTRIBUTES:
                 raise AttributeError(f"this path has no {name!r}: {TANGENT_ATTRIBUTES[name]}")
-            known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
-            raise AttributeError(f"a path has no {short_repr(name)}; {suggest_name(name, known)}")
+            names = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
+            raise AttributeError(f"a path has no {short_repr(name)}; {suggest_name(name, names)}")
 
     def _select_state_component(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
@@ -367,8 +367,8 @@ def add_quantity_properties(
 def _make_quantity_property(
     quantity: QuantityDescription, lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> cached_property[Array]:
-    def of(recorded: Recorded) -> Array:
-        return column(recorded, quantity.name)
+    def of(path: Recorded) -> Array:
+        return column(path, quantity.name)
 
     sizes = [*lead, *map(str, quantity.shape)]
     shape = ", ".join(sizes) + ("," if len(sizes) == 1 else "")

@@ -53,12 +53,12 @@ def build_quantity_value_pairs(
     If `names` is empty, all quantities that the path stores are returned. The unit of an angle,
     'rad' or 'deg', is stored as its dimension.
     """
-    in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
+    in_degrees, is_unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
     for name in _validate_quantity_names(names) or _list_default_quantity_names(path):
         quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
-            values = np.unwrap(values) if unwrapped else values
+            values = np.unwrap(values) if is_unwrapped else values
             values = np.degrees(values) if in_degrees else values
             quantity = quantity._replace(dimension="deg" if in_degrees else "rad")
         rows.append((quantity, values))
@@ -188,11 +188,11 @@ class TableExportMethods(PathBase):
             (TIME, self.t),
             *build_quantity_value_pairs(self, names, degrees, unwrap),
         ]:
-            about = {"units": quantity.dimension, "long_name": quantity.text}
-            own = {f"{quantity.name}_component": quantity.components}
-            along = DIMENSIONS.get(quantity.shape, own)
-            coordinates |= along
-            variables[quantity.name] = (("time", *along), np.array(values), about)
+            attributes = {"units": quantity.dimension, "long_name": quantity.text}
+            labels = {f"{quantity.name}_component": quantity.components}
+            dimensions = DIMENSIONS.get(quantity.shape, labels)
+            coordinates |= dimensions
+            variables[quantity.name] = (("time", *dimensions), np.array(values), attributes)
         time = {"time": variables.pop("t")}
         return xr.Dataset(variables, {**time, **coordinates}, self._list_run_attributes())
 
@@ -237,7 +237,7 @@ class TableExportMethods(PathBase):
 
     def _list_run_attributes(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}
-        about: dict[str, object] = {
+        attributes: dict[str, object] = {
             word: value for word, value in words.items() if value is not None
         }
-        return about | {"scene": self.scene.to_toml()}
+        return attributes | {"scene": self.scene.to_toml()}

@@ -38,18 +38,18 @@ class TangentData(NamedTuple):
 
     @classmethod
     def from_flat_arrays(
-        cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
+        cls, high: Array, low: Array, truncation: float, names: tuple[str, ...]
     ) -> TangentData:
         """Build a TangentData object from flat arrays returned by the C library."""
-        columns = sum(TANGENTS[name][1] for name in by)
+        columns = sum(TANGENTS[name][1] for name in names)
         shape = (len(high), 6, columns)
         return cls(
-            freeze_array(high.reshape(shape)), freeze_array(low.reshape(shape)), truncation, by
+            freeze_array(high.reshape(shape)), freeze_array(low.reshape(shape)), truncation, names
         )
 
-    def select_tangents_at_states(self, which: ResolvedIndex) -> TangentData:
-        """Return the tangents of the states selected by `which`."""
-        return self._replace(high=freeze_array(self.high[which]), low=freeze_array(self.low[which]))
+    def select_tangents_at_states(self, index: ResolvedIndex) -> TangentData:
+        """Return the tangents of the states selected by `index`."""
+        return self._replace(high=freeze_array(self.high[index]), low=freeze_array(self.low[index]))
 
     @property
     def parameter_bit_mask(self) -> int:
@@ -68,8 +68,8 @@ class TangentData(NamedTuple):
             hint = TANGENT_ATTRIBUTES["conditioning"]
             raise AttributeError(f"this path has no 'conditioning': {hint}")
         sizes = np.abs([number for name in self.by for number in data[name]])
-        moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
-        return freeze_array(_ROUNDING * (moved * sizes).sum(axis=1))
+        changes = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
+        return freeze_array(_ROUNDING * (changes * sizes).sum(axis=1))
 
 
 def collect_scene_numbers(scene: Scene) -> dict[str, tuple[float, ...]]:

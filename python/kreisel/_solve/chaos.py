@@ -186,8 +186,8 @@ def validate_indicator_arguments(
             "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
             "are not conserved"
         )
-    instead = "path.tangents of kr.solve(..., tangents='start') shows how changes of the start grow"
-    refuse_disturbances(scene, "indicators of chaos do not support tops", reason=instead)
+    hint = "path.tangents of kr.solve(..., tangents='start') shows how changes of the start grow"
+    refuse_disturbances(scene, "indicators of chaos do not support tops", reason=hint)
     return times, controls
 
 
@@ -204,10 +204,10 @@ def _validate_indicator_times(t: Numbers) -> Array:
 def _validate_tangent_direction(direction: object) -> tuple[float, ...]:
     if direction is None:
         return ()
-    given = as_finite_array("direction", direction, "six numbers")
-    if given.shape != (6,) or not given.any():
+    vector = as_finite_array("direction", direction, "six numbers")
+    if vector.shape != (6,) or not vector.any():
         raise ValueError(
             "direction must be six numbers, not all 0: a rotation vector seen from the body, and a "
             f"change of the momentum in space; not {short_repr(direction)}"
         )
-    return tuple(given.tolist())
+    return tuple(vector.tolist())

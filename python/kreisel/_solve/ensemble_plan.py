@@ -160,25 +160,25 @@ def _make_ensemble_plan(
     tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
 ) -> EnsemblePlan:
     options = validate_ensemble_arguments(tops, method, arguments)
-    closed, lanes = _count_exact_and_lane_tops(tops, options)
+    exact_count, lanes = _count_exact_and_lane_tops(tops, options)
     row = 8 * len(options.reductions)
     size = row or options.bytes_per_state
-    states, seconds, measured = None, None, 0
+    states, seconds, sample_count = None, None, 0
     if t is not None:
         times = validate_ensemble_times(tops, t, options)
         states = times.shape[-1]
         size = tops.size * (_ROW + (row or states * size))
-        seconds, measured = _estimate_run_time(tops, times, options, threads)
+        seconds, sample_count = _estimate_run_time(tops, times, options, threads)
     return EnsemblePlan(
         shape=tops.shape,
-        closed_form=closed,
+        closed_form=exact_count,
         lanes=lanes,
-        alone=tops.size - closed - lanes,
+        alone=tops.size - exact_count - lanes,
         threads=threads,
         states=states,
         bytes=size,
         seconds=seconds,
-        measured=measured,
+        measured=sample_count,
         first=_plan_first_top(tops, options, states),
     )
 
@@ -192,13 +192,13 @@ def _count_exact_and_lane_tops(tops: Ensemble, options: EnsembleOptions) -> tupl
     is_damped, is_turning = tops.damping.any(axis=-1), tops.turning.any(axis=-1)
     is_shaken = tops.shaking[..., 0] != 0.0
     is_alone = is_damped | is_turning | is_shaken | (tops.friction > 0.0)
-    alone = int(np.count_nonzero(is_alone))
+    alone_count = int(np.count_nonzero(is_alone))
     # Some tops on a turning support have a closed form.
     if options.is_auto and is_turning.any():
-        some = tops[is_alone] if tops.shape else tops.reshape(1)
-        alone = unsuited(some._core_scenes, "auto")[1]
-    closed = tops.size - unsuited(tops._core_scenes, "auto")[1] if options.is_auto else 0
-    return closed, tops.size - closed - alone
+        selection = tops[is_alone] if tops.shape else tops.reshape(1)
+        alone_count = unsuited(selection._core_scenes, "auto")[1]
+    exact_count = tops.size - unsuited(tops._core_scenes, "auto")[1] if options.is_auto else 0
+    return exact_count, tops.size - exact_count - alone_count
 
 
 def _plan_first_top(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
@@ -225,20 +225,20 @@ def _estimate_run_time(
     """
     if not tops.size or not t.shape[-1]:
         return 0.0, 0
-    at = np.unique(np.linspace(0, tops.size - 1, _SAMPLES).astype(np.int64))
-    some = tops[np.unravel_index(at, tops.shape)] if tops.shape else tops.reshape(1)
-    whole = t[at] if t.ndim == 2 else t
-    times = whole[..., :_MAX_STATES]
-    few = options.copy_with_step_limit(_MAX_STEPS)
-    buffers = EnsembleBuffers.allocate_buffers(at.size, times.shape[-1], few)
-    run = (SCALAR if few.uses_one_run_per_top else LANES).run
-    begun = time.perf_counter()
-    run(buffers, few, some, 0, at.size, times, None)
-    spent = time.perf_counter() - begun
-    all_told = buffers.done == times.shape[-1]
-    part = np.where(all_told, buffers.done / whole.shape[-1], np.inf)
-    end = np.abs(np.broadcast_to(whole[..., -1], part.shape))
+    indices = np.unique(np.linspace(0, tops.size - 1, _SAMPLES).astype(np.int64))
+    sample = tops[np.unravel_index(indices, tops.shape)] if tops.shape else tops.reshape(1)
+    all_times = t[indices] if t.ndim == 2 else t
+    times = all_times[..., :_MAX_STATES]
+    run_options = options.copy_with_step_limit(_MAX_STEPS)
+    buffers = EnsembleBuffers.allocate_buffers(indices.size, times.shape[-1], run_options)
+    run = (SCALAR if run_options.uses_one_run_per_top else LANES).run
+    start_time = time.perf_counter()
+    run(buffers, run_options, sample, 0, indices.size, times, None)
+    duration = time.perf_counter() - start_time
+    is_complete = buffers.done == times.shape[-1]
+    part = np.where(is_complete, buffers.done / all_times.shape[-1], np.inf)
+    end = np.abs(np.broadcast_to(all_times[..., -1], part.shape))
     with np.errstate(invalid="ignore", divide="ignore"):
-        way = np.where(end > 0.0, np.abs(buffers.reached) / end, np.inf)
-    done = float(np.maximum(np.minimum(part, way), 1e-9).mean())
-    return spent / done * tops.size / at.size / threads, int(at.size)
+        time_share = np.where(end > 0.0, np.abs(buffers.reached) / end, np.inf)
+    done = float(np.maximum(np.minimum(part, time_share), 1e-9).mean())
+    return duration / done * tops.size / indices.size / threads, int(indices.size)

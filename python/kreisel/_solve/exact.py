@@ -306,9 +306,9 @@ class ExactTorus(Exact):
                 break
             if one > 0:
                 turns.append((one, two))
-        whole = np.array(turns, dtype=np.float64).reshape(-1, 2)
-        times = math.tau * whole.sum(axis=1) / (first + second)
-        return np.column_stack([whole, times])
+        pairs = np.array(turns, dtype=np.float64).reshape(-1, 2)
+        times = math.tau * pairs.sum(axis=1) / (first + second)
+        return np.column_stack([pairs, times])
 
     def __call__(self, t: Numbers, *, tangents: TangentSpec | None = None) -> Path:
         if tangents is None:
@@ -342,10 +342,10 @@ def _iterate_convergents(ratio: float) -> Iterator[tuple[int, int]]:
 
     The sequence of convergents ends when a convergent equals the number to within rounding error.
     """
-    before, last, rest = (0, 1), (1, 0), ratio
+    previous, last, rest = (0, 1), (1, 0), ratio
     while True:
         part = math.floor(rest)
-        before, last = last, (part * last[0] + before[0], part * last[1] + before[1])
+        previous, last = last, (part * last[0] + previous[0], part * last[1] + previous[1])
         yield last
         miss = abs(ratio - last[0] / last[1])
         if rest == part or miss <= 4.0 * math.ulp(ratio):

@@ -101,8 +101,8 @@ class ExactEnsemble:
                 )
             times = times.reshape(n, times.shape[-1])
         self._check_precision_at_times(times)
-        at = np.atleast_1d(times)
-        return self._compute_closed_form_states(at).reshape(*shape, *times.shape[-1:], 8)
+        time_list = np.atleast_1d(times)
+        return self._compute_closed_form_states(time_list).reshape(*shape, *times.shape[-1:], 8)
 
     def _compute_closed_form_states(self, t: Array) -> Array:
         """Return the states at the given times, as an array of shape (n, k, 8).
@@ -112,8 +112,8 @@ class ExactEnsemble:
         evaluating the closed form. Closed forms on a torus are evaluated directly, because the
         rounding errors of a run are slightly different.
         """
-        forward = np.where(t[..., -1:] < 0.0, -t, t)
-        is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
+        distances = np.where(t[..., -1:] < 0.0, -t, t)
+        is_away = t.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
         if is_away and not self._has_any_torus_closed_form:
             pool = WorkerPool(validate_thread_count(None, None))
             options = validate_ensemble_options(self.tops, EXACT)
@@ -131,9 +131,9 @@ class ExactEnsemble:
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)
-        late = np.flatnonzero(ends >= most)
-        if late.size:
-            i = int(late[0])
+        indices = np.flatnonzero(ends >= most)
+        if indices.size:
+            i = int(indices[0])
             end = float(np.broadcast_to(ends, most.shape)[i])
             try:
                 check_resolvable_horizon(get_member_by_flat_index(self.tops, i), end, None)
@@ -150,7 +150,7 @@ class ExactEnsemble:
 
         Raises ValueError for the first top for which the C function returns an error.
         """
-        found: list[tuple[int, str]] = []
+        failures: list[tuple[int, str]] = []
         work = Work()
 
         def make_range_job(begin: int, end: int) -> Job[tuple[str, int]]:
@@ -159,12 +159,12 @@ class ExactEnsemble:
 
         def note_slice_failure(_: int, result: tuple[str, int]) -> None:
             if result[0] != "OK":
-                found.append((result[1], result[0]))
+                failures.append((result[1], result[0]))
 
         pool = WorkerPool(validate_thread_count(None, None))
         pool.run_task(DivisibleTask(self.tops.size, make_range_job, note_slice_failure, work))
-        if found:
-            first, status = min(found)
+        if failures:
+            first, status = min(failures)
             error = (
                 _make_no_turning_points_error
                 if function is exact_turnings
@@ -265,8 +265,8 @@ class ExactEnsemble:
         return self._reshape_to_ensemble(self._turning_points.critical_spin)
 
 
-def _make_no_turning_points_error(status: str, scene: Scene, where: str) -> ValueError:
-    return ValueError(where + explain_no_turning_points(status, scene))
+def _make_no_turning_points_error(status: str, scene: Scene, prefix: str) -> ValueError:
+    return ValueError(prefix + explain_no_turning_points(status, scene))
 
 
 def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
@@ -278,8 +278,8 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     first, count = unsuited(tops._core_scenes, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
-        where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
-        raise make_no_closed_form_error("ERR_METHOD", get_member_by_flat_index(tops, first), where)
+        prefix = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
+        raise make_no_closed_form_error("ERR_METHOD", get_member_by_flat_index(tops, first), prefix)
     forms = ExactEnsemble(tops, word)
     _ = (
         forms._frequencies_and_certificates
@@ -311,10 +311,10 @@ def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
     return make_exact_ensemble(Ensemble.of(scenes), "scene")
 
 
-def make_no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
+def make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> ValueError:
     """Return the exception to raise for a scene whose motion has no closed-form solution."""
     if status != "ERR_METHOD":
-        return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
+        return ValueError(f"{prefix}{statuses[status][1]}: {scene!r}")
     if has_torus_closed_form(scene):
-        return ValueError(f"{where}{explain_no_closed_form(scene)}: {scene!r}")
-    return ValueError(f"{where}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
+        return ValueError(f"{prefix}{explain_no_closed_form(scene)}: {scene!r}")
+    return ValueError(f"{prefix}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")

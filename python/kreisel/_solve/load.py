@@ -39,34 +39,34 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
     name = os.fspath(file)
     if not isinstance(name, str):
         raise TypeError(f"file must be the name of a file, not {short_repr(file)}")
-    about = os.stat(name)
-    if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):
+    status = os.stat(name)
+    if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
         raise ValueError(f"{name} is not a regular file")
-    with open(name, "rb") as opened:
-        begins = opened.read(len(MAGIC))
-        if begins == MAGIC:
+    with open(name, "rb") as stream:
+        head = stream.read(len(MAGIC))
+        if head == MAGIC:
             return resume(File(name))
-        if begins.startswith(_ZIP):
-            return _load_path(name, opened, about.st_size)
-    return _load_scene(name, about.st_size)
+        if head.startswith(_ZIP):
+            return _load_path(name, stream, status.st_size)
+    return _load_scene(name, status.st_size)
 
 
 def _load_path(name: str, file: BinaryIO, size: int) -> Path:
     try:
-        path, met = read_saved_path_arguments(file, size)
+        path, event_data = read_saved_path_arguments(file, size)
     except ValueError as error:
         raise ValueError(f"{name} is not a saved path: {error}") from None
-    if met is None:
+    if event_data is None:
         return Path(*path)
-    at, which, direction = met
-    return Path(*path._replace(events=Events(Path(*at), which, direction)))
+    event_arguments, which, direction = event_data
+    return Path(*path._replace(events=Events(Path(*event_arguments), which, direction)))
 
 
 def _load_scene(name: str, size: int) -> Scene:
-    known = "a saved path or run, nor a scene in TOML"
+    kinds = "a saved path or run, nor a scene in TOML"
     if size > _MAX_SCENE_BYTES:
-        raise ValueError(f"{name} is neither {known}, which would be smaller")
+        raise ValueError(f"{name} is neither {kinds}, which would be smaller")
     try:
         return Scene.from_toml(File(name))
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{error}; the file is neither {known}") from None
+        raise ValueError(f"{error}; the file is neither {kinds}") from None

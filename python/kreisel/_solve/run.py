@@ -128,13 +128,13 @@ class Run:
     def __init__(
         self, scene: Scene, options: SolveOptions, back: bool, origin: RunStart = ORIGIN
     ) -> None:
-        own = self.__dict__  # ordinary assignments to attributes raise an exception
-        own["_options"], own["_back"], own["_fresh"] = options, back, True
-        own["scene"], own["method"], own["want"] = scene, options.method.name, options.want
-        own["events"] = options.events
-        own["step"], own["tol"], own["digits"] = options.step, options.tol, options.digits
-        own["t"], own["stats"] = origin.begin, Stats(0, 0, 0, 0)
-        own["_origin"], own["_top"] = origin, _start_core_motion(scene, options, back, origin)
+        fields = self.__dict__  # ordinary assignments to attributes raise an exception
+        fields["_options"], fields["_back"], fields["_fresh"] = options, back, True
+        fields["scene"], fields["method"], fields["want"] = scene, options.method.name, options.want
+        fields["events"] = options.events
+        fields["step"], fields["tol"], fields["digits"] = options.step, options.tol, options.digits
+        fields["t"], fields["stats"] = origin.begin, Stats(0, 0, 0, 0)
+        fields["_origin"], fields["_top"] = origin, _start_core_motion(scene, options, back, origin)
 
     def __repr__(self) -> str:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
@@ -167,8 +167,8 @@ class Run:
         if not isinstance(path, tuple):
             return path
         status, *_, end = result = path
-        made = build_path_from_core_result(self.scene, self._options, result, self._origin)
-        part = drop_unrequested_quantities(made, self.want, end)
+        full_path = build_path_from_core_result(self.scene, self._options, result, self._origin)
+        part = drop_unrequested_quantities(full_path, self.want, end)
         self.__dict__["stats"] = part.stats
         raise make_stop_exception(status, part, format_progress(part, end))
 
@@ -178,7 +178,7 @@ class Run:
             status, path = self._record_path(times, progress)
         else:
             status, path = record_quantities_in_chunks(
-                times, self.want, lambda at: self._record_path(at, progress), lambda: self.ended
+                times, self.want, lambda part: self._record_path(part, progress), lambda: self.ended
             )
         if status != "OK":
             end = float(times[-1]) if times.size else self.t
@@ -199,8 +199,8 @@ class Run:
         iterator continues with the remaining times.
         """
         number = validate_recording_interval(self._options.method, every)
-        reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
-        chunks = iterate_time_chunks(t, self.step, number, size, reached, self.start_time)
+        last_time, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
+        chunks = iterate_time_chunks(t, self.step, number, size, last_time, self.start_time)
         return self._yield_path_per_chunk(chunks, validate_progress_callback(progress))
 
     def _yield_path_per_chunk(
@@ -235,21 +235,21 @@ class Run:
         check_resolvable_horizon(self.scene, float(times[-1]), self.step)
 
     def _record_path(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
-        met, motion = None, self._top
+        core_events, motion = None, self._top
         try:
             if self.events is None:
                 low = self._options.has_extended_precision
                 result = motion.record(times, low, progress)
             else:
-                result, met = motion.record_events(times, progress)
+                result, core_events = motion.record_events(times, progress)
         finally:  # the time is updated even if `progress` raises an exception
             if self._top is not motion:  # another thread changed the run at the same moment
                 raise RuntimeError(_UNDER_WAY)
-            fresh = self._fresh and not times.size
-            self.__dict__.update(t=motion.t, _fresh=fresh)
+            is_fresh = self._fresh and not times.size
+            self.__dict__.update(t=motion.t, _fresh=is_fresh)
         path = build_path_from_core_result(self.scene, self._options, result, self._origin)
-        if met is not None:
-            path = add_events_to_path(path, met)
+        if core_events is not None:
+            path = add_events_to_path(path, core_events)
         self.__dict__["stats"] = path.stats
         return result[0], path
 
@@ -273,9 +273,9 @@ class Run:
         jolt = as_three_floats("impulse", impulse)
         if self._options.can_skip_heading_angle and (jolt[0] or jolt[1]):
             raise ValueError(_heading_not_computed_message("a horizontal impulse"))
-        now = self._read_present_state()
-        momentum, low = add_impulse_to_momentum(now.scene.momentum, now.low[5:], jolt)
-        self._restart_run(now, now.scene.replace(momentum=momentum), momentum_low=low)
+        state = self._read_present_state()
+        momentum, low = add_impulse_to_momentum(state.scene.momentum, state.low[5:], jolt)
+        self._restart_run(state, state.scene.replace(momentum=momentum), momentum_low=low)
 
     def reset(
         self,
@@ -300,7 +300,7 @@ class Run:
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
             return
-        given = _drop_missing_arguments(
+        arguments = _drop_missing_arguments(
             momentum=momentum,
             attitude=attitude,
             velocity=velocity,
@@ -308,17 +308,17 @@ class Run:
             body_velocity=body_velocity,
             attitude_xyzw=attitude_xyzw,
         )
-        if not given:
+        if not arguments:
             raise TypeError("reset needs a momentum, an attitude, or both")
-        turned, moved = given.keys() & _ATTITUDES, given.keys() - _ATTITUDES
-        is_free = bool(turned and moved) or given.keys() <= _IN_BODY
+        attitudes, momenta = arguments.keys() & _ATTITUDES, arguments.keys() - _ATTITUDES
+        is_free = bool(attitudes and momenta) or arguments.keys() <= _IN_BODY
         if self._options.can_skip_heading_angle and not is_free:
             raise ValueError(_heading_not_computed_message("a reset of a part of the state"))
-        now = self._read_present_state()
-        if turned:
-            now.low[1:5] = 0.0
-        none = (0.0, 0.0, 0.0) if moved else None
-        self._restart_run(now, now.scene.replace(**given), momentum_low=none)
+        state = self._read_present_state()
+        if attitudes:
+            state.low[1:5] = 0.0
+        momentum_low = (0.0, 0.0, 0.0) if momenta else None
+        self._restart_run(state, state.scene.replace(**arguments), momentum_low=momentum_low)
 
     def change(
         self,
@@ -344,21 +344,21 @@ class Run:
         Raises TypeError if no argument is given. Raises ValueError if the method does not apply to
         the changed top.
         """
-        around = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
-        given = _drop_missing_arguments(body=body, **around._asdict())
-        if not given:
-            raise TypeError(f"change needs a body, {', '.join(around._fields)}")
+        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        arguments = _drop_missing_arguments(body=body, **environment._asdict())
+        if not arguments:
+            raise TypeError(f"change needs a body, {', '.join(environment._fields)}")
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
-        now, low = self._read_present_state(), None
-        scene = now.scene.replace(**given)
+        state, low = self._read_present_state(), None
+        scene = state.scene.replace(**arguments)
         if keep == "velocity" and body is not None:
-            old, q, m = now.scene.body, np.array(scene.attitude), np.array(scene.momentum)
+            old, q, m = state.scene.body, np.array(scene.attitude), np.array(scene.momentum)
             momentum, low = compute_momentum_after_body_change(
-                old, scene.body, q, now.low[1:5], m, now.low[5:]
+                old, scene.body, q, state.low[1:5], m, state.low[5:]
             )
             scene = scene.replace(momentum=momentum)
-        self._restart_run(now, scene, momentum_low=low)
+        self._restart_run(state, scene, momentum_low=low)
 
     def _read_present_state(self) -> _PresentState:
         """Return the present state. Raises RuntimeError if another call is advancing the run."""
@@ -368,25 +368,25 @@ class Run:
         scene = self.scene.replace(attitude=tuple(numbers[:4]), momentum=tuple(numbers[4:]))
         return _PresentState(motion, scene, t, low)
 
-    def _restart_run(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
-        """Start a new motion of `scene` at the time of the state `now`.
+    def _restart_run(self, state: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
+        """Start a new motion of `scene` at the time of `state`.
 
-        The low-order words of the momentum are `momentum_low` or, if it is None, those of `now`.
+        The low-order words of the momentum are `momentum_low` or, if it is None, those of `state`.
         """
         resolve_method(self.method, scene)
-        check_resolvable_horizon(scene, now.t, self.step)
+        check_resolvable_horizon(scene, state.t, self.step)
         if momentum_low is not None:
-            now.low[5:] = momentum_low
-        origin = RunStart(now.t, now.low if self._options.has_extended_precision else None)
+            state.low[5:] = momentum_low
+        origin = RunStart(state.t, state.low if self._options.has_extended_precision else None)
         changes = {
             "scene": scene,
-            "t": now.t,
+            "t": state.t,
             "stats": Stats(0, 0, 0, 0),
             "_fresh": True,
             "_origin": origin,
             "_top": _start_core_motion(scene, self._options, self._back, origin),
         }
-        if self._top is not now.motion or now.motion.t != now.t:
+        if self._top is not state.motion or state.motion.t != state.t:
             raise RuntimeError(_UNDER_WAY)
         self.__dict__.update(changes)  # a single call, so that Ctrl-C finds all or nothing changed
 
@@ -461,14 +461,14 @@ def _start_core_motion(scene: Scene, options: SolveOptions, back: bool, origin: 
 
 def _drop_missing_arguments(**arguments: object) -> SceneKwargs:
     """Return only those arguments that are not None."""
-    given = {name: value for name, value in arguments.items() if value is not None}
-    return cast(SceneKwargs, given)
+    scene_arguments = {name: value for name, value in arguments.items() if value is not None}
+    return cast(SceneKwargs, scene_arguments)
 
 
-def _heading_not_computed_message(what: str) -> str:
+def _heading_not_computed_message(action: str) -> str:
     return (
         "the heading of this run is not computed, because no quantity in want depends on it: "
-        f"{what} needs it, so add 'q' to want"
+        f"{action} needs it, so add 'q' to want"
     )
 
 
@@ -492,10 +492,10 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
         run, kernel = _restore_run(line, memory, max_steps)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ValueError(f"{name} is not a checkpoint of a run: {error}") from None
-    now = run._top.kernel[0]
-    if kernel != now and not {kernel, now} <= _FUSED:
-        said = f"{name} was made with the kernel {kernel!r}; {now!r} agrees only up to rounding"
-        warnings.warn(said, stacklevel=2)
+    host = run._top.kernel[0]
+    if kernel != host and not {kernel, host} <= _FUSED:
+        text = f"{name} was made with the kernel {kernel!r}; {host!r} agrees only up to rounding"
+        warnings.warn(text, stacklevel=2)
     return run
 
 
@@ -516,17 +516,17 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
         events = validate_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
     run = Run(scene, options, head["back"], RunStart.from_json(head.get("start")))
-    found = [as_int("a count of events", n, 0) for n in head.get("found", [])]
-    status = run._top.load(memory, found)
+    event_counts = [as_int("a count of events", n, 0) for n in head.get("found", [])]
+    status = run._top.load(memory, event_counts)
     if status != "OK":
         raise ValueError(statuses[status][1])
-    t, stats, fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
+    t, stats, is_fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
     costs = [as_int("a number of the stats", n, 0) for n in stats]
-    if len(costs) != len(Stats._fields) or not isinstance(fresh, bool) or t != run._top.t:
+    if len(costs) != len(Stats._fields) or not isinstance(is_fresh, bool) or t != run._top.t:
         raise ValueError("its time, stats and motion are inconsistent")
     if not isinstance(kernel, str):
         raise TypeError(f"the kernel must be a name, not {short_repr(kernel)}")
-    run.__dict__.update(t=run._top.t, stats=Stats(*costs), _fresh=fresh)
+    run.__dict__.update(t=run._top.t, stats=Stats(*costs), _fresh=is_fresh)
     return run, kernel
 
 
@@ -595,6 +595,6 @@ def validate_run_options(
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return validate_solve_options(scene, method, *controls)
-    chosen = FALLBACK if method == "auto" else method
-    options = validate_solve_options(scene, chosen, *controls, requested=method)
+    method_name = FALLBACK if method == "auto" else method
+    options = validate_solve_options(scene, method_name, *controls, requested_method=method)
     return replace(options, events=validate_events(options.method.name, events))

@@ -74,12 +74,16 @@ def section(
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
     """
-    many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
-    waits, options = validate_section_arguments(many, event, n, max_wait, tol, digits, max_steps)
+    ensemble = (
+        Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
+    )
+    waits, options = validate_section_arguments(
+        ensemble, event, n, max_wait, tol, digits, max_steps
+    )
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
     callback = validate_progress_callback(progress)
-    check_result_memory(many, waits, options)
-    return run_ensemble(Section, many, waits, options, pool, SECTION, callback)
+    check_result_memory(ensemble, waits, options)
+    return run_ensemble(Section, ensemble, waits, options, pool, SECTION, callback)
 
 
 def validate_section_arguments(
@@ -100,9 +104,9 @@ def validate_section_arguments(
     options = validate_ensemble_options(
         tops, FALLBACK, None, tol, digits, max_steps, has_events=True
     )
-    parsed = validate_section_event(event)
-    refuse_kinetic(tops, [parsed])
-    events = to_core_events([parsed])
+    section_event = validate_section_event(event)
+    refuse_kinetic(tops, [section_event])
+    events = to_core_events([section_event])
     waits = np.broadcast_to(
         _validate_or_estimate_max_waits(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
     )
@@ -127,14 +131,14 @@ def validate_section_event(event: object) -> Event:
 def _validate_or_estimate_max_waits(tops: Ensemble, max_wait: object) -> Array:
     """Return the longest time [T] for which each top is integrated without finding an event."""
     if max_wait is None:
-        known = np.empty(tops.size)
-        horizons(tops._core_scenes, known)
-        return np.minimum(_TURNS * estimate_turn_durations(tops), 0.25 * known)
-    given = as_finite_array("max_wait", max_wait, "a number, or one for each top")
-    if (given == 0.0).any():
+        horizon_times = np.empty(tops.size)
+        horizons(tops._core_scenes, horizon_times)
+        return np.minimum(_TURNS * estimate_turn_durations(tops), 0.25 * horizon_times)
+    waits = as_finite_array("max_wait", max_wait, "a number, or one for each top")
+    if (waits == 0.0).any():
         raise ValueError("max_wait must not be zero")
     try:
-        return np.array(np.broadcast_to(given, tops.shape)).reshape(-1)
+        return np.array(np.broadcast_to(waits, tops.shape)).reshape(-1)
     except ValueError:
         raise ValueError(
             f"max_wait must be a number or an array of shape {tops.shape}, "

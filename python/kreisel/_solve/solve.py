@@ -159,12 +159,12 @@ def solve(
         controls = step, tol, digits, every, max_steps, error, want, events
         arguments = SolveArguments(*controls, tangents=tangents)
         return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
-    given = scene, method, step, tol, digits, max_steps, want, every
+    request = scene, method, step, tol, digits, max_steps, want, every
     if is_special or method == GEOMETRIC:
         others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
-        options = _validate_tangents_events_geometric(*given, error, events, tangents, others)
+        options = _validate_tangents_events_geometric(*request, error, events, tangents, others)
     else:
-        options = validate_solve_options(*given, t=t)
+        options = validate_solve_options(*request, t=t)
     return _solve_with_options(scene, options, t, validate_progress_callback(progress))
 
 
@@ -188,15 +188,15 @@ def _validate_tangents_events_geometric(
     given.
     """
     if tangents is not None:
-        excluded = {"error": error, "want": want, "events": events} | others
+        exclusions = {"error": error, "want": want, "events": events} | others
         controls = step, tol, digits, max_steps
-        return validate_tangent_options(scene, method, tangents, controls, every, excluded)
+        return validate_tangent_options(scene, method, tangents, controls, every, exclusions)
     if any(value is not None for value in others.values()):
         refuse_ensemble_arguments(scene, **others)
     if method == GEOMETRIC:
-        excluded = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
+        exclusions = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         check_type("scene", scene, Scene)
-        return validate_geometric_method_options(error, max_steps, want, excluded)
+        return validate_geometric_method_options(error, max_steps, want, exclusions)
     if error is not None:
         raise make_error_tolerance_refusal(method)
     return validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)

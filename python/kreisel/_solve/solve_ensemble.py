@@ -186,9 +186,11 @@ def validate_ensemble_arguments(
     Raises TypeError or ValueError for an invalid argument.
     """
     if isinstance(method, str) and method == GEOMETRIC:
-        excluded = arguments._asdict()
-        error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
-        return EnsembleOptions(validate_geometric_method_options(error, max_steps, want, excluded))
+        exclusions = arguments._asdict()
+        error, max_steps, want = (exclusions.pop(name) for name in ("error", "max_steps", "want"))
+        return EnsembleOptions(
+            validate_geometric_method_options(error, max_steps, want, exclusions)
+        )
     if arguments.tangents is not None:
         return _validate_ensemble_tangent_options(tops, method, arguments)
     step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
@@ -200,9 +202,9 @@ def validate_ensemble_arguments(
     options = validate_ensemble_options(tops, method, *controls, has_events=events is not None)
     if events is None:
         return options
-    parsed = validate_events(options.solve.method.name, events)
-    refuse_kinetic(tops, parsed)
-    return replace(options, core_events=to_core_events(parsed))
+    event_list = validate_events(options.solve.method.name, events)
+    refuse_kinetic(tops, event_list)
+    return replace(options, core_events=to_core_events(event_list))
 
 
 def _validate_ensemble_tangent_options(
@@ -214,18 +216,20 @@ def _validate_ensemble_tangent_options(
     refuse_arguments_with_tangents(
         {"error": error, "want": want, "events": events, "reduce": reduce}
     )
-    chosen = FALLBACK if method == "auto" else method
-    options = validate_ensemble_options(tops, chosen, step, tol, digits, max_steps, every=every)
+    method_name = FALLBACK if method == "auto" else method
+    options = validate_ensemble_options(
+        tops, method_name, step, tol, digits, max_steps, every=every
+    )
     check_computes_tangents(options.solve.method)
     refuse_undefined_friction_tangents(tops, names)
     return replace(options, solve=replace(options.solve, requested_method=method, tangents=names))
 
 
-def refuse_ensemble_arguments(scene: object, **given: object) -> None:
+def refuse_ensemble_arguments(scene: object, **arguments: object) -> None:
     """Raise ValueError if arguments for ensembles are given for a single scene.
 
     Raises TypeError if `scene` is not a kreisel.Scene.
     """
     check_type("scene", scene, Scene)
-    names = [name for name, value in given.items() if value is not None]
+    names = [name for name, value in arguments.items() if value is not None]
     raise ValueError(f"{' and '.join(names)}: only for a kreisel.Ensemble, not for a single scene")

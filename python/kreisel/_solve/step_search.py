@@ -96,8 +96,8 @@ class StepSearch:
         max_steps: int,
         progress: Listener,
     ) -> None:
-        instead = "use method='taylor', which needs no step"
-        refuse_disturbances(scene, "method='geometric' does not support tops", reason=instead)
+        hint = "use method='taylor', which needs no step"
+        refuse_disturbances(scene, "method='geometric' does not support tops", reason=hint)
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
@@ -107,26 +107,26 @@ class StepSearch:
         self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
         _, steps = self.choose_cheapest_method(1.0)
         times_checked = self.error_check_times(math.ceil(steps))
-        result, grown = estimate_rounding_growth(
+        result, growth = estimate_rounding_growth(
             scene, times_checked, max_steps=max_steps, progress=progress
         )
         build_path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
-        self.conditioning = ROUNDING * grown
+        self.conditioning = ROUNDING * growth
         self.reference_options = self.choose_reference_options()
-        more = grown / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
+        more = growth / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
         self.method, steps = self.choose_cheapest_method(min(max(1.0, more), 1.0 / ROUNDING))
         self.order, self.first = methods[self.method].order, math.ceil(steps)
         self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
 
-    def choose_cheapest_method(self, grown: float) -> tuple[MethodName, float]:
+    def choose_cheapest_method(self, growth: float) -> tuple[MethodName, float]:
         """Return the cheapest method and the number of steps that it requires.
 
-        `grown` is the growth of small perturbations, divided by their growth in a regular motion.
+        `growth` is the growth of small perturbations, divided by their growth in a regular motion.
         """
         prices, t = {}, abs(self.end)
         constants = _SYMMETRIC if _is_drift_exact(self.scene) else _GENERAL
         for name, (c, price) in constants.items():
-            part = self.weight * t * grown / self.target
+            part = self.weight * t * growth / self.target
             steps = _SHORTER * c * self.rate * t * part ** (1.0 / methods[name].order)
             prices[name] = price * max(1.0, steps), steps
         method = min(prices, key=lambda name: prices[name][0])
@@ -138,13 +138,13 @@ class StepSearch:
         The result includes the requested times and the end times of some steps. If there are only a
         few steps, intermediate times are added.
         """
-        often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
-        each = max(1, math.ceil(steps / often))
+        check_count = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
+        each = max(1, math.ceil(steps / check_count))
         ends = np.append(np.arange(each, steps, each), steps)
         parts = min(3, math.ceil(_FEW / steps))
-        inside = [ends - part / parts for part in range(parts)]
+        stages = [ends - part / parts for part in range(parts)]
         return self.merge_sorted_times(
-            self.end * np.concatenate(inside) / steps, self.sampled_times
+            self.end * np.concatenate(stages) / steps, self.sampled_times
         )
 
     def merge_sorted_times(self, a: Array, b: Array) -> Array:
@@ -158,8 +158,8 @@ class StepSearch:
         below the tolerance. Otherwise, the reference is a Taylor series that is computed with 20
         digits.
         """
-        near = ROUNDINGS * self.conditioning <= self.target
-        return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
+        is_precise = ROUNDINGS * self.conditioning <= self.target
+        return CLOSED_FORM if is_precise and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def integrate_and_measure_error(self, steps: int) -> tuple[Array, float] | None:
         """Integrate with the given number of steps, and return the states and their error.
@@ -169,31 +169,33 @@ class StepSearch:
         """
         error_check_times = self.error_check_times(steps)
         all_times = self.merge_sorted_times(error_check_times, self.times)
-        before = self.spent.evaluations
+        evaluations = self.spent.evaluations
         states = self.compute_states(
             SolveOptions(methods[self.method], abs(self.end / steps)), all_times
         )
-        self.cost = self.spent.evaluations - before
+        self.cost = self.spent.evaluations - evaluations
         if states is None:
             return None
         truth = self.compute_states(self.reference_options, error_check_times)
         assert truth is not None
-        checked, requested = (
+        check_indices, requested_indices = (
             np.searchsorted(np.abs(all_times), np.abs(t)) for t in (error_check_times, self.times)
         )
-        return states[requested], float(attitude_error(states[checked, 1:5], truth[:, 1:5]).max())
+        return states[requested_indices], float(
+            attitude_error(states[check_indices, 1:5], truth[:, 1:5]).max()
+        )
 
     def compute_states(self, options: SolveOptions, times: Array) -> Array | None:
         """Return the states at `times`, or None if the step size is too large for the method."""
-        limited = replace(options, max_steps=self.max_steps)
-        result = compute_states_at_times(self.scene, limited, times, self.progress)
+        run_options = replace(options, max_steps=self.max_steps)
+        result = compute_states_at_times(self.scene, run_options, times, self.progress)
         status, states, _, counts, _ = result
         self.spent = Stats(*(a + b for a, b in zip(self.spent, counts, strict=True)))
         if status in _TOO_LARGE:
             return None
         if status != "OK":
             path = replace(
-                build_path_from_core_result(self.scene, limited, result), stats=self.spent
+                build_path_from_core_result(self.scene, run_options, result), stats=self.spent
             )
             text = f"{options.method.name} reached t = {states[-1, 0]:g} of {self.end:g}"
             raise make_stop_exception(status, path, text)
@@ -208,9 +210,9 @@ class StepSearch:
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
         return math.ceil(steps * more)
 
-    def make_unmet_error_exception(self, why: str) -> ValueError:
+    def make_unmet_error_exception(self, reason: str) -> ValueError:
         return ValueError(
-            f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; a rounding "
+            f"error = {self.target!r} cannot be met at t = {self.end!r}: {reason}; a rounding "
             "error (2**-53) of the state, in internal units, changes the attitude by about "
             f"{self.conditioning:.1e} rad. Request a larger error or a shorter time"
         )
@@ -225,9 +227,9 @@ def validate_error_tolerance(error: float | None, others: Mapping[str, object]) 
         raise ValueError(
             "method='geometric' chooses its step: give the allowed error [rad], as in error=1e-6"
         )
-    given = [name for name, value in others.items() if value is not None]
-    if given:
-        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(given)} out")
+    names = [name for name, value in others.items() if value is not None]
+    if names:
+        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(names)} out")
     target = as_positive("error", error)
     if target > 0.1:
         raise ValueError(
@@ -244,13 +246,13 @@ def make_error_tolerance_refusal(method: object) -> ValueError:
 
 
 def validate_geometric_method_options(
-    error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
+    error: float | None, max_steps: object, want: object, exclusions: Mapping[str, object]
 ) -> SolveOptions:
     """Return the options for method='geometric'.
 
-    Raises ValueError if one of the arguments in `excluded` is given.
+    Raises ValueError if one of the arguments in `exclusions` is given.
     """
-    target = validate_error_tolerance(error, excluded)
+    target = validate_error_tolerance(error, exclusions)
     most, names = as_int("max_steps", max_steps, 0), validate_requested_quantities(want)
     placeholder = methods["strang"]
     return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
@@ -269,8 +271,10 @@ def _find_path_by_step_search(
 ) -> Path:
     """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
-        still = validate_solve_options(scene, "strang", step=1.0)
-        return build_path_or_raise(scene, still, compute_states_at_times(scene, still, times))
+        start_options = validate_solve_options(scene, "strang", step=1.0)
+        return build_path_or_raise(
+            scene, start_options, compute_states_at_times(scene, start_options, times)
+        )
     assert options.error is not None
     check_resolvable_horizon(scene, float(times[-1]), None)
     return search_path_within_error(scene, times, options.error, options.max_steps, progress)
@@ -290,10 +294,10 @@ def search_path_within_error(
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
         raise search.make_unmet_error_exception("the rounding of the scene alone exceeds it")
-    steps, taken, least, stalls = search.first, 0, math.inf, 0
+    steps, step_count, least, stalls = search.first, 0, math.inf, 0
     while stalls < _STALLS:
-        taken += steps
-        if taken > search.budget:
+        step_count += steps
+        if step_count > search.budget:
             raise search.make_unmet_error_exception(
                 f"the search is limited to {search.budget} steps, which did not suffice"
             )
@@ -301,11 +305,11 @@ def search_path_within_error(
         if run and run[1] <= _ENOUGH * target:
             return _make_path_from_search(search, *run, steps)
         error = run[1] if run else math.inf
-        stalled = 0.5 * least < error < _UNLIKE
-        stalls += stalled
+        is_stalled = 0.5 * least < error < _UNLIKE
+        stalls += is_stalled
         least, steps = (
             min(least, error),
-            2 * steps if stalled else search.predict_needed_step_count(steps, error),
+            2 * steps if is_stalled else search.predict_needed_step_count(steps, error),
         )
     raise search.make_unmet_error_exception(
         f"rounding errors reach {least:.1e} rad, and finer steps add more"
@@ -346,11 +350,11 @@ def _compute_top_rate_and_error_weight(scene: Scene) -> tuple[float, float]:
     is_exact = _is_drift_exact(scene)
     moment = sorted(body.moments)[1 if is_exact else 2]
     # The potential energy above its minimum, which rounding can make negative for a hanging top.
-    above = max(0.0, potential + lever)
+    energy = max(0.0, potential + lever)
     if is_exact:  # drifts are exact, so the error is proportional to the torque
-        rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + 2.0 * above / moment)
+        rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + 2.0 * energy / moment)
         return rate, lever / moment / rate if rate else 0.0
-    rate = math.sqrt(2.0 * (kinetic + above) / moment) + math.hypot(*body.rotor) / moment
+    rate = math.sqrt(2.0 * (kinetic + energy) / moment) + math.hypot(*body.rotor) / moment
     return rate, rate
 
 
@@ -407,28 +411,28 @@ def _solve_top_into_buffers(
 
 
 def _write_path_to_buffers(
-    part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
+    part: EnsembleBuffers, i: int, path: Path | None, times: Array, has_failed: bool
 ) -> None:
     """Write a path to the buffers, and NaN at all times after the end of the path."""
-    at, reached = np.empty(0, dtype=np.intp), 0
+    indices, count = np.empty(0, dtype=np.intp), 0
     if path is not None:
-        at, reached = _find_indices_of_times(path, times)
+        indices, count = _find_indices_of_times(path, times)
         part.counts[i] = path.stats
         part.reached[i] = path.t[-1] if len(path) else 0.0
-        if failed and len(path):
+        if has_failed and len(path):
             part.last[i] = np.array([path.states[-1], np.zeros(8)])
         if path._choice is not None:
             part.chosen[i] = path._choice
-    part.done[i] = reached
+    part.done[i] = count
     if part.states is not None:
         part.states[i] = np.nan
         part.states[i, :, 0] = times
         if path is not None:
-            part.states[i, :reached] = path.states[at]
+            part.states[i, :count] = path.states[indices]
     for name, column in part.columns.items():
         column[i] = np.nan
         if path is not None:
-            column[i, :reached] = getattr(path, name)[at]
+            column[i, :count] = getattr(path, name)[indices]
 
 
 def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
@@ -439,10 +443,10 @@ def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.int
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0
-    at = np.minimum(np.searchsorted(np.abs(path.t), np.abs(times)), len(path) - 1)
-    missing = np.flatnonzero(path.t[at] != times)
-    reached = int(missing[0]) if missing.size else times.size
-    return at[:reached], reached
+    indices = np.minimum(np.searchsorted(np.abs(path.t), np.abs(times)), len(path) - 1)
+    mismatches = np.flatnonzero(path.t[indices] != times)
+    count = int(mismatches[0]) if mismatches.size else times.size
+    return indices[:count], count
 
 
 STEP_SEARCH = SliceRunner(solve_slice_with_step_search)

@@ -98,9 +98,9 @@ def stream(
     if threads is not None or executor is not None:
         refuse_ensemble_arguments(scene, threads=threads, executor=executor)
     options = validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
-    back, chunks = find_time_direction_and_chunks(
+    is_back, chunks = find_time_direction_and_chunks(
         t, options.step, options.every, most or CHUNK_SIZE
     )
-    return Run(scene, options, back)._yield_path_per_chunk(
+    return Run(scene, options, is_back)._yield_path_per_chunk(
         chunks, validate_progress_callback(progress)
     )

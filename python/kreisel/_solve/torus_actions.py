@@ -76,6 +76,6 @@ def _rotate_to_momentum_heading(columns: Array, momentum: Array) -> tuple[Array,
     size = np.hypot(momentum[:, 0], momentum[:, 1])
     c, s = momentum[:, 0] / size, momentum[:, 1] / size
     x, y, z = columns[..., 0], columns[..., 1], columns[..., 2]
-    along = np.zeros_like(momentum)
-    along[:, 0] = size
-    return np.stack([c * x + s * y, c * y - s * x, z], axis=-1), along
+    heading_momentum = np.zeros_like(momentum)
+    heading_momentum[:, 0] = size
+    return np.stack([c * x + s * y, c * y - s * x, z], axis=-1), heading_momentum

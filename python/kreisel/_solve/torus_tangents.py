@@ -179,15 +179,15 @@ def _compute_tangent_matrix_columns(
     scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
     """Return one group of columns of the tangent matrix, and their largest relative error."""
-    turned = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
-    ranges = np.ceil(np.log(turned) / math.log(_RANGE))
+    angles = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
+    ranges = np.ceil(np.log(angles) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
     for number in np.unique(ranges):
         step = _STEP * _RANGE**-number
         rows = np.flatnonzero(ranges == number)
-        for some in np.split(rows, range(_MOST, len(rows), _MOST)):
-            result[some], rest[some] = _differentiate_with_best_steps(
-                scene, states[some], group, step, compute_states
+        for block in np.split(rows, range(_MOST, len(rows), _MOST)):
+            result[block], rest[block] = _differentiate_with_best_steps(
+                scene, states[block], group, step, compute_states
             )
     return result, float(rest.max(initial=0.0))
 
@@ -205,23 +205,23 @@ def _differentiate_with_best_steps(
     """
     result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
     rows = np.arange(len(states))
-    refused: ValueError | None = None
+    refusal: ValueError | None = None
     for number in range(_STEPS):
         try:
             one, miss = _compute_central_differences(
                 scene, states[rows], group, step * _SHRINK**number, compute_states
             )
         except ValueError as error:
-            refused = error
+            refusal = error
             continue
-        better = miss < rest[rows]
-        rows, one, miss = rows[better], one[better], miss[better]
+        is_better = miss < rest[rows]
+        rows, one, miss = rows[is_better], one[is_better], miss[is_better]
         result[rows], rest[rows] = one, miss
         rows = rows[miss > _SETTLED]
         if not len(rows):
             break
     if not (rest <= _LARGEST).all():
-        reason = str(refused or "they do not change smoothly from one to the next")
+        reason = str(refusal or "they do not change smoothly from one to the next")
         raise ValueError(
             "the tangents are differences of the closed forms of neighbouring tops, which fail "
             f"here: use kr.solve(scene, t, tangents=...). The reason is: {reason}"
@@ -248,9 +248,9 @@ def _compute_central_differences(
         changes = np.empty((len(states), 6, group.columns))
         distances = np.empty((group.columns, group.columns))
         for j in range(group.columns):
-            back, ahead = (group.change(scene, j, sign * k * h) for sign in (-1.0, 1.0))
-            distances[:, j] = group.subtract(back, ahead)[: group.columns]
-            ends = compute_states(back, times), compute_states(ahead, times)
+            lower, upper = (group.change(scene, j, sign * k * h) for sign in (-1.0, 1.0))
+            distances[:, j] = group.subtract(lower, upper)[: group.columns]
+            ends = compute_states(lower, times), compute_states(upper, times)
             turn = [_compute_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
             changes[:, :3, j] = turn[1] - turn[0]
             changes[:, 3:, j] = ends[1][:, 5:8] - ends[0][:, 5:8]

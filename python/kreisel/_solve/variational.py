@@ -46,13 +46,13 @@ def validate_tangent_names(tangents: object) -> tuple[str, ...]:
 
     Raises TypeError or ValueError for an unknown name, or if no name is given.
     """
-    given = [tangents] if isinstance(tangents, str) else tangents
-    if not isinstance(given, Iterable):
+    items = [tangents] if isinstance(tangents, str) else tangents
+    if not isinstance(items, Iterable):
         raise TypeError(
             f"tangents must be names, as in tangents='start' or ('start', 'gravity'), not "
             f"{short_repr(tangents)}"
         )
-    names = list(given)
+    names = list(items)
     for name in names:
         if not isinstance(name, str) or name not in TANGENTS:
             raise ValueError(unknown_name_message("name in tangents:", str(name), TANGENTS))
@@ -87,17 +87,17 @@ def validate_tangent_options(
     tangents: object,
     controls: tuple[object, object, object, object],
     every: object,
-    excluded: Mapping[str, object],
+    exclusions: Mapping[str, object],
 ) -> SolveOptions:
     """Return the validated options for computing a path with tangents.
 
     `controls` contains the arguments step, tol, digits and max_steps. Raises ValueError if an
-    argument in `excluded` is given, or if the method cannot compute the tangents.
+    argument in `exclusions` is given, or if the method cannot compute the tangents.
     """
     top, names = check_type("scene", scene, Scene), validate_tangent_names(tangents)
-    refuse_arguments_with_tangents(excluded)
-    chosen = FALLBACK if method == "auto" else method
-    options = validate_solve_options(top, chosen, *controls, requested=method)
+    refuse_arguments_with_tangents(exclusions)
+    method_name = FALLBACK if method == "auto" else method
+    options = validate_solve_options(top, method_name, *controls, requested_method=method)
     if options.method.exact and has_torus_closed_form(top):
         check_torus_tangent_names(names)
     else:
@@ -109,14 +109,14 @@ def validate_tangent_options(
 
 def refuse_undefined_friction_tangents(tops: Scene | Ensemble, names: Iterable[str]) -> None:
     """Raise ValueError for tangents that do not exist in the presence of friction."""
-    rubs = np.asarray(tops.friction) > 0.0
-    if "friction" in names and not rubs.all():
+    has_friction = np.asarray(tops.friction) > 0.0
+    if "friction" in names and not has_friction.all():
         raise ValueError(
             "there are no tangents with respect to a friction of 0, because it cannot decrease: "
             "leave out 'friction'"
         )
-    without_com = ~np.any(np.asarray(tops.body.com), axis=-1)
-    if "com" in names and np.any(rubs & without_com):
+    has_no_com = ~np.any(np.asarray(tops.body.com), axis=-1)
+    if "com" in names and np.any(has_friction & has_no_com):
         raise ValueError(
             "there are no tangents with respect to com for tops with friction and com = 0, because "
             "com gives the axis of friction: leave out 'com'"

@@ -18,17 +18,17 @@ PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()
 
 def fill_in_checksum(data: bytearray) -> bytearray:
     """Replace the last placeholder in the contents of a file by the checksum."""
-    at = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
-    data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()
+    position = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
+    data[position : position + _SIZE] = hashlib.sha256(data).hexdigest().encode()
     return data
 
 
 def has_correct_checksum(data: bytes) -> bool:
     """Return True if the contents of a file include a correct checksum."""
-    at = data.rfind(_MARK) + len(_MARK)
-    if at < len(_MARK):
+    position = data.rfind(_MARK) + len(_MARK)
+    if position < len(_MARK):
         return False
     view, digest = memoryview(data), hashlib.sha256()
-    for piece in (view[:at], PLACEHOLDER.encode()[len(_MARK) :], view[at + _SIZE :]):
+    for piece in (view[:position], PLACEHOLDER.encode()[len(_MARK) :], view[position + _SIZE :]):
         digest.update(piece)
-    return digest.hexdigest().encode() == data[at : at + _SIZE]
+    return digest.hexdigest().encode() == data[position : position + _SIZE]

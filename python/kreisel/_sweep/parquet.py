@@ -29,16 +29,16 @@ _PER = b"top", b"time", b"event"  # values of `per`: a column has one value per 
 _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
-def encode_part_as_parquet(part: PartResults, about: Mapping[str, Any]) -> bytearray:
+def encode_part_as_parquet(part: PartResults, description: Mapping[str, Any]) -> bytearray:
     """Encode a part as a Parquet file with a placeholder for its checksum.
 
-    The dictionary `about` is stored as JSON in the metadata of the file.
+    The dictionary `description` is stored as JSON in the metadata of the file.
     """
     table = convert_to_arrow_table(part)
-    out = pa.BufferOutputStream()
+    stream = pa.BufferOutputStream()
     doubles = [name for name, kind in list_parquet_column_types(table) if kind == pa.float64()]
     with parquet.ParquetWriter(
-        out,
+        stream,
         table.schema,
         compression="zstd",
         compression_level=1,
@@ -47,8 +47,8 @@ def encode_part_as_parquet(part: PartResults, about: Mapping[str, Any]) -> bytea
         write_page_checksum=True,
     ) as writer:
         writer.write_table(table, row_group_size=_GROUP)
-        writer.add_key_value_metadata({_ABOUT: json.dumps(about), _CHECKSUM: PLACEHOLDER})
-    return bytearray(out.getvalue())
+        writer.add_key_value_metadata({_ABOUT: json.dumps(description), _CHECKSUM: PLACEHOLDER})
+    return bytearray(stream.getvalue())
 
 
 def list_parquet_column_types(table: Table) -> list[tuple[str, Any]]:
@@ -68,7 +68,7 @@ def convert_to_arrow_table(part: PartResults) -> Table:
     entry `per` states whether a column has values per top, per time or per event.
     """
     columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
-    per = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
+    scopes = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
     if part.ragged:
         offsets = np.concatenate([[0], np.cumsum(part.columns[COUNT])]).astype(np.int64)
         columns |= {name: _to_arrow_list(offsets, values) for name, values in part.ragged.items()}
@@ -76,7 +76,7 @@ def convert_to_arrow_table(part: PartResults) -> Table:
         pa.field(
             name,
             column.type,
-            metadata={"units": part.units.get(name, ""), "per": per.get(name, "event")},
+            metadata={"units": part.units.get(name, ""), "per": scopes.get(name, "event")},
         )
         for name, column in columns.items()
     ]
@@ -95,7 +95,7 @@ def _to_arrow_list(offsets: Column, values: Column) -> Any:
 
 
 def read_part_description(data: bytes) -> dict[str, Any]:
-    """Return the dictionary `about` that is stored in a part.
+    """Return the dictionary `description` that is stored in a part.
 
     Raises ValueError if the data are not a part of a sweep.
     """
@@ -106,17 +106,17 @@ def read_part_description(data: bytes) -> dict[str, Any]:
 
 
 def _parse_sweep_part_metadata(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
-    """Return the dictionary `about` from the metadata of a file.
+    """Return the dictionary `description` from the metadata of a file.
 
     Raises ValueError if the metadata contain no valid dictionary.
     """
     try:
-        about = json.loads((metadata or {})[_ABOUT.encode()])
+        description = json.loads((metadata or {})[_ABOUT.encode()])
     except (KeyError, ValueError) as error:
         raise ValueError(f"it is not a part of a sweep: {error}") from None
-    if not isinstance(about, dict):
+    if not isinstance(description, dict):
         raise ValueError("it is not a part of a sweep")
-    return about
+    return description
 
 
 def decode_part_from_parquet(
@@ -128,16 +128,20 @@ def decode_part_from_parquet(
     number of states per top. Raises ValueError if the file is damaged, or if it is not the part
     described by `expected`.
     """
-    wanted = None if names is None else list(names)
+    column_names = None if names is None else list(names)
     try:
         with parquet.ParquetFile(file, page_checksum_verification=True) as source:
-            about = _parse_sweep_part_metadata(source.metadata.metadata)
-            if any(about.get(name) != value for name, value in expected.items()):
+            description = _parse_sweep_part_metadata(source.metadata.metadata)
+            if any(description.get(name) != value for name, value in expected.items()):
                 raise ValueError(f"it is not part {expected['part']} of this plan")
-            table = source.schema_arrow.empty_table() if wanted == [] else source.read(wanted)
-        missing = {*(wanted or ())} - {*table.column_names}
-        if missing:
-            raise ValueError(f"it has no {', '.join(sorted(missing))}")
+            table = (
+                source.schema_arrow.empty_table()
+                if column_names == []
+                else source.read(column_names)
+            )
+        missing_names = {*(column_names or ())} - {*table.column_names}
+        if missing_names:
+            raise ValueError(f"it has no {', '.join(sorted(missing_names))}")
         return _convert_arrow_to_part_results(table, states)
     except (pa.ArrowException, OSError, AttributeError, TypeError, ValueError) as error:
         # Parquet has no checksum of the schema, so a damaged schema can cause any of these errors.
@@ -148,16 +152,16 @@ def _convert_arrow_to_part_results(table: Table, states: int) -> PartResults:
     """Convert an Arrow table to a PartResults."""
     part = PartResults()
     for field, column in zip(table.schema, table.columns, strict=True):
-        whole, metadata = column.combine_chunks(), field.metadata or {}
+        array, metadata = column.combine_chunks(), field.metadata or {}
         part.units[field.name] = metadata.get(b"units", b"").decode()
-        per = metadata.get(b"per")
-        if per not in _PER or pa.types.is_primitive(field.type) != (per == b"top"):
+        scope = metadata.get(b"per")
+        if scope not in _PER or pa.types.is_primitive(field.type) != (scope == b"top"):
             raise ValueError(f"its schema does not specify the shape of {field.name!r}")
-        flat = whole if per == b"top" else whole.flatten()
+        flat = array if scope == b"top" else array.flatten()
         values = flat.to_numpy(zero_copy_only=False)
-        if per == b"event":
+        if scope == b"event":
             part.ragged[field.name] = values
         else:
-            shape = (len(whole),) if per == b"top" else (len(whole), states)
+            shape = (len(array),) if scope == b"top" else (len(array), states)
             part.columns[field.name] = values.reshape(shape)
     return part

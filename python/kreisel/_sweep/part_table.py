@@ -91,10 +91,10 @@ def _build_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWi
 def _build_chaos_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
     """Return the columns of a chaos indicator: status, final value, classification and curve."""
     unit, curve = RATE.get(name, ""), outcome.curve
-    names, which = np.unique(outcome.status, return_inverse=True)
+    names, indices = np.unique(outcome.status, return_inverse=True)
     codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)
     return [
-        ("status", codes[which], ""),
+        ("status", codes[indices], ""),
         (name, curve[:, -1], unit),
         ("certificate", outcome.certificate, ""),
         ("is_chaotic", np.asarray(outcome.is_chaotic), ""),
@@ -125,11 +125,11 @@ def _build_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
     ]
 
 
-def _add_event_columns(part: PartResults, found: EnsembleEvents | Section) -> None:
+def _add_event_columns(part: PartResults, events: EnsembleEvents | Section) -> None:
     """Add columns for the events and for the number of events of each top."""
-    part.columns[COUNT], part.units[COUNT] = found.count, ""
+    part.columns[COUNT], part.units[COUNT] = events.count, ""
     for name, quantity in _STATES.items():
-        values = getattr(found, name).reshape(-1, quantity.doubles)
+        values = getattr(events, name).reshape(-1, quantity.doubles)
         for i, component in enumerate(quantity.components):
             part.ragged[f"event_{component}"] = values[:, i]
             part.units[f"event_{component}"] = quantity.dimension

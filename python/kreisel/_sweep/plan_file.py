@@ -79,59 +79,61 @@ def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
 
 
 def _build_sweep_source_from_tables(tables: dict[str, Any], folder: Path) -> Source:
-    chosen = [name for name in _CONSTRUCTORS if name in tables]
-    if len(chosen) != 1:
-        many = f"not {' and '.join(chosen)}" if chosen else "and there is none"
+    names = [name for name in _CONSTRUCTORS if name in tables]
+    if len(names) != 1:
+        finding = f"not {' and '.join(names)}" if names else "and there is none"
         raise ValueError(
-            f"a plan must have exactly one of the tables {', '.join(_CONSTRUCTORS)}, {many}"
+            f"a plan must have exactly one of the tables {', '.join(_CONSTRUCTORS)}, {finding}"
         )
     if "scene" not in tables:
         raise ValueError("a plan needs a scene: a name, a file, or a table [scene]")
-    scene, name = _build_scene_of_plan(tables["scene"], folder), chosen[0]
+    scene, name = _build_scene_of_plan(tables["scene"], folder), names[0]
     table = require_toml_table(name, tables[name])
     arguments = {key: _expand_range_to_values(key, value) for key, value in table.items()}
     if name == "columns" and "file" in arguments:
         arguments["file"] = folder / str(arguments["file"])
     constructor = _CONSTRUCTORS[name]
-    known = inspect.signature(constructor).parameters
-    if not any(each.kind is each.VAR_KEYWORD for each in known.values()):
-        _check_argument_names(name, arguments, [key for key in known if key != "scene"])
-    for key, each in known.items():
+    parameters = inspect.signature(constructor).parameters
+    if not any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
+        _check_argument_names(name, arguments, [key for key in parameters if key != "scene"])
+    for key, each in parameters.items():
         is_needed = each.default is each.empty and each.kind is each.POSITIONAL_OR_KEYWORD
         if is_needed and key not in ("scene", *arguments):
             raise ValueError(f"[{name}] has no {key}")
     return constructor(scene, **arguments)
 
 
-def _check_argument_names(name: str, arguments: Mapping[str, Any], known: list[str]) -> None:
+def _check_argument_names(name: str, arguments: Mapping[str, Any], candidates: list[str]) -> None:
     for key in arguments:
-        if key not in known:
-            raise ValueError(unknown_name_message(f"key in [{name}]:", key, known))
+        if key not in candidates:
+            raise ValueError(unknown_name_message(f"key in [{name}]:", key, candidates))
 
 
-def _build_scene_of_plan(given: object, folder: Path) -> Scene:
-    if isinstance(given, str):
-        return get_scene(given) if given in about else Scene.from_toml(folder / given)
-    return build_scene_from_table(dict(require_toml_table("scene", given)))
+def _build_scene_of_plan(value: object, folder: Path) -> Scene:
+    if isinstance(value, str):
+        return get_scene(value) if value in about else Scene.from_toml(folder / value)
+    return build_scene_from_table(dict(require_toml_table("scene", value)))
 
 
-def _expand_range_to_values(name: str, given: object) -> Any:
-    """Return the given values, or evenly spaced values if `given` is a table { from, to, n }."""
-    if not isinstance(given, dict):
-        return given
-    _check_argument_names(name, given, ["from", "to", "n"])
-    missing = {"from", "to", "n"} - given.keys()
-    if missing:
-        raise ValueError(f"{name} has no {sorted(missing)[0]}: give the first and the last value")
-    ends = (np.asarray(given[end], dtype=np.float64) for end in ("from", "to"))
+def _expand_range_to_values(name: str, value: object) -> Any:
+    """Return the given values, or evenly spaced values if `value` is a table { from, to, n }."""
+    if not isinstance(value, dict):
+        return value
+    _check_argument_names(name, value, ["from", "to", "n"])
+    missing_keys = {"from", "to", "n"} - value.keys()
+    if missing_keys:
+        raise ValueError(
+            f"{name} has no {sorted(missing_keys)[0]}: give the first and the last value"
+        )
+    ends = (np.asarray(value[end], dtype=np.float64) for end in ("from", "to"))
     begin, end = (as_float(name, one[()]) if not one.ndim else one for one in ends)
-    return np.linspace(begin, end, as_int(f"n of {name}", given["n"], 1))
+    return np.linspace(begin, end, as_int(f"n of {name}", value["n"], 1))
 
 
-def _validate_event_tables(given: object) -> list[dict[str, Any]]:
-    if not isinstance(given, list):
-        raise TypeError(f"events must be tables [[events]], not {short_repr(given)}")
-    return [dict(require_toml_table("events", row)) for row in given]
+def _validate_event_tables(value: object) -> list[dict[str, Any]]:
+    if not isinstance(value, list):
+        raise TypeError(f"events must be tables [[events]], not {short_repr(value)}")
+    return [dict(require_toml_table("events", row)) for row in value]
 
 
 def _build_event_from_table(row: dict[str, Any]) -> Event:

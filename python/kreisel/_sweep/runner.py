@@ -58,18 +58,18 @@ class SweepPartsRunner:
         Each part is written to its file while the next part is computed.
         """
         with ThreadPoolExecutor(1) as writer:
-            written: Future[None] | None = None
+            future: Future[None] | None = None
             for i in tuple(self.left):
                 tops = self.store.plan.list_tops_of_part(i)
                 part = compute_sweep_part(
                     self.store, tops, threads, self._make_part_progress(len(tops))
                 )
-                if written is not None:
-                    written.result()
-                written = writer.submit(self.store.write_part, i, part)
+                if future is not None:
+                    future.result()
+                future = writer.submit(self.store.write_part, i, part)
                 self.done += len(tops)
-        if written is not None:
-            written.result()
+        if future is not None:
+            future.result()
             self._report_progress(self.done, last=True)
 
     def _make_part_progress(self, tops: int) -> Progress | None:

@@ -103,11 +103,11 @@ class Source:
         shape = sum(map(shapes.__getitem__, axes), ())
         if math.prod(shape) >= 2**53:
             raise ValueError(f"a grid of shape {shape} has more tops than can be counted")
-        spread = {
+        columns = {
             name: _reshape_parameter_along_axis(one, axes) for name, one in parameters.items()
         }
-        varied = {name: spread[name] for name in axes}
-        return cls(scene, shape, axes, spread, varied, flags)
+        varied = {name: columns[name] for name in axes}
+        return cls(scene, shape, axes, columns, varied, flags)
 
     @classmethod
     def random(
@@ -136,12 +136,12 @@ class Source:
             )
         for name, one in ranges.items():
             _check_random_range(name, one)
-        fixed = {
+        constants = {
             n: _reshape_parameter_along_axis(one, ("top",))
             for n, one in parameters.items()
             if n not in ranges
         }
-        return cls(scene, (count,), ("top",), fixed, {}, flags, RandomSpec(key, ranges, {}))
+        return cls(scene, (count,), ("top",), constants, {}, flags, RandomSpec(key, ranges, {}))
 
     @classmethod
     def scatter(
@@ -166,8 +166,8 @@ class Source:
         check_type("scene", scene, Scene)
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         scatter(Ensemble, scene, 1, key, momentum, attitude, gravity)
-        given = {"momentum": momentum, "attitude": attitude, "gravity": gravity}
-        widths = {name: np.asarray(w).tolist() for name, w in given.items() if w is not None}
+        deviations = {"momentum": momentum, "attitude": attitude, "gravity": gravity}
+        widths = {name: np.asarray(w).tolist() for name, w in deviations.items() if w is not None}
         return cls(scene, (count,), ("top",), _random=RandomSpec(key, {}, widths))
 
     @classmethod
@@ -215,7 +215,7 @@ class Source:
             columns |= {name: tops.body._columns[name] for name in _BODY}
         scene = tops._select_member((0,) * tops.ndim)
         arguments, varied = (
-            _collapse_broadcast_columns(some, tops.ndim) for some in (columns, tops._varied)
+            _collapse_broadcast_columns(group, tops.ndim) for group in (columns, tops._varied)
         )
         return cls(scene, tops.shape, tops.axes, arguments, varied)
 
@@ -261,45 +261,45 @@ class Source:
         if self._random is not None:
             return np.arange(min(self.size, _SAMPLE_SIZE), dtype=np.int64)
         step = max(1, self.size // _SAMPLE_SIZE)
-        at = np.arange(0, self.size, step, dtype=np.int64)
-        return np.unique(np.append(at, self.size - 1))
+        places = np.arange(0, self.size, step, dtype=np.int64)
+        return np.unique(np.append(places, self.size - 1))
 
     def _find_error_of_first_invalid_top(
-        self, validate: Callable[[Ensemble], object], at: Places, common: Exception
+        self, validate: Callable[[Ensemble], object], places: Places, common: Exception
     ) -> Exception:
         """Return the error for the first invalid top, with the index of this top in its message.
 
         If every top is valid on its own, the error `common` is returned.
         """
-        while at.size > 1:
-            middle = at.size // 2
+        while places.size > 1:
+            middle = places.size // 2
             try:
-                validate(self._build_tops(at[:middle]))
+                validate(self._build_tops(places[:middle]))
             except (TypeError, ValueError):
-                at = at[:middle]
+                places = places[:middle]
             else:
-                at = at[middle:]
+                places = places[middle:]
         try:
-            validate(self._build_tops(at))
+            validate(self._build_tops(places))
         except (TypeError, ValueError) as error:
-            own = _FIRST_TOP.match(str(error))
-            if own is None:
+            match = _FIRST_TOP.match(str(error))
+            if match is None:
                 return error
-            where = format_index(unravel_index(int(at[0]), self.shape))
-            prefix = "" if own[1] == "top" else f"{own[1]}{own[2]}"
-            return type(error)(f"top{where}: {prefix}{str(error)[own.end() :]}")
+            index = format_index(unravel_index(int(places[0]), self.shape))
+            prefix = "" if match[1] == "top" else f"{match[1]}{match[2]}"
+            return type(error)(f"top{index}: {prefix}{str(error)[match.end() :]}")
         return common
 
-    def _build_tops(self, at: Places) -> Ensemble:
+    def _build_tops(self, places: Places) -> Ensemble:
         """Build the tops with the given indices; random tops must have consecutive indices."""
-        random, first = self._random, int(at[0]) if at.size else 0
+        random, first = self._random, int(places[0]) if places.size else 0
         if random is not None and random.widths:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
             widths = momentum, attitude, gravity
-            return scatter(Ensemble, self.scene, at.size, random.seed, *widths, begin=first)
-        arguments: dict[str, Any] = _select_parameters_of_tops(self._parameters, self.shape, at)
+            return scatter(Ensemble, self.scene, places.size, random.seed, *widths, begin=first)
+        arguments: dict[str, Any] = _select_parameters_of_tops(self._parameters, self.shape, places)
         if random is not None:
-            arguments |= _draw_uniform_parameters(random, first, at.size)
+            arguments |= _draw_uniform_parameters(random, first, places.size)
         if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
@@ -383,21 +383,21 @@ def _collapse_broadcast_columns(
 
 
 def _select_parameters_of_tops(
-    arguments: Parameters, shape: Shape, at: Places
+    arguments: Parameters, shape: Shape, places: Places
 ) -> dict[str, BatchParameter]:
-    """Return the values of the given parameters for the tops with the indices `at`."""
-    where = np.unravel_index(at, shape) if shape else ()
-    first = np.zeros_like(at)
-    taken: dict[str, BatchParameter] = {}
+    """Return the values of the given parameters for the tops with the indices `places`."""
+    indices = np.unravel_index(places, shape) if shape else ()
+    first = np.zeros_like(places)
+    selection: dict[str, BatchParameter] = {}
     for name, one in arguments.items():
         if shape:
             lengths = one.values.shape[: len(shape)]
-            key = [i if n > 1 else first for i, n in zip(where, lengths, strict=True)]
+            key = [i if n > 1 else first for i, n in zip(indices, lengths, strict=True)]
             values = one.values[tuple(key)]
         else:
-            values = np.broadcast_to(one.values, (at.size, *one.value))
-        taken[name] = one._replace(values=values)
-    return taken
+            values = np.broadcast_to(one.values, (places.size, *one.value))
+        selection[name] = one._replace(values=values)
+    return selection
 
 
 def _draw_uniform_parameters(random: RandomSpec, begin: int, n: int) -> dict[str, BatchParameter]:
@@ -406,7 +406,7 @@ def _draw_uniform_parameters(random: RandomSpec, begin: int, n: int) -> dict[str
     Each value depends only on the seed, the parameter and the index of the top. The state of the
     Philox generator can be set directly, because it is a counter.
     """
-    drawn: dict[str, BatchParameter] = {}
+    samples: dict[str, BatchParameter] = {}
     for name, one in random.ranges.items():
         key = random.seed | zlib.crc32(name.encode()) << 64
         raw = np.random.Philox(key=key).advance(begin).random_raw(n * _DRAWS).reshape(n, _DRAWS)
@@ -414,5 +414,5 @@ def _draw_uniform_parameters(random: RandomSpec, begin: int, n: int) -> dict[str
         uniform = (raw[:, :parts] >> np.uint64(11)).astype(np.float64) * 2.0**-53
         low, high = one.values
         values = np.asarray(low + (high - low) * uniform.reshape(n, *one.value))
-        drawn[name] = one._replace(values=values)
-    return drawn
+        samples[name] = one._replace(values=values)
+    return samples

@@ -55,8 +55,8 @@ def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
     if name not in _ENDINGS:
         raise ValueError(unknown_name_message("parameter", name, [*PARAMETERS, *FLAGS]))
     n = len(_ENDINGS[name])
-    what = f"{n} numbers, or rows of {n} numbers" if n else "a number, or a list of numbers"
-    values = as_finite_array(name, numbers, what)
+    description = f"{n} numbers, or rows of {n} numbers" if n else "a number, or a list of numbers"
+    values = as_finite_array(name, numbers, description)
     shape = values.shape
     if name == "inertia" and shape[-2:] == (3, 3):
         return BatchParameter(name, values, (3, 3))
@@ -64,10 +64,10 @@ def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
         return BatchParameter(name, values.repeat(3), (3,))
     if name == "damping" and shape[-1:] == (1,):
         return BatchParameter(name, values, (1,))
-    own = (n,) if n else ()
-    if own and shape[-1:] != own:
-        raise ValueError(f"{name} must be {what}, not of the shape {shape}")
-    return BatchParameter(name, values, own)
+    value_shape = (n,) if n else ()
+    if value_shape and shape[-1:] != value_shape:
+        raise ValueError(f"{name} must be {description}, not of the shape {shape}")
+    return BatchParameter(name, values, value_shape)
 
 
 def list_parameter_component_names(name: str, value: Shape) -> list[str]:
@@ -88,5 +88,5 @@ def get_parameter_unit(name: str, degrees: bool, component: int = 0) -> str:
     """
     if name == "shaking":
         return _SHAKING_UNITS[component]
-    known = _UNITS.get(name, "")
-    return known.replace("rad", "deg") if degrees else known
+    unit = _UNITS.get(name, "")
+    return unit.replace("rad", "deg") if degrees else unit

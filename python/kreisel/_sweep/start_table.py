@@ -53,14 +53,18 @@ def _join_vector_components(
     file: str, columns: dict[str, npt.NDArray[np.generic]]
 ) -> dict[str, Array]:
     """Combine columns that contain components of the same parameter."""
-    parameters, left = {}, dict(columns)
+    parameters, remainder = {}, dict(columns)
     for name in PARAMETERS:
         for value in _VALUES:
             names = list_parameter_component_names(name, value)
-            if left.keys() >= set(names):
-                parts = [left.pop(one) for one in names]
+            if remainder.keys() >= set(names):
+                parts = [remainder.pop(one) for one in names]
                 parameters[name] = np.stack(parts, axis=-1).reshape(-1, *value)
-    if left:
-        known = [one for name in PARAMETERS for one in list_parameter_component_names(name, ())]
-        raise ValueError(f"{file}: {unknown_name_message('column', next(iter(left)), known)}")
+    if remainder:
+        candidates = [
+            one for name in PARAMETERS for one in list_parameter_component_names(name, ())
+        ]
+        raise ValueError(
+            f"{file}: {unknown_name_message('column', next(iter(remainder)), candidates)}"
+        )
     return {name: np.asarray(values) for name, values in parameters.items()}

@@ -58,21 +58,26 @@ class SweepStore:
 
     def write_part(self, i: int, part: PartResults) -> None:
         """Write part i to a file that includes a checksum."""
-        about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
+        description = {
+            "plan": self.plan.hash,
+            "part": i,
+            "version": version,
+            "kernel": self.plan.kernel,
+        }
         atomic_write(
             self.part_file_path(i),
-            bytes(fill_in_checksum(self._format.encode_part_as_parquet(part, about))),
+            bytes(fill_in_checksum(self._format.encode_part_as_parquet(part, description))),
         )
 
     def list_existing_parts(self) -> list[int]:
         """Return the numbers of all parts whose files exist, in ascending order."""
-        found, parts = [], self.plan.parts
+        numbers, parts = [], self.plan.parts
         for entry in os.scandir(self.folder):
             match = re.fullmatch(r"part-([0-9]{6,})\.parquet", entry.name)
             i = int(match[1]) if match else parts
             if i < parts and entry.name == f"part-{i:06}.parquet":
-                found.append(i)
-        return sorted(found)
+                numbers.append(i)
+        return sorted(numbers)
 
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartResults:
         """Read part i from its file, optionally only the columns in `names`.
@@ -99,14 +104,14 @@ class SweepStore:
         if not has_correct_checksum(data):
             return DAMAGED
         try:
-            about = self._format.read_part_description(data)
+            description = self._format.read_part_description(data)
         except ValueError:
             return FOREIGN
-        if about.get("plan") != self.plan.hash:
+        if description.get("plan") != self.plan.hash:
             return FOREIGN
-        if about.get("part") != i:
+        if description.get("part") != i:
             return DAMAGED
-        return DONE if about.get("version") == version else OLD
+        return DONE if description.get("version") == version else OLD
 
     def make_misplaced_file_error(self, i: int) -> FileExistsError:
         """Return the exception for a file or folder that wrongly has the name of part i."""
@@ -114,12 +119,13 @@ class SweepStore:
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
         try:
-            about = self._format.read_part_description(file.read_bytes())
+            description = self._format.read_part_description(file.read_bytes())
         except ValueError:
-            about = {}
+            description = {}
         return FileExistsError(
-            f"{file} is part {about.get('part')} of the plan {str(about.get('plan'))[:16]}, in the "
-            f"place of part {i} of the plan {self.plan.hash[:16]}: {_MOVE}"
+            f"{file} is part {description.get('part')} of the plan "
+            f"{str(description.get('plan'))[:16]}, in the place of part {i} of the plan "
+            f"{self.plan.hash[:16]}: {_MOVE}"
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -132,17 +138,17 @@ def open_sweep_store(folder: str | os.PathLike[str], expected: str | None = None
     Raises ValueError if `folder` contains no sweep, or if the hash of the plan differs from
     `expected`.
     """
-    where = Path(os.path.abspath(folder))
-    content = _read_plan_file(where)
+    root = Path(os.path.abspath(folder))
+    content = _read_plan_file(root)
     try:
         plan = build_plan_from_dict(
-            content["plan"], lambda name: _read_parameter_array(where / name)
+            content["plan"], lambda name: _read_parameter_array(root / name)
         )
     except ValueError as error:
-        raise ValueError(f"{where / PLAN}: {error}") from None
+        raise ValueError(f"{root / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:
-        raise ValueError(f"{where} has the plan {plan.hash[:16]} now, not {expected[:16]}")
-    return SweepStore(where, plan)
+        raise ValueError(f"{root} has the plan {plan.hash[:16]} now, not {expected[:16]}")
+    return SweepStore(root, plan)
 
 
 @lru_cache(maxsize=4)
@@ -151,17 +157,17 @@ def _open_cached_store(folder: str, expected: str) -> SweepStore:
     return open_sweep_store(folder, expected)
 
 
-def _read_plan_file(where: Path) -> dict[str, Any]:
+def _read_plan_file(root: Path) -> dict[str, Any]:
     """Return the contents of the plan file in a folder.
 
     Raises FileNotFoundError if the folder does not exist, and ValueError if the plan file is
     missing or damaged.
     """
-    file = where / PLAN
-    if not where.is_dir():
-        raise FileNotFoundError(f"there is no folder {where}")
+    file = root / PLAN
+    if not root.is_dir():
+        raise FileNotFoundError(f"there is no folder {root}")
     if not file.is_file():
-        raise ValueError(f"{where} is not a folder of a sweep: it has no {PLAN}")
+        raise ValueError(f"{root} is not a folder of a sweep: it has no {PLAN}")
     try:
         with open(file, "rb") as plan:
             content = json.loads(plan.read(_MAX_BYTES))
@@ -192,35 +198,35 @@ def create_or_open_sweep_store(folder: str | os.PathLike[str], plan: SweepPlan) 
     is neither empty nor the folder of a sweep. Raises OSError if the folder cannot be written, and
     ImportError if pyarrow is not installed.
     """
-    where = Path(os.path.abspath(folder))
-    store = SweepStore(where, plan)
-    if where.exists() and not where.is_dir():
-        raise FileExistsError(f"{where} is not a folder")
-    if not (where / PLAN).exists() and _write_plan_to_new_folder(where, plan):
+    root = Path(os.path.abspath(folder))
+    store = SweepStore(root, plan)
+    if root.exists() and not root.is_dir():
+        raise FileExistsError(f"{root} is not a folder")
+    if not (root / PLAN).exists() and _write_plan_to_new_folder(root, plan):
         return store
-    content = _read_plan_file(where)
+    content = _read_plan_file(root)
     if content["hash"] != plan.hash:
-        raise ValueError(_describe_plan_mismatch(where, content, plan))
-    check_file_is_writable(where / PLAN)
-    _write_parameter_arrays(where, plan)
+        raise ValueError(_describe_plan_mismatch(root, content, plan))
+    check_file_is_writable(root / PLAN)
+    _write_parameter_arrays(root, plan)
     return store
 
 
-def _write_plan_to_new_folder(where: Path, plan: SweepPlan) -> bool:
+def _write_plan_to_new_folder(root: Path, plan: SweepPlan) -> bool:
     """Write the plan to a new or empty folder.
 
     Returns False if another process has written a plan to the folder in the meantime.
     """
-    if where.is_dir():
-        for name in sorted(os.listdir(where)):
+    if root.is_dir():
+        for name in sorted(os.listdir(root)):
             if not name.startswith((".", "starts-")) and name != PLAN:
                 raise FileExistsError(
-                    f"{where} is not a folder of a sweep, and not empty: it contains {name!r}"
+                    f"{root} is not a folder of a sweep, and not empty: it contains {name!r}"
                 )
     else:
-        where.mkdir()
-        sync_folder(where.parent)
-    _write_parameter_arrays(where, plan)
+        root.mkdir()
+        sync_folder(root.parent)
+    _write_parameter_arrays(root, plan)
     content = {
         "kreisel": _PROGRAM,
         "version": version,
@@ -232,17 +238,17 @@ def _write_plan_to_new_folder(where: Path, plan: SweepPlan) -> bool:
         _format_json_one_entry_per_line(plan.as_json, 1),
         _format_json_one_entry_per_line(content, 0)[:-2],
     )
-    return _write_file_if_missing(where / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
+    return _write_file_if_missing(root / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
 
 
-def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
+def _write_parameter_arrays(root: Path, plan: SweepPlan) -> None:
     """Write each array that is too long for the plan file to a separate file."""
     for values in plan.long_parameter_arrays:
-        file = where / make_file_name_from_array_hash(values)
+        file = root / make_file_name_from_array_hash(values)
         if not file.exists():
-            out = io.BytesIO()
-            np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)
-            atomic_write(file, out.getvalue())
+            buffer = io.BytesIO()
+            np.lib.format.write_array(buffer, np.ascontiguousarray(values), allow_pickle=False)
+            atomic_write(file, buffer.getvalue())
 
 
 def _format_json_one_entry_per_line(content: Mapping[str, Any], indent: int) -> str:
@@ -269,17 +275,22 @@ def _write_file_if_missing(file: Path, data: bytes) -> bool:
     return True
 
 
-def _describe_plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str:
+def _describe_plan_mismatch(root: Path, content: dict[str, Any], plan: SweepPlan) -> str:
     """Return a message that describes how the plan in a folder differs from `plan`."""
-    there, here = content["plan"], plan.as_json
-    names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]
+    entries, plan_entries = content["plan"], plan.as_json
+    names = [
+        name
+        for name in sorted({*entries, *plan_entries})
+        if entries.get(name) != plan_entries.get(name)
+    ]
     lines = [
-        f"  {name}: {_shorten_json(there.get(name))} there, {_shorten_json(here.get(name))} here"
+        f"  {name}: {_shorten_json(entries.get(name))} there, "
+        f"{_shorten_json(plan_entries.get(name))} here"
         for name in names
     ]
     return "\n".join(
         [
-            f"{where} is of another plan: {content['hash'][:16]} there, {plan.hash[:16]} here; in",
+            f"{root} is of another plan: {content['hash'][:16]} there, {plan.hash[:16]} here; in",
             *lines,
             "use another folder, or the plan in this folder",
         ]

@@ -129,25 +129,25 @@ def sweep(
     plan = _make_sweep_plan(tops, task, arguments, part_size)
     callback = validate_progress_callback(progress)
     count = validate_thread_count(threads, executor)
-    chosen = _validate_part_range(parts, plan.parts)
+    part_range = _validate_part_range(parts, plan.parts)
     store = create_or_open_sweep_store(folder, plan)
-    runner = SweepPartsRunner(store, _list_incomplete_parts(store, chosen), callback)
-    return _run_selected_parts(runner, chosen, count, executor)
+    runner = SweepPartsRunner(store, _list_incomplete_parts(store, part_range), callback)
+    return _run_selected_parts(runner, part_range, count, executor)
 
 
-def _select_nondefault_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
+def _select_nondefault_arguments(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the arguments of a task that differ from their defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
     for name in ARGUMENTS:
-        value, default = given[name], defaults.get(name)
+        value, default = values[name], defaults.get(name)
         if value is not None and not (type(value) is type(default) and value == default):
             arguments[name] = value
     return arguments
 
 
 def _run_selected_parts(
-    runner: SweepPartsRunner, chosen: range, threads: int, executor: Executor | None
+    runner: SweepPartsRunner, part_range: range, threads: int, executor: Executor | None
 ) -> SweepResult:
     """Compute parts of a sweep, and return the results of the whole sweep.
 
@@ -161,9 +161,11 @@ def _run_selected_parts(
             runner.compute_parts_on_executor(executor)
     except KeyboardInterrupt:
         result = SweepResult(store)
-        done = sum(i in chosen for i in result.present)
-        left = f"{len(chosen) - done} of {len(chosen)} parts are left"
-        message = f"interrupted: {left}; repeating the call resumes the sweep in {store.folder}"
+        done = sum(i in part_range for i in result.present)
+        remainder = f"{len(part_range) - done} of {len(part_range)} parts are left"
+        message = (
+            f"interrupted: {remainder}; repeating the call resumes the sweep in {store.folder}"
+        )
         raise SweepInterrupted(message, result) from None
     return SweepResult(store)
 
@@ -194,24 +196,24 @@ def _validate_part_range(parts: object, count: int) -> range:
     return parts
 
 
-def _list_incomplete_parts(store: SweepStore, chosen: range) -> list[int]:
+def _list_incomplete_parts(store: SweepStore, part_range: range) -> list[int]:
     """Return the requested parts that must be computed, and warn about damaged and outdated files.
 
     Raises FileExistsError if the name of a part is used by a folder, or by a part of a different
     plan.
     """
-    left: list[int] = []
-    replaced: dict[str, list[int]] = {DAMAGED: [], OLD: []}
-    for i in chosen:
+    numbers: list[int] = []
+    replacements: dict[str, list[int]] = {DAMAGED: [], OLD: []}
+    for i in part_range:
         status = store.determine_part_status(i)
         if status == FOREIGN:
             raise store.make_misplaced_file_error(i)
         if status != DONE:
-            left.append(i)
-        if status in replaced:
-            replaced[status].append(i)
-    for status, parts in replaced.items():
+            numbers.append(i)
+        if status in replacements:
+            replacements[status].append(i)
+    for status, parts in replacements.items():
         if parts:
             first = f"part {parts[0]}" + (f" and {len(parts) - 1} more" if parts[1:] else "")
             warn_user(f"{store.folder}: {first} computed again, {status}")
-    return left
+    return numbers

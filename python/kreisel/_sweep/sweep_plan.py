@@ -62,8 +62,8 @@ class SweepPlan:
 
     def count_all_tops_of_parts(self, parts: Sequence[int]) -> int:
         """Return the total number of tops in the given parts."""
-        short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
-        return len(parts) * self.part_size - short
+        shortage = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
+        return len(parts) * self.part_size - shortage
 
     @cached_property
     def as_json(self) -> dict[str, Any]:
@@ -117,8 +117,8 @@ class SweepPlan:
         The ensemble on which the plan was validated is reused if it has the same indices.
         """
         if self.sample is not None:
-            at, ensemble = self.sample
-            if len(at) == len(tops) and (at[0], at[-1]) == (tops[0], tops[-1]):
+            places, ensemble = self.sample
+            if len(places) == len(tops) and (places[0], places[-1]) == (tops[0], tops[-1]):
                 return ensemble
         return self.source[tops.start : tops.stop]
 
@@ -130,14 +130,14 @@ class SweepPlan:
         Raises TypeError or ValueError for the first invalid top; the message states its index.
         """
         try:
-            some = self.build_ensemble_of_tops(tops)
+            ensemble = self.build_ensemble_of_tops(tops)
             return self.task.compute_results_of_tops(
-                some, self.options, self.times, threads, progress
+                ensemble, self.options, self.times, threads, progress
             )
         except (TypeError, ValueError) as error:
-            at = np.arange(tops.start, tops.stop, dtype=np.int64)
+            places = np.arange(tops.start, tops.stop, dtype=np.int64)
             raise self.source._find_error_of_first_invalid_top(
-                self.task.validate_options_and_times, at, error
+                self.task.validate_options_and_times, places, error
             ) from None
 
 
@@ -207,11 +207,11 @@ def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = Non
         size = max(1, min(_MAX_PART, _PART_BYTES // row))
     else:
         size = as_int("part_size", part_size, 1)
-    needed = min(size, source.size) * row
-    if needed > get_total_memory():
+    byte_count = min(size, source.size) * row
+    if byte_count > get_total_memory():
         raise MemoryError(
-            f"a part of {size} tops with {states} states each needs {1e-9 * needed:.3g} GB, more "
-            "than this machine has: use smaller parts, fewer times or fewer quantities"
+            f"a part of {size} tops with {states} states each needs {1e-9 * byte_count:.3g} GB, "
+            "more than this machine has: use smaller parts, fewer times or fewer quantities"
         )
     return SweepPlan(
         source, task.to_canonical_form(options), size, options, times, (sample, ensemble)

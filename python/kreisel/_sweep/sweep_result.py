@@ -144,14 +144,14 @@ class SweepResult:
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
-        left = self.parts - len(self.present)
-        if left and not self._partial:
-            missing = chain.from_iterable(list_missing_ranges(self.present, self.parts))
-            some = ", ".join(map(str, islice(missing, 8)))
+        missing_count = self.parts - len(self.present)
+        if missing_count and not self._partial:
+            numbers = chain.from_iterable(list_missing_ranges(self.present, self.parts))
+            examples = ", ".join(map(str, islice(numbers, 8)))
             raise ValueError(
-                f"{left} of {self.parts} parts are missing: {some}"
-                f"{', ...' if left > 8 else ''}; repeating the call of kreisel.sweep computes "
-                "them, and read_sweep(folder, partial=True) reads the others"
+                f"{missing_count} of {self.parts} parts are missing: {examples}"
+                f"{', ...' if missing_count > 8 else ''}; repeating the call of kreisel.sweep "
+                "computes them, and read_sweep(folder, partial=True) reads the others"
             )
         return (self._store.read_part(i, names) for i in self.present)
 
@@ -190,9 +190,9 @@ class SweepResult:
         foreign if its name is used by a folder or by a complete part of a different plan. Calling
         kreisel.sweep again computes the parts whose status is neither 'done' nor 'foreign'.
         """
-        parts, found = self._verify_existing_parts()
-        missing = [i for gap in list_missing_ranges(found, self.parts) for i in gap]
-        return parts | ({MISSING: missing} if missing else {})
+        parts, numbers = self._verify_existing_parts()
+        missing_numbers = [i for gap in list_missing_ranges(numbers, self.parts) for i in gap]
+        return parts | ({MISSING: missing_numbers} if missing_numbers else {})
 
     def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
         """Verify all parts whose files exist.
@@ -200,13 +200,13 @@ class SweepResult:
         Return a mapping from each status to the part numbers, and a list of all part numbers.
         """
         parts: dict[str, list[int]] = {DONE: []}
-        found = []
+        numbers = []
         for i in self._store.list_existing_parts():
             status = self._store.determine_part_status(i)
             if status != MISSING:
                 parts.setdefault(status, []).append(i)
-                found.append(i)
-        return parts, found
+                numbers.append(i)
+        return parts, numbers
 
     @property
     def events(self) -> EnsembleEvents | None:
@@ -293,20 +293,20 @@ class SweepResult:
         """Return each column as an array with the shape of the sweep."""
         table: dict[str, Column] = {}
         for part in self._read_existing_parts():
-            at = part.columns["top"]
+            places = part.columns["top"]
             for name, values in part.columns.items():
                 if name not in table:
                     empty = np.nan if values.dtype.kind == "f" else -1
                     table[name] = np.full((self.size, *values.shape[1:]), empty, values.dtype)
-                table[name][at] = values
+                table[name][places] = values
         return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
 
 
 def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:
     """Yield the ranges of nonnegative integers below `end` that are missing from `numbers`."""
-    for before, after in pairwise([-1, *numbers, end]):
-        if after > before + 1:
-            yield range(before + 1, after)
+    for low, high in pairwise([-1, *numbers, end]):
+        if high > low + 1:
+            yield range(low + 1, high)
 
 
 def _extract_part_events(part: PartResults) -> EventColumns:

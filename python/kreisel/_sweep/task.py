@@ -47,7 +47,7 @@ class SweepTask(Protocol):
     def to_canonical_form(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
-    def validate_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
         """Return the validated options and the times of the task for an ensemble.
 
         For a section, the times are the longest allowed waiting times for the next event. Raises
@@ -56,7 +56,7 @@ class SweepTask(Protocol):
 
     def compute_results_of_tops(
         self,
-        some: Ensemble,
+        tops: Ensemble,
         options: EnsembleOptions,
         times: Array,
         threads: int,
@@ -77,55 +77,55 @@ class SolveTask(NamedTuple):
 
     @property
     def as_json(self) -> dict[str, Any]:
-        given = self.arguments
-        solve = _drop_none_values(given._asdict())
-        if given.events is not None:
+        controls = self.arguments
+        solve = _drop_none_values(controls._asdict())
+        if controls.events is not None:
             solve["events"] = [
-                to_record(event) for event in validate_events(FALLBACK, given.events)
+                to_record(event) for event in validate_events(FALLBACK, controls.events)
             ]
-        if given.want is not None:
-            solve["want"] = list(given.want)
-        if given.reduce is not None:
-            solve["reduce"] = [[name, kinds] for name, kinds in given.reduce.items()]
+        if controls.want is not None:
+            solve["want"] = list(controls.want)
+        if controls.reduce is not None:
+            solve["reduce"] = [[name, kinds] for name, kinds in controls.reduce.items()]
         return {"t": self.t, "method": self.method, "solve": solve}
 
     def to_canonical_form(self, options: EnsembleOptions) -> SolveTask:
-        given = self.arguments
+        controls = self.arguments
         reduce = None
-        if given.reduce is not None:
+        if controls.reduce is not None:
             reduce = {
                 name: [kinds] if isinstance(kinds, str) else list(dict.fromkeys(kinds))
-                for name, kinds in given.reduce.items()
+                for name, kinds in controls.reduce.items()
             }
-        arguments = given._replace(
-            step=_float_or_none(given.step),
-            tol=_float_or_none(given.tol),
-            error=_float_or_none(given.error),
+        arguments = controls._replace(
+            step=_float_or_none(controls.step),
+            tol=_float_or_none(controls.tol),
+            error=_float_or_none(controls.error),
             digits=options.solve.digits,
-            every=None if given.every is None else int(given.every),
-            max_steps=int(given.max_steps),
+            every=None if controls.every is None else int(controls.every),
+            max_steps=int(controls.max_steps),
             want=None if options.reductions else options.solve.want,
             reduce=reduce,
         )
         return SolveTask(_float_or_list(self.t), self.method, arguments)
 
-    def validate_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        options = validate_ensemble_arguments(some, self.method, self.arguments)
-        return options, validate_ensemble_times(some, self.t, options)
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+        options = validate_ensemble_arguments(tops, self.method, self.arguments)
+        return options, validate_ensemble_times(tops, self.t, options)
 
     def compute_results_of_tops(
         self,
-        some: Ensemble,
+        tops: Ensemble,
         options: EnsembleOptions,
         times: Array,
         threads: int,
         progress: Progress | None,
     ) -> Paths | Reductions:
         if not (options.is_auto or options.has_step_search):
-            resolve_method_for_ensemble(options.solve.method.name, some)
+            resolve_method_for_ensemble(options.solve.method.name, tops)
         kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
         runner = LANES if options.reductions else select_slice_runner(options)
-        return run_ensemble(kind, some, times, options, WorkerPool(threads), runner, progress)
+        return run_ensemble(kind, tops, times, options, WorkerPool(threads), runner, progress)
 
 
 class ChaosTask(NamedTuple):
@@ -147,15 +147,15 @@ class ChaosTask(NamedTuple):
         controls = direction, _float_or_none(self.tol), int(self.max_steps)
         return ChaosTask(self.name, _float_or_list(self.t), *controls)
 
-    def validate_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        times, _ = validate_indicator_arguments(some, *self[1:])
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+        times, _ = validate_indicator_arguments(tops, *self[1:])
         return validate_ensemble_options(
-            some, FALLBACK, tol=self.tol, max_steps=self.max_steps
+            tops, FALLBACK, tol=self.tol, max_steps=self.max_steps
         ), times
 
     def compute_results_of_tops(
         self,
-        some: Ensemble,
+        tops: Ensemble,
         options: EnsembleOptions,
         times: Array,
         threads: int,
@@ -163,7 +163,7 @@ class ChaosTask(NamedTuple):
     ) -> Indicator:
         arguments = self._asdict()
         indicator = INDICATORS[arguments.pop("name")]
-        return indicator(some, **arguments, threads=threads, progress=progress)
+        return indicator(tops, **arguments, threads=threads, progress=progress)
 
 
 class SectionTask(NamedTuple):
@@ -191,19 +191,19 @@ class SectionTask(NamedTuple):
             int(self.max_steps),
         )
 
-    def validate_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        waits, options = validate_section_arguments(some, *self)
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+        waits, options = validate_section_arguments(tops, *self)
         return options, waits[0]
 
     def compute_results_of_tops(
         self,
-        some: Ensemble,
+        tops: Ensemble,
         options: EnsembleOptions,
         times: Array,
         threads: int,
         progress: Progress | None,
     ) -> Section:
-        return section(some, **self._asdict(), threads=threads, progress=progress)
+        return section(tops, **self._asdict(), threads=threads, progress=progress)
 
 
 INDICATORS: dict[str, Callable[..., Indicator]] = {"lyapunov": lyapunov, "megno": megno, "oli": oli}
@@ -225,11 +225,11 @@ def build_task_from_arguments(task: object, arguments: Mapping[str, Any]) -> Swe
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
-    known = _ARGUMENTS[task]
+    argument_names = _ARGUMENTS[task]
     for name in arguments:
-        if name not in known:
-            raise ValueError(f"{task} has no argument {name!r}: it has {', '.join(known)}")
-    if "t" in known:
+        if name not in argument_names:
+            raise ValueError(f"{task} has no argument {name!r}: it has {', '.join(argument_names)}")
+    if "t" in argument_names:
         if "t" not in arguments:
             raise TypeError("t is missing: give the final time or a list of times")
         if np.ndim(arguments["t"]) > 1:

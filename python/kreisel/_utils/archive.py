@@ -34,21 +34,21 @@ def pack_archive(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers
     """Return the bytes of an archive that contains `texts` and `arrays`."""
     from zipfile import ZipFile  # imported here to keep `import kreisel` fast
 
-    out = io.BytesIO()
-    with ZipFile(out, "w") as archive:
+    buffer = io.BytesIO()
+    with ZipFile(buffer, "w") as archive:
         for name, text in texts.items():
             _write_array(archive, name, np.array(text, dtype=f"<U{len(text)}"))
         for name, array in arrays.items():
             _write_array(archive, name, array.astype("<i4" if array.dtype.kind == "i" else "<f8"))
-    return out.getvalue()
+    return buffer.getvalue()
 
 
 def _write_array(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
     from zipfile import ZipInfo
 
     with archive.open(ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
-        whole = np.ascontiguousarray(array).reshape(array.shape)
-        np.lib.format.write_array(member, whole, version=(1, 0), allow_pickle=False)
+        data = np.ascontiguousarray(array).reshape(array.shape)
+        np.lib.format.write_array(member, data, version=(1, 0), allow_pickle=False)
 
 
 class ArchiveReader:
@@ -93,14 +93,14 @@ class ArchiveReader:
         header = _HEADER.match(data)
         if header is None or not header[1].decode().startswith(kind):
             raise ValueError(f"its {name} is damaged or has another type")
-        found = [int(word) for word in header[2].decode().split(",") if word.strip()]
-        alike = len(found) == len(shape) and all(
-            n in (None, size) for n, size in zip(shape, found, strict=True)
+        sizes = [int(word) for word in header[2].decode().split(",") if word.strip()]
+        is_match = len(sizes) == len(shape) and all(
+            n in (None, size) for n, size in zip(shape, sizes, strict=True)
         )
         size = 4 * int(header[1][1:]) if kind == "U" else int(header[1][1:])
         rest = memoryview(data)[header.end() :]
-        if not alike or math.prod(found) * size != len(rest):
-            raise ValueError(f"its {name} has the wrong size: its shape is {tuple(found)}")
+        if not is_match or math.prod(sizes) * size != len(rest):
+            raise ValueError(f"its {name} has the wrong size: its shape is {tuple(sizes)}")
         return rest
 
 

@@ -27,10 +27,10 @@ class BlockAppender:
 
         If an error occurs, the file is truncated to its previous length.
         """
-        left = memoryview(data)
+        remainder = memoryview(data)
         try:
-            while left:
-                left = left[os.write(self._descriptor, left) :]
+            while remainder:
+                remainder = remainder[os.write(self._descriptor, remainder) :]
         except BaseException as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._descriptor, self._whole)
@@ -49,16 +49,16 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[BlockAppender]:
     """
     file, name = Path(os.path.realpath(path)), os.fspath(path)
     if file.exists() and not file.is_file():  # a device or a pipe cannot be replaced by a rename
-        with open(file, "wb", buffering=0) as out:
-            yield BlockAppender(out.fileno(), name)
+        with open(file, "wb", buffering=0) as stream:
+            yield BlockAppender(stream.fileno(), name)
         return
     new = _make_temp_path(file)
     try:
-        with open(_create_temp_file(new, file, name), "wb") as out:
-            grown = BlockAppender(out.fileno(), name)
-            yield grown
-            os.fsync(out.fileno())
-        if grown.is_empty:
+        with open(_create_temp_file(new, file, name), "wb") as stream:
+            appender = BlockAppender(stream.fileno(), name)
+            yield appender
+            os.fsync(stream.fileno())
+        if appender.is_empty:
             new.unlink()
         else:
             os.replace(new, file)
@@ -80,15 +80,15 @@ def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
 def sync_folder(folder: Path) -> None:
     """Sync `folder` to disk. Does nothing on systems that cannot sync folders."""
     try:
-        there = os.open(folder, os.O_RDONLY)
+        descriptor = os.open(folder, os.O_RDONLY)
     except OSError:
         return
     try:
-        os.fsync(there)
+        os.fsync(descriptor)
     except OSError:
         pass
     finally:
-        os.close(there)
+        os.close(descriptor)
 
 
 def check_file_is_writable(path: str | os.PathLike[str]) -> None:

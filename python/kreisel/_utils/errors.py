@@ -20,8 +20,8 @@ _SKIPPED_PACKAGES = {
 
 def make_exception_from_status(status: str, detail: str) -> Exception:
     """Return the exception for a status code of the C library."""
-    what, text = statuses[status]
-    return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
+    kind, text = statuses[status]
+    return (MemoryError if kind == "MEMORY" else ValueError)(f"{text}: {detail}")
 
 
 _MAX_LENGTH = 100  # characters of an unknown name that are compared with the known names
@@ -34,31 +34,31 @@ _SYNONYMS = {  # synonyms from textbooks
 }
 
 
-def unknown_name_message(what: str, name: str, known: Iterable[str]) -> str:
+def unknown_name_message(kind: str, name: str, candidates: Iterable[str]) -> str:
     """Return an error message that reports an unknown name and suggests the nearest known one."""
-    return f"unknown {what} {short_repr(name)}; {suggest_name(name, known)}"
+    return f"unknown {kind} {short_repr(name)}; {suggest_name(name, candidates)}"
 
 
-def suggest_name(name: str, known: Iterable[str]) -> str:
+def suggest_name(name: str, candidates: Iterable[str]) -> str:
     """Return a suggestion of the known name nearest to `name`, or the list of all known names."""
     import difflib  # imported here because most programs never need it
 
-    names = list(known)
+    names = list(candidates)
     word, _, axis = name.lower().replace("-", "_").partition("_")
     word = "_".join(filter(None, (_SYNONYMS.get(word, word), axis)))
-    near = difflib.get_close_matches(word[:_MAX_LENGTH], names, n=1)
-    return f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
+    matches = difflib.get_close_matches(word[:_MAX_LENGTH], names, n=1)
+    return f"did you mean {matches[0]!r}?" if matches else "known are " + ", ".join(names)
 
 
-def make_frozen_class_decorator(instead: str) -> Callable[[type[_T]], type[_T]]:
+def make_frozen_class_decorator(advice: str) -> Callable[[type[_T]], type[_T]]:
     """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
 
-    The error message ends with the text `instead`, in which {} is replaced by the attribute name.
+    The error message ends with the text `advice`, in which {} is replaced by the attribute name.
     """
 
     def add_refusing_setattr(cls: type[_T]) -> type[_T]:
         def refuse_assignment(_: object, name: str, __: object) -> None:
-            raise FrozenInstanceError(f"cannot assign to field {name!r}: {instead.format(name)}")
+            raise FrozenInstanceError(f"cannot assign to field {name!r}: {advice.format(name)}")
 
         type.__setattr__(cls, "__setattr__", refuse_assignment)
         return cls

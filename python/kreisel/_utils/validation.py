@@ -46,12 +46,14 @@ def short_repr(value: object) -> str:
         return f"{type(value).__name__} with too many digits"
 
 
-def check_type(name: str, value: object, wanted: type[_T]) -> _T:
-    """Return `value` if it is an instance of `wanted`; raise TypeError otherwise."""
-    if not isinstance(value, wanted):
-        many = getattr(type(value), "_one", None) is wanted
-        one = f": select one member by its index, as in {name}s[0]" if many else ""
-        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {short_repr(value)}{one}")
+def check_type(name: str, value: object, expected: type[_T]) -> _T:
+    """Return `value` if it is an instance of `expected`; raise TypeError otherwise."""
+    if not isinstance(value, expected):
+        is_ensemble = getattr(type(value), "_one", None) is expected
+        one = f": select one member by its index, as in {name}s[0]" if is_ensemble else ""
+        raise TypeError(
+            f"{name} must be a kreisel.{expected.__name__}, not {short_repr(value)}{one}"
+        )
     return value
 
 
@@ -119,49 +121,51 @@ def as_unit_name(name: str, value: object) -> str:
     return value
 
 
-def as_array(name: str, value: object, what: str) -> Array:
+def as_array(name: str, value: object, description: str) -> Array:
     """Convert `value` to a new array of doubles.
 
-    `what` is the description of the expected value in error messages.
+    `description` is the description of the expected value in error messages.
     """
     # No array is masked unless numpy.ma is loaded; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
-        raise TypeError(f"{name} must be {what} without masked values")
+        raise TypeError(f"{name} must be {description} without masked values")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
     if any(map(has_unit_attribute, (value, *kinds))):
-        raise TypeError(f"{name} must be {what} without a unit: pass plain numbers in your units")
+        raise TypeError(
+            f"{name} must be {description} without a unit: pass plain numbers in your units"
+        )
     try:
-        given = np.asarray(value)
+        numbers = np.asarray(value)
     except ValueError:
-        raise ValueError(f"{name} must be {what}, not {short_repr(value)}") from None
-    if given.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be {what}, not {short_repr(value)}")
+        raise ValueError(f"{name} must be {description}, not {short_repr(value)}") from None
+    if numbers.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be {description}, not {short_repr(value)}")
     with np.errstate(over="ignore"):
-        return given.astype(np.float64)
+        return numbers.astype(np.float64)
 
 
-def as_finite_array(name: str, value: object, what: str) -> Array:
+def as_finite_array(name: str, value: object, description: str) -> Array:
     """Convert `value` to a new array of finite doubles."""
-    numbers = as_array(name, value, what)
+    numbers = as_array(name, value, description)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
             raise ValueError(f"{name} must be finite, not {short_repr(value)}")
-        at = tuple(map(int, np.argwhere(~np.isfinite(numbers))[0]))
-        where = "".join(f"[{i}]" for i in at)
-        raise ValueError(f"{name} must be finite, not {name}{where} = {numbers[at]}")
+        index = tuple(map(int, np.argwhere(~np.isfinite(numbers))[0]))
+        suffix = "".join(f"[{i}]" for i in index)
+        raise ValueError(f"{name} must be finite, not {name}{suffix} = {numbers[index]}")
     return numbers
 
 
-def as_float_list(name: str, value: object, n: int, what: str) -> list[float]:
+def as_float_list(name: str, value: object, n: int, description: str) -> list[float]:
     """Return `value` as a list of exactly `n` finite floats."""
     if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
         with contextlib.suppress(OverflowError):  # the common case: this is ten times as fast
             plain = [float(x) for x in value]
             if len(plain) == n and all(map(math.isfinite, plain)):
                 return plain
-    numbers = as_finite_array(name, value, what)
+    numbers = as_finite_array(name, value, description)
     if numbers.shape != (n,):
-        raise ValueError(f"{name} must be {what}, not {short_repr(value)}")
+        raise ValueError(f"{name} must be {description}, not {short_repr(value)}")
     return [float(x) for x in numbers]
 
 
