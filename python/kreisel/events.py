@@ -129,8 +129,8 @@ def crossing(
 
     `value` is given in the units of the function. The arguments `direction`, `max_count` and
     `terminal` are described in kreisel.events.Event. A crossing is an event only if the function
-    `where` is positive there. Raises TypeError or ValueError if a function is invalid, or if
-    `function` is constant.
+    `where` is positive there. Raises TypeError or ValueError if `function` or `where` is invalid,
+    or if `function` is constant.
     """
     level = as_float("value", value)
     terms = _validate_terms("function", function) + (((-level, 0, 0),) if level else ())
@@ -157,8 +157,8 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
     """Find the points of a Poincaré section, where a motion crosses the plane <normal, v> = offset.
 
     `of` is the name of the vector v: 'apex', 'm', 'body_vertical', 'body_velocity' or
-    'body_momentum'. `offset` is given in the units of v. The other arguments are the same as for
-    kreisel.events.crossing.
+    'body_momentum'. `offset` is given in the units of the vector v. The other arguments are the
+    same as for kreisel.events.crossing.
     """
     if of not in _VECTORS:
         raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
@@ -215,9 +215,10 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
 
 
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
-    """Raise ValueError if a kinetic-energy event is not suitable for the given tops.
+    """Raise ValueError if a kinetic-energy event cannot be used for the given tops.
 
-    A kinetic-energy event must include the rotor of the body, and the support must not turn.
+    A kinetic-energy event is valid only if it takes the rotor of the body into account and the
+    support does not turn.
     """
     half = {term for term in _validate_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
@@ -234,9 +235,9 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
 def stopped(**more: Unpack[_More]) -> Event:
     """Find the times at which the spin vanishes, for example because dry friction stops it.
 
-    The spin is the angular velocity about the apex. Unless friction stops the top, the events are
-    instants at which the spin changes its sign. The arguments are the same as for
-    kreisel.events.crossing.
+    The spin is the angular velocity about the axis through the fixed point and the apex. Unless
+    friction stops the top, the events are instants at which the spin changes its sign. The
+    arguments are the same as for kreisel.events.crossing.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -256,10 +257,10 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     extrema of the angular velocity about the intermediate principal axis. The states at the events
     show how close a motion is to the unstable equilibrium.
 
-    The other arguments are the same as for kreisel.events.extremum. Under gravity, `direction` is
-    not accepted. Raises ValueError for a torque-free body with two equal moments, because it has no
-    separatrix. Also raises ValueError for a torque-free body with a rotor, and for a moving
-    support.
+    The other arguments are the same as for kreisel.events.extremum. Under gravity, passing the
+    argument `direction` raises TypeError. Raises ValueError for a torque-free body with two equal
+    moments, because it has no separatrix. Also raises ValueError for a torque-free body with a
+    rotor, and for a moving support.
     """
     check_type("scene", scene, Scene)
     if scene._is_shaken or any(scene.turning):
@@ -293,7 +294,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
 
 def _validate_terms(name: str, function: object) -> Terms:
-    """Return the terms of an event function, a polynomial in the components of the state."""
+    """Validate a polynomial event function, and return the terms of the polynomial."""
     factors = {function: 1.0} if isinstance(function, str) else function
     if callable(function):
         raise TypeError(
@@ -419,7 +420,8 @@ _NAMES = {component: name for name, component in components.items()}
 class EventRecord(TypedDict):
     """An event as stored in a checkpoint.
 
-    Components are stored by name, because their indices may differ between builds.
+    The components of the state are stored by name, because their indices may differ between builds
+    of the C library.
     """
 
     terms: list[tuple[float, str, str]]

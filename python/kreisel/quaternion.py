@@ -85,9 +85,10 @@ def from_rotation(rotation: Rotation) -> Quaternion:
 def unit(name: str, given: object, last: bool = False) -> Quaternion:
     """Return a unit quaternion (w, x, y, z), given four numbers or a single SciPy Rotation.
 
-    If `last` is True, the scalar is the last of the four numbers. The squared norm may deviate from
-    1 by at most 1e-12. A single-precision quaternion is normalized, because it deviates from unit
-    norm by rounding errors. Raises TypeError or ValueError if the input is invalid.
+    If `last` is True, the scalar part is the last of the four numbers. The squared norm of the
+    quaternion may deviate from 1 by at most 1e-12. A single-precision quaternion is normalized,
+    because it deviates from unit norm by rounding errors. Raises TypeError or ValueError if the
+    input is invalid.
     """
     if hasattr(given, "as_quat") and not last:
         return from_rotation(given)
@@ -112,9 +113,9 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
     """Return the angle [rad], between 0 and pi, of the rotation between two attitudes.
 
     `a` and `b` have the shape (..., 4), scalar first, and are broadcast against each other. The
-    result has the broadcast shape without the last dimension. The formula 2 atan2(|v|, |w|) for the
-    quaternion a* b = (w, v) is accurate even for small angles. The angle between q and -q is 0,
-    because both represent the same attitude.
+    shape of the result is the broadcast shape of `a` and `b` without its last dimension. The
+    formula 2 atan2(|v|, |w|) for the quaternion a* b = (w, v) is accurate even for small angles.
+    The angle between q and -q is 0, because both represent the same attitude.
 
         >>> import kreisel as kr
         >>> round(float(kr.attitude_error((1, 0, 0, 0), (0.6, 0, 0.8, 0))), 12)

@@ -157,8 +157,8 @@ class Apex:
         """Return the nutation angle at a time between two states, by interpolation.
 
         The nutation angle is computed from the height of the apex and its squared distance from the
-        vertical. Both the height and the squared distance are smooth functions, so the result is
-        accurate even near the vertical.
+        vertical. Both the height and the squared distance are smooth functions of time, so the
+        interpolation is accurate even if the apex is close to the vertical.
         """
         square = self._interpolate_values_at_time(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(

@@ -121,9 +121,9 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     If the path was computed with method='exact', the rates are derived from the closed-form
     solution. Two spectral lines are resolved if their phase difference changes by more than 23
     turns over the path. The path should span many nutation periods, with more than two states per
-    turn of the fastest-changing Euler angle. For a regular motion, each rate is as accurate as the
-    path. Additional states are computed where the body axis is close to the direction about which
-    it turns.
+    turn of the fastest-changing Euler angle. For a regular motion, the computed rates are as
+    accurate as the states of the path. Additional states are computed where the body axis is close
+    to the direction about which it turns.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
     rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
@@ -231,9 +231,10 @@ def _estimate_mean_angle_rate(t: Array, signal: Waves, increments: Array, part: 
     """Compute the mean rate of an angle from its `increments` between successive states.
 
     The mean rate differs from the frequency of the strongest spectral line by an integer multiple
-    of `part`, which is the nutation frequency or half of it. If this multiple can be determined
-    with certainty, the mean rate is computed from the frequency. Otherwise, the mean of the
-    increments is used if the angle varies smoothly. In all other cases, the result is NaN.
+    of `part`, which is the nutation frequency or half of it. The mean rate is computed from this
+    frequency if the integer multiple can be determined with certainty. If the integer multiple is
+    uncertain but the angle varies smoothly, the mean rate is computed from the increments. In all
+    other cases, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(increments)) @ increments) / step

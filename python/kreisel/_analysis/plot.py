@@ -40,8 +40,8 @@ def plot(
     scale. If a path does not store its attitude, the chart shows the angle between the apexes. If
     the times of the paths differ, one of the paths is recomputed at the times of the other.
 
-    Dashed lines mark the least and greatest nutation angles if the closed-form solution has turning
-    points. Dots mark the initial state and the events of a path. The precession curve is
+    Dashed lines mark the least and greatest nutation angles of the motion if they are known in
+    closed form. Dots mark the initial state and the events of a path. The precession curve is
     interrupted where the angle jumps because the apex passes close to the vertical. The figure is
     not registered with pyplot; to save it, call `kr.plot(path).figure.savefig("top.png")`.
 

@@ -1,9 +1,9 @@
 """Mean rates of a top that moves on an invariant torus, computed from its closed-form solution.
 
 Let chi1 and chi2 be the angle coordinates on the torus, and w1 and w2 their rates of change. Let z
-be the projection of a body axis onto the horizontal plane. Apart from a rotation about the
-vertical, whose mean rate is known, z is a function of chi1 and chi2. Its argument grows at the mean
-rate
+be the projection of a body axis onto the horizontal plane. Up to a rotation about the vertical with
+a known mean rate, the projection z is a function of the angles chi1 and chi2. Its argument grows at
+the mean rate
 
     w1 n1 + w2 n2,
 
@@ -11,7 +11,8 @@ where n1 is the mean number of turns of z about 0 along loops on which chi1 make
 likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The body
 axis is vertical where z is zero. The winding number of z along a loop changes by one when the loop
 is moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the
-positions of the zeros. The mean rate is then generally not an integer combination of w1 and w2.
+positions of the zeros. If z has zeros on the torus, the mean rate is generally not an integer
+combination of w1 and w2.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """

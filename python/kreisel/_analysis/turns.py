@@ -64,7 +64,7 @@ class AngleIncrements(NamedTuple):
 class _ArcsBetweenStates(NamedTuple):
     """Arcs between states.
 
-    `begin` and `end` are times relative to the state with index `parent`.
+    `begin` and `end` are measured from the time of the state with index `parent`.
     """
 
     parent: Indices
@@ -91,9 +91,9 @@ class _ArcsBetweenStates(NamedTuple):
 class _ArcAnglesAndChordDistances(NamedTuple):
     """The angles that arcs subtend at 0, and the distances of their chords from 0.
 
-    `is_known` is True if the angle is known with certainty. `through` is 1 if the arc starts at 0
-    or passes through 0, and 0 otherwise. `distance` is the smallest distance between the chord and
-    0.
+    `is_known` is True if the number of turns about 0 is certain, so that the angle is unambiguous.
+    `through` is 1 if the arc starts at 0 or passes through 0, and 0 otherwise. `distance` is the
+    smallest distance between the chord and 0.
     """
 
     angle: Array
@@ -174,7 +174,8 @@ def _compare_with_integration(
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
     For each pair of states, return the angle and the distance between the projections of the body
-    axis. The number of poles that lie between the two projections (0 or 1) is also returned. The
+    axis. The second item returned is 1 if a pole lies between the projections of the two states,
+    and 0 otherwise. The
     distance is inf if the sense of rotation about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
@@ -258,7 +259,7 @@ def _measure_arc_angles_by_chords(arcs: _ArcsBetweenStates) -> _ArcAnglesAndChor
 def _transform_arcs_to_rotating_frame(arcs: _ArcsBetweenStates, pace: Array) -> _ArcsBetweenStates:
     """Transform the arcs to a frame that rotates about 0 with the angular velocity `pace`.
 
-    The rotating frame coincides with the fixed frame at the midpoint of each arc.
+    For each arc, the rotating frame coincides with the fixed frame at the midpoint in time.
     """
     half = np.exp(0.5j * pace * (arcs.end - arcs.begin))
     return arcs._replace(
@@ -272,7 +273,7 @@ def _transform_arcs_to_rotating_frame(arcs: _ArcsBetweenStates, pace: Array) -> 
 def _measure_chord_angles_and_distances(arcs: _ArcsBetweenStates) -> tuple[Array, Array, Array]:
     """Return the angle that each chord subtends at 0, and its distances from 0 and from its arc.
 
-    For the distance between the chord and the arc, an upper bound is returned.
+    The returned distance between a chord and its arc is an upper bound.
     """
     chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
     size = np.abs(chord) ** 2
@@ -285,7 +286,7 @@ def _measure_chord_angles_and_distances(arcs: _ArcsBetweenStates) -> tuple[Array
 
 
 def _compute_angular_rate_about_origin(z: Waves, rate: Waves) -> Array:
-    """Return the angular velocity of a complex number about 0, or 0 if it is nearly zero."""
+    """Return the angular velocity of the point z about the origin, or 0 if z is nearly zero."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
@@ -296,8 +297,8 @@ def _compute_projected_axis_at_times(
 ) -> list[tuple[Waves, Waves]]:
     """Compute the projection of the body axis, and its time derivative, at the given times.
 
-    Row i of `times` contains times relative to state `parent[i]`. The projection is NaN where the
-    integration fails.
+    Row i of `times` contains times measured from the time of the state with index `parent[i]`. The
+    projection is NaN where the integration fails.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     result = solve(tops, times)

@@ -38,7 +38,7 @@ def _split_quantity_and_value(option: str, words: str) -> tuple[str, str]:
 
 
 def _parse_column_options(options: tuple[str, ...]) -> dict[str, str | list[str]] | None:
-    """Return a dict that maps each quantity to its column names, or None if no option is given."""
+    """Return a dict that maps quantities to column names, or None if --column is not given."""
     columns: dict[str, str | list[str]] = {}
     for words in options:
         quantity, value = _split_quantity_and_value("--column", words)

@@ -71,7 +71,7 @@ def parse_output_files(
 def _append_npz_extension(place: OutputDestination) -> OutputDestination:
     """Add the extension .npz to the file name of an archive if it is missing.
 
-    Raises UsageError if the file name has the extension of a different format.
+    Raises UsageError if the extension of the file name belongs to a different format.
     """
     _check_output_extension(place)
     is_complete = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")

@@ -104,7 +104,7 @@ class PathCollector:
 
     @property
     def whole_path(self) -> Path:
-        """The whole path, obtained by joining the parts that were added."""
+        """The whole path, obtained by joining the parts that the output has received."""
         last, rest = self.pieces[-1], self.pieces[:-1]
         return last if not rest else _join_paths([*rest, last])
 
@@ -151,7 +151,7 @@ class EventCollector:
         return lists
 
     def print_output(self) -> None:
-        """Print a table of the first events to standard output."""
+        """Print a table of the first few events of the run to standard output."""
         table = self.build_event_table()
         names = ("event", "t", "direction")
         rows = list(zip(*(table[name] for name in names), strict=True))

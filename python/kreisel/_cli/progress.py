@@ -19,7 +19,8 @@ from .outputs import PathPieceOutput
 class StopSignalHandler:
     """A handler for Ctrl-C and SIGTERM during a run.
 
-    After a first signal, the run stops, and all results obtained so far are written. A second
+    After the first signal, the run stops, and the results obtained so far are written to the output
+    files. A second
     signal terminates the process immediately.
     """
 

@@ -116,7 +116,7 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def create_path_outputs(self) -> list[PathPieceOutput]:
-        """Create the outputs of the run."""
+        """Create the output objects to which the states of the run are written."""
         outputs: list[PathPieceOutput] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)

@@ -47,7 +47,7 @@ def sweep() -> None:
 
 
 def _parse_parts_option(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
-    """Parse a range of parts such as 0:100, which excludes part 100."""
+    """Parse a range of sweep parts such as 0:100, which excludes part 100."""
     if word is None:
         return None
     first, colon, last = word.partition(":")

@@ -65,9 +65,9 @@ def fit(
     support, a gyroscope measures "inertial_velocity", whereas "body_velocity" is the angular
     velocity relative to the support. The reported errors are first-order standard deviations. The
     errors are enlarged if the residuals are correlated or larger than expected from the given
-    standard deviations. Along directions that the data do not determine, the parameters keep the
-    values of the initial guess. The attribute `unidentified` of the fit describes the directions
-    that the data do not determine.
+    standard deviations. Along directions in parameter space that the data do not determine, the
+    parameters keep the values of the initial guess. The attribute `unidentified` of the fit
+    describes the combinations of parameters that the data do not determine.
 
         >>> import kreisel as kr
         >>> import numpy as np

@@ -125,8 +125,8 @@ class Fit(ReadOnlyArrays):
         """Return the value of a function of the fitted scene, and its standard deviation.
 
         The function must return a number or an array. The derivatives of the function are computed
-        by finite differences. The error is infinite if the function varies along a direction that
-        the data do not determine.
+        by finite differences. The standard deviation is infinite if the function depends on a
+        combination of parameters that the data do not determine.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.cusps
@@ -181,7 +181,8 @@ class Fit(ReadOnlyArrays):
     def plot(self) -> FigureAxes:
         """Plot measurements, fitted motion and residuals with matplotlib, and return the axes.
 
-        Two axes are drawn for each quantity. `fit.plot().figure.savefig("fit.png")` writes a file.
+        For each quantity, one chart shows the measurements and the fitted motion, and another chart
+        shows the residuals. `fit.plot().figure.savefig("fit.png")` writes a file.
         Raises ImportError if matplotlib is not installed.
         """
         from .._plot.fit_charts import plot_fit_panels
@@ -308,7 +309,7 @@ def _compute_moment_ratios_and_errors(
     jacobian: Array,
     spectrum: ParameterDirections,
 ) -> dict[str, tuple[float, float]]:
-    """Return the ratio of each free moment to the last free moment, and its standard deviation."""
+    """Return the ratio of each free moment of inertia to the last one, and its standard error."""
     if not p.can_vary("moments"):
         return {}
     *others, last = range(*p.get_parameter_slice("moments").indices(p.size))

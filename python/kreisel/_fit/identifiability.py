@@ -82,7 +82,7 @@ def _yield_unobservable_changes(p: FreeParameters, point: FitPoint) -> Iterator[
 def _yield_change_if_all_free(
     p: FreeParameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
-    """Yield `sentence` and the given change of parameters if all of these parameters are free."""
+    """Yield `sentence` and the change described by `blocks` if all parameters in it are free."""
     if not all(p.can_vary(name) for name in blocks):
         return
     change = np.zeros(p.size)
@@ -92,7 +92,7 @@ def _yield_change_if_all_free(
 
 
 def _average_tied_components(columns: Array, values: Array) -> Array:
-    """Average values that must be equal; each column of `columns` marks one set of such values."""
+    """Return the mean of each set of values that is marked by a column of `columns`."""
     mean: Array = columns.T @ values / columns.sum(axis=0)
     return mean
 
@@ -137,7 +137,7 @@ def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator
 def _get_rescalings_by_torque_factor(
     p: FreeParameters, point: FitPoint
 ) -> dict[str, dict[str, Array]]:
-    """Return, for each factor of the gravitational torque, parameter changes that rescale it."""
+    """Return the parameter changes that rescale each factor of the gravitational torque."""
     rescalings = {
         "com": {"com": point.com},
         "lever": {"lever": np.array([float(point.com @ p.lever)])},

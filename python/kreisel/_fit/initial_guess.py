@@ -73,7 +73,7 @@ class Guess(NamedTuple):
 
 
 class _LinearBodyEstimates(NamedTuple):
-    """Solution of the momentum equation, up to a factor common to all fields but the vertical."""
+    """Solution of the momentum equation; all fields but `vertical` share an unknown factor."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -186,7 +186,7 @@ def _select_samples_before_spin_stops(motion: MotionSamples, axis: Array) -> Mot
 def _set_free_body_parameters(
     parameters: FreeParameters, moments: Array, lever: Array, losses: _LinearBodyEstimates | None
 ) -> FitPoint:
-    """Return the parameters with estimates for those of the body that are free."""
+    """Return the scene's parameters, with the free parameters of the body replaced by estimates."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
@@ -469,7 +469,7 @@ def _guess_from_apex_and_spin(
 
 
 def _build_spin_preserving_projection(parameters: FreeParameters, axis: Array) -> Array:
-    """Return the projection onto changes of state and instruments that leave the spin unchanged.
+    """Return the projection onto changes of attitude, velocity and instruments at fixed spin.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """

@@ -1,10 +1,10 @@
-"""Levenberg-Marquardt method without steps along undetermined directions.
+"""Levenberg-Marquardt method that does not change undetermined combinations of parameters.
 
 If each parameter is divided by its typical magnitude, eigenvectors of J^T J with negligible
 eigenvalues are directions along which the residuals do not change. The steps have no component
-along undetermined directions, so the search does not drift. Sources: Marquardt, SIAM Journal on
-Applied Mathematics 11 (1963) 431; for the loss, SciPy's least_squares and Triggs and others, Bundle
-adjustment, 1999.
+along undetermined directions in parameter space, so undetermined parameters do not drift. Sources:
+Marquardt, SIAM Journal on Applied Mathematics 11 (1963) 431; for the loss, SciPy's least_squares
+and Triggs and others, Bundle adjustment, 1999.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class LeastSquaresModel(Protocol[P]):
 
 
 class Minimum(NamedTuple):
-    """The best point found by a search.
+    """The point with the lowest cost that a search has found.
 
     has_converged  True if the last step improved the cost by less than the tolerance
     """
@@ -166,7 +166,7 @@ def _find_cost_reducing_step(
     cost: float,
     search: SearchSettings,
 ) -> tuple[Minimum | None, float]:
-    """Increase the damping until a step does not increase the cost."""
+    """Increase the Levenberg-Marquardt damping until a step does not increase the cost."""
     while model.evaluations < search.limit:
         candidate = model.add_step_within_bounds(point, steps.compute_damped_step(damping))
         evaluation = model.evaluate_residuals(candidate)

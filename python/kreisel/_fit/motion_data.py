@@ -61,7 +61,7 @@ class ApexSamples(NamedTuple):
 
 
 def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
-    """Return the motions that the records determine, with the most complete motion first."""
+    """Reconstruct motions from the records, and return the most completely known motion first."""
     rotation = rotation_matrix(point.axes)
     motions: list[MotionSamples] = []
     for record in records:
@@ -178,7 +178,7 @@ def _compute_inlier_mask(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
 
 
 def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> list[MotionSamples]:
-    """Reconstruct a motion; each velocity is computed from two sufficiently different attitudes."""
+    """Reconstruct a motion, computing each angular velocity from two well-separated attitudes."""
     if len(t) < FEWEST:
         return []
     angle = np.median(
@@ -213,7 +213,7 @@ def _reconstruct_motion_from_gyroscope(
 
 
 def _find_measured_vertical_near_time(t: Array, series: Series, times: Array) -> Array | None:
-    """Return the measured vertical nearest in time to `since[0]`, or None if there is none."""
+    """Return the vertical measured nearest to the time `since[0]`, or None if there is none."""
     indices = np.flatnonzero(series.measured.all(axis=1))
     if not indices.size:
         return None

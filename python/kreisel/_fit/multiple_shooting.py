@@ -42,7 +42,7 @@ _START = ("attitude", "velocity")
 
 
 class SegmentStartStates(NamedTuple):
-    """The initial states of all segments.
+    """The parameters of all segments of a motion, including their initial states.
 
     Parameters other than initial states have the same values in all segments.
     """
@@ -51,7 +51,7 @@ class SegmentStartStates(NamedTuple):
 
 
 def choose_segment_count(point: FitPoint, records: Sequence[Record]) -> int:
-    """Return a number of segments for which errors grow little within each segment."""
+    """Return a number of segments that suffices to keep the error growth in each of them small."""
     times = np.concatenate([record.t for record in records])
     most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
     end = float(times[np.abs(times).argmax()])
@@ -194,7 +194,7 @@ class ShootingModel:
         return ResidualEvaluation(residuals, jacobian)
 
     def _compute_gap_after_segment(self, pieces: SegmentStartStates, k: int) -> tuple[Array, Array]:
-        """Return the gap between segment k and the next one, and its derivatives."""
+        """Return the jump of the state from segment k to segment k + 1, and its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
         turn = compute_rotation_vectors(
@@ -238,7 +238,8 @@ def minimize_by_multiple_shooting(
 ) -> Minimum:
     """Fit a motion in segments, and close the gaps between them in several stages.
 
-    The search stops early if even segments with gaps between them do not fit the measurements.
+    The search stops early if the segments do not fit the measurements although gaps between them
+    are allowed.
     """
     minimum: Minimum | None = None
     for gap in GAPS:
@@ -256,11 +257,11 @@ def minimize_by_multiple_shooting(
 
 
 def try_segment_fit(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
-    """Return True if the segments agree with the records when gaps between them are allowed."""
+    """Return True if the segments fit the records when gaps between the segments are allowed."""
     model.gap = GAPS[0]
     search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _do_not_report_minimum, is_stiff=True)
     return minimize_cost(model, pieces, search).cost <= _HOPELESS * model.size
 
 
 def _do_not_report_minimum(_: Minimum) -> None:
-    """Ignore a minimum in which gaps remain between the segments."""
+    """Ignore a minimum at which gaps between successive segments of the motion remain."""

@@ -1,8 +1,9 @@
 """Parameters of a fit, with their bounds, typical magnitudes, names and units.
 
-The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial describes a
-rigid body. The attitude is parametrized by a small rotation from its current value, which avoids
-singularities. Source: Rucker and Wensing, IEEE Robotics and Automation Letters 7 (2022) 2132.
+The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every point of the search
+describes a rigid body. The attitude is parametrized by a small rotation from its current value,
+which avoids singularities. Source: Rucker and Wensing, IEEE Robotics and Automation Letters 7
+(2022) 2132.
 """
 
 from __future__ import annotations
@@ -218,7 +219,7 @@ def _is_physical(point: FitPoint) -> bool:
 
 
 def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Return the free parameters in a fixed order; "start" stands for attitude and velocity."""
+    """Return the names in a fixed order, with "start" replaced by "attitude" and "velocity"."""
     items = [free] if isinstance(free, str) else free
     if not isinstance(items, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
@@ -373,7 +374,7 @@ class FreeParameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _make_shaking_rate_positive(self, shaking: Array, point: FitPoint) -> Array:
-        """Return the shaking parameters with a positive rate and the amplitude's initial sign."""
+        """Make the shaking rate positive, and keep a nonnegative amplitude from changing sign."""
         shaking[1] = max(shaking[1], 1e-3 * point.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -410,7 +411,7 @@ class FreeParameters:
         return jacobian
 
     def estimate_parameter_scales(self, point: FitPoint, span: float) -> Array:
-        """Return, for each parameter, the magnitude of a significant change.
+        """Return the typical magnitude of each parameter, by which its changes are scaled.
 
         span  the length of the records [T]
         """
@@ -453,7 +454,7 @@ class FreeParameters:
         return scales
 
     def build_differentiable_scene(self, point: FitPoint, origin: float = 0.0) -> Scene:
-        """Return the scene in principal axes, with positive friction if the friction is free.
+        """Return the scene in principal axes, with positive friction if friction is to be fitted.
 
         The friction must be positive, because derivatives with respect to it do not exist at zero
         friction.
@@ -515,10 +516,10 @@ class FreeParameters:
     def list_user_parameters_and_jacobian(
         self, point: FitPoint
     ) -> tuple[list[str], list[str], Array, Array]:
-        """Return the names, units and values of the parameters as shown to users.
+        """Return the names, units and values of the free parameters as they are reported to users.
 
-        The last item returned is the Jacobian matrix, of shape (size, size), of the values with
-        respect to a parameter step.
+        The last item returned is the Jacobian matrix, of shape (size, size), of the reported values
+        with respect to the components of a step.
         """
         names: list[str] = []
         units: list[str] = []
@@ -557,7 +558,7 @@ class FreeParameters:
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
 
     def _compute_group_values_and_jacobian(self, name: str, point: FitPoint, rows: Array) -> Array:
-        """Return the values of one group of parameters, and write their derivatives to `rows`."""
+        """Return the components of the parameter `name`, and write their derivatives to `rows`."""
         rotation = rotation_matrix(point.axes)
         part = self.get_parameter_slice(name)
         if name == "attitude":

@@ -173,12 +173,12 @@ class Record(ReadOnlyArrays):
 
     @property
     def size(self) -> int:
-        """The number of measured values; an attitude counts as 3."""
+        """The number of measured values, where each attitude counts as three."""
         return sum(int(_count_measured_numbers(one)) for one in self.series)
 
     @property
     def missing(self) -> int:
-        """The number of missing values (NaN); an attitude counts as 3."""
+        """The number of missing values (NaN), where each missing attitude counts as three."""
         return sum(len(self.t) * one.residuals_per_row for one in self.series) - self.size
 
     def __repr__(self) -> str:

@@ -34,7 +34,7 @@ _FEWEST_STEPS = 1000
 
 
 class ResidualEvaluation(NamedTuple):
-    """The residuals at a point and, if requested, their derivatives (the Jacobian matrix)."""
+    """The residuals for given parameters and, if requested, their Jacobian matrix."""
 
     residuals: Array
     jacobian: Array
@@ -53,7 +53,7 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 @dataclass(frozen=True, eq=False)
 class ResidualRows:
-    """A series of a record, and its rows in the residual vector.
+    """A measured series, and the rows of the residual vector that belong to it.
 
     record  the index of the record
     series  the measurements
@@ -140,7 +140,7 @@ class ResidualModel:
         return self.parameters.compute_distances_to_bounds(point)
 
     def evaluate_residuals(self, point: FitPoint, has_jacobian: bool = True) -> ResidualEvaluation:
-        """Return the residuals at a point; they are infinite if no path can be computed there."""
+        """Return the residuals at a point, or infinite ones if its motion cannot be computed."""
         try:
             return self._evaluate_residuals(point, has_jacobian)
         except (Error, ValueError, np.linalg.LinAlgError):
@@ -274,7 +274,7 @@ class ResidualModel:
 
 
 class _SeriesResiduals:
-    """The residuals of one series at one point, and their derivatives."""
+    """The residuals of one measured series for given parameters, and their derivatives."""
 
     def __init__(self, rows: ResidualRows, motion: QuantityPredictor, place: Array | None) -> None:
         self.rows, self.motion = rows, motion

@@ -1,4 +1,4 @@
-"""Strategies for finding the global minimum of a fit."""
+"""Strategies to find the global minimum of the cost."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _INSENSITIVE = 1e-9  # a series that changes less, relative to its spread, tells
 
 
 class BestFit(NamedTuple):
-    """The result of a search.
+    """The best fit so far.
 
     point      the parameters
     residuals  (n,) of the records
@@ -207,7 +207,7 @@ class SearchSession:
         self._try_alternative_spins()
 
     def _fit_chaotic_motion_in_segments(self, point: FitPoint) -> None:
-        """Divide the best motion into segments if errors grow too much for linearization."""
+        """Fit the motion in segments if it is too chaotic to fit it from one start state."""
         count = choose_segment_count(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
@@ -228,10 +228,10 @@ class SearchSession:
             self._fit_slowly_growing_time_spans(points[0][2])
 
     def _fit_slowly_growing_time_spans(self, point: FitPoint) -> None:
-        """Fit slowly growing parts of the records, starting from the body given in the scene.
+        """Fit ever longer parts of the records, starting from the body given in the scene.
 
         If the fitted part of the records grows slowly, the search does not lose the phase of an
-        oscillation. Moments of inertia estimated from noisy data are biased, which would shift the
+        oscillation. Moments estimated from noisy data are biased, so the motion would have wrong
         frequencies.
         """
         body = self.parameters.start
@@ -245,13 +245,13 @@ class SearchSession:
         self._search_from_point(start, 0.0)
 
     def _refine_guess(self, guess: Guess) -> FitPoint:
-        """Refine an initial guess within its subspace `allowed`, and return the resulting point."""
+        """Refine a guess by parameter changes in its subspace `allowed`, and return the point."""
         if guess.allowed is None:
             return guess.point
         return self._fit_point_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
 
     def _compute_best_reduced_chi2(self) -> float:
-        """Return chi2 per degree of freedom, estimated from the median for the soft loss."""
+        """Return chi2 per degree of freedom (a median-based estimate for the soft loss)."""
         if self.best is None:
             return np.inf
         if self.loss == "linear":
@@ -280,7 +280,7 @@ class SearchSession:
         return bool(self._compute_best_reduced_chi2() <= limit)
 
     def measure_residual_excess(self) -> float:
-        """Return the residual size relative to sigma if a soft-loss fit is implausible, else 0."""
+        """Return the typical |residual| / sigma if a soft-loss fit is implausible, otherwise 0."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._compute_best_reduced_chi2()))
@@ -294,7 +294,7 @@ class SearchSession:
         return SearchSettings(self.loss, limit, ftol, report)
 
     def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
-        """Store a minimum for the complete records if it is the best so far; report progress."""
+        """Report the cost of a minimum for all records, and store it if it is the best yet."""
         self._report_cost(minimum.cost)
         if self.best is None or minimum.cost <= self.best.cost:
             point = minimum.point
@@ -321,7 +321,7 @@ class SearchSession:
             self.best = old_best  # equal minima differ by rounding: the nearer guess counts
 
     def _reverse_com_to_match_scene(self) -> None:
-        """Reverse the centre of mass if it lies opposite to that of the scene.
+        """Reverse the vector `com` if it points away from that of the scene.
 
         The vertical is reversed as well, so the readings of body-mounted instruments do not change.
         """
@@ -335,7 +335,7 @@ class SearchSession:
             self._try_equivalent(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _align_best_solution_with_scene(self) -> None:
-        """Rotate the best solution about the vertical to align `turning` with that of the scene.
+        """Rotate the best solution about the vertical so that `turning` has the scene's azimuth.
 
         Body-mounted instruments cannot detect a rotation of the whole scene about the vertical.
         """
@@ -397,7 +397,7 @@ class SearchSession:
         self._report_cost(minimum.cost)
 
     def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
-        """Return a point fitted to successively longer parts of the records."""
+        """Return the parameters fitted to ever longer parts of the records."""
         is_slow = agreement == 0.0
         horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
         least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
@@ -423,7 +423,7 @@ class SearchSession:
         return minimum.point
 
     def _build_residual_model_until(self, horizon: float) -> ResidualModel | None:
-        """Return the residual model for |t| <= horizon, or None for too few measurements."""
+        """Return the residual model for |t| <= horizon, or None if the data are too few."""
         records, sigmas = self._select_records_until(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
@@ -440,9 +440,9 @@ class SearchSession:
         return records, sigmas
 
     def _find_match_end_and_cost(self, point: FitPoint) -> tuple[float, float]:
-        """Return the time up to which a motion agrees with the records, and its cost function.
+        """Return the time up to which a motion agrees with the records, and the motion's cost.
 
-        The cost is computed with the soft loss.
+        The soft loss function defines the cost.
         """
         trial = self.model.evaluate_residuals(point, has_jacobian=False)
         if not np.isfinite(trial.residuals).all():
@@ -454,7 +454,7 @@ class SearchSession:
         return end, compute_cost(trial.residuals, "soft")
 
     def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Try multiple shooting with `least` or more segments; store a much better solution."""
+        """Try multiple shooting with at least `least` segments; keep the fit if far better."""
         for guess in guesses:
             count = pieces or choose_segment_count(guess.point, self.records)
             if count < least or guess.motion is None:
@@ -481,15 +481,14 @@ class SearchSession:
         return [guess for _, _, guess in sorted(entries, key=lambda entry: (-entry[0], entry[1]))]
 
     def _has_guess_agreeing_with_records(self, guesses: list[Guess]) -> bool:
-        """Return True if the motion of any guess agrees with all records.
+        """Return True if some guess gives a motion that fits all records.
 
-        If one guess agrees, the motions of other guesses may appear chaotic only because these
-        guesses are wrong.
+        If one guess agrees with the records, chaotic motions of other guesses are probably wrong.
         """
         return any(self._find_match_end_and_cost(guess.point)[0] >= self._end for guess in guesses)
 
     def _try_gapped_fit(self, guess: Guess, count: int) -> bool:
-        """Return True if segments with large gaps can fit a part of the records."""
+        """Return True if segments with gaps in between fit part of the records."""
         records, sigmas = self._select_records_until(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
@@ -529,7 +528,7 @@ class SearchSession:
         )
 
     def _refine_with_estimated_sigmas(self) -> None:
-        """Estimate the unknown standard deviations from the residuals, and search again."""
+        """Estimate the unknown measurement errors from the residuals, and fit again."""
         for k in range(0 if self.is_sigma_known else _ROUNDS):
             if self.best is None or not self.best.has_converged:
                 return
@@ -583,7 +582,7 @@ class SearchSession:
 
 
 def _find_time_of_large_residuals(rows: ResidualRows, trial: ResidualEvaluation, t: Array) -> float:
-    """Return the first time at which the residuals of a series exceed a fraction of its spread."""
+    """Return the first time at which the residuals are comparable to the spread of the data."""
     is_measured = rows.measured_mask.any(axis=1)
     if not is_measured.any():
         return np.inf

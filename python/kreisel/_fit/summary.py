@@ -11,14 +11,14 @@ from .._utils.html import format_html_table
 
 
 class SeriesLike(Protocol):
-    """Interface of a measured quantity, as needed for the summary."""
+    """Interface of a measured quantity, with the attributes required to summarize a fit."""
 
     @property
     def sigma(self) -> object: ...
 
 
 class RecordLike(Protocol):
-    """Interface of a record, as needed for the summary."""
+    """Interface of a record, with the attributes required to summarize a fit."""
 
     @property
     def series(self) -> Sequence[SeriesLike]: ...
@@ -28,7 +28,7 @@ class RecordLike(Protocol):
 
 
 class FitLike(Protocol):
-    """Interface of a fit, as needed for the summary."""
+    """Interface of a fit, with the attributes required to format its summary."""
 
     @property
     def records(self) -> Sequence[RecordLike]: ...
@@ -128,7 +128,7 @@ def format_value_with_error(value: float, error: float) -> str:
 
 
 def has_large_misfit(fit: FitLike) -> bool:
-    """Return True if the residuals are as large as the measured values and larger than expected."""
+    """Return True if the residuals are of the order of the measured values and exceed the noise."""
     is_estimated = any(series.sigma is None for record in fit.records for series in record.series)
     return fit.misfit > _AS_LARGE and (is_estimated or fit.chi2 > _MISFIT * fit.dof)
 

@@ -36,7 +36,7 @@ def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
 
 
 def _read_csv_rows(name: str) -> list[list[str]]:
-    """Return the fields of all rows that are not empty."""
+    """Return the fields of each row of a CSV file, skipping rows in which all fields are empty."""
     with open(name, encoding="utf-8-sig", newline="") as text:
         try:
             head = text.readline()

@@ -84,7 +84,7 @@ class ParameterDirections:
 def classify_fit_directions(
     jacobian: Array, natural: Array, inflation: float, size: int
 ) -> ParameterDirections:
-    """Classify the directions in the space of the first `size` parameters.
+    """Find the directions in the space of the first `size` parameters that the data determine.
 
     A direction counts as undetermined if one standard deviation along it exceeds the typical
     magnitude of the parameters.
@@ -147,8 +147,8 @@ def measure_cost_nonlinearity(
 ) -> float:
     """Return the relative deviation of chi2 from a quadratic function at one standard deviation.
 
-    The deviation is measured in both senses along the most uncertain direction, and the larger
-    value is returned.
+    The deviation is computed for changes of both signs along the most uncertain direction in
+    parameter space, and the larger value is returned.
     """
     if not spectrum.factor.size:
         return 0.0

@@ -53,7 +53,7 @@ class BatchBase(Generic[_M]):
     def _apply_to_columns(
         self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]
     ) -> Self:
-        """Return the batch obtained by applying `change` to each column."""
+        """Return a batch in which each parameter array (column) is replaced by `change(column)`."""
         batch, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
@@ -62,7 +62,7 @@ class BatchBase(Generic[_M]):
 
     @property
     def _dimension_names(self) -> tuple[str, ...]:
-        """The names of the dimensions.
+        """The names of the dimensions of the batch.
 
         If exactly one parameter varies along a dimension, the dimension is named after this
         parameter. A dimension can be named only after a scalar parameter that varies along no other
@@ -116,7 +116,8 @@ class BatchBase(Generic[_M]):
     def __iter__(self) -> Iterator[Any]:
         """Iterate over the first dimension.
 
-        Yields members if the batch has one dimension, and batches if it has several. Raises
+        Yields single members if the batch is one-dimensional, and batches with one dimension fewer
+        otherwise. Raises
         TypeError if the batch has no dimensions.
         """
         if not self.shape:
@@ -171,7 +172,7 @@ class BatchBase(Generic[_M]):
     def _select_flat_members(
         self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]
     ) -> Self:
-        """Return the batch of the members whose flat indices, counted in C order, are `order`."""
+        """Return the members with the indices `order` in the flattened batch (in C order)."""
         dims = len(self.shape)
         indices = np.unravel_index(order, self.shape) if dims else ()
 
@@ -198,7 +199,7 @@ class BatchBase(Generic[_M]):
         return self._select_flat_members(order, (None,) * order.ndim)
 
     def ravel(self) -> Self:
-        """Return the members in C order, as a one-dimensional batch."""
+        """Return a one-dimensional batch that contains all members in C order."""
         return self if len(self.shape) == 1 else self.reshape(-1)
 
     def __eq__(self, other: object) -> bool:
@@ -289,7 +290,7 @@ def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
 
 
 def _expand_key_with_index_array(key: object, dims: int) -> tuple[Any, ...] | None:
-    """Return a key with one entry per dimension, or None unless it contains one index array."""
+    """Expand a key of slices and one index array to all dimensions; return None for other keys."""
     parts = _expand_index_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1

@@ -1,4 +1,4 @@
-"""Arrays of bodies, with vectorized constructors. All members are validated together."""
+"""Arrays of bodies, with vectorized constructors. All bodies of an array are validated at once."""
 
 from __future__ import annotations
 

@@ -334,7 +334,7 @@ class Body(ShapeConstructors[float, float | Vector]):
 
     @cached_property
     def _nearby_integrable_case_message(self) -> str:
-        """A message naming another kind whose conditions the body meets to within 1e-8, or ''."""
+        """A note that the body nearly meets the conditions of another kind (to 1e-8), or ''."""
         tolerance, own_kind = KIND_RTOL, self.kind
         while tolerance < 1e-8:
             tolerance *= 2.0

@@ -42,7 +42,7 @@ class BatchParameter(NamedTuple):
 
     @property
     def shape(self) -> Shape:
-        """The shape of the values without the dimensions of a single value."""
+        """The shape of the batch: the shape of `values` without the dimensions of one value."""
         return self.values.shape[: self.values.ndim - len(self.value)]
 
     def broadcast_to(self, shape: Shape) -> Array:
@@ -74,7 +74,7 @@ def convert_to_python_numbers(value: Any) -> Any:
 def validate_parameter(
     name: str, numbers: object, value: Shape = (), form: str = ""
 ) -> BatchParameter:
-    """Convert an argument to a parameter with finite values, each an array of shape `value`.
+    """Convert an argument to a BatchParameter with finite values, each of the shape `value`.
 
     An argument that is already a BatchParameter is returned unchanged. `form` states the expected
     form in error messages.
@@ -131,7 +131,7 @@ def validate_non_negative_parameter(name: str, numbers: object) -> BatchParamete
 def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
     """Reduce broadcast dimensions, in which the stride is zero, to length 1.
 
-    If `lead` is given, only the first `lead` dimensions are reduced.
+    If `lead` is given, only broadcast dimensions among the first `lead` ones are reduced.
     """
     strides = values.strides[:lead]
     if 0 not in strides or not values.size:
@@ -167,7 +167,7 @@ def broadcast_column(values: Column, shape: Shape, trailing: int) -> Column:
 def broadcast_named_columns(
     entries: Iterable[tuple[str, Column, int]], shape: Shape
 ) -> dict[str, Column]:
-    """Return the columns given by the triples (name, values, trailing); see `broadcast_column`."""
+    """Return a dict of columns broadcast to `shape`, from triples (name, values, trailing)."""
     return {name: broadcast_column(values, shape, trailing) for name, values, trailing in entries}
 
 

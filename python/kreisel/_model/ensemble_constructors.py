@@ -204,7 +204,7 @@ def convert_array_to_radians(values: Array, degrees: bool) -> Array:
 
 
 def split_vector_components(vector: Array) -> Components:
-    """Split vectors into three components."""
+    """Split vectors into their three components."""
     x, y, z = split_components(vector)
     return x, y, z
 

@@ -82,7 +82,7 @@ class EnsembleBase(BatchBase[S]):
         columns: Mapping[str, Array],
         one: Callable[..., S],
     ) -> Self:
-        """Validate and store the columns of the ensemble.
+        """Validate the parameter arrays of the ensemble, and store them as columns.
 
         Raises the same exception as the constructor `one` would for the first invalid member.
         """
@@ -188,7 +188,7 @@ class EnsembleBase(BatchBase[S]):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The names of the dimensions.
+        """The names of the dimensions of the ensemble.
 
         If exactly one parameter varies along a dimension, the dimension is named after this
         parameter. A dimension can be named only after a scalar parameter that varies along no other
@@ -253,7 +253,7 @@ class EnsembleBase(BatchBase[S]):
 
 
 def _count_value_dimensions(name: str) -> int:
-    """Return the number of dimensions of a single value in a column."""
+    """Return the number of dimensions of one value of the parameter `name`: 0 or 1."""
     return int(name not in ("gravity", "friction"))
 
 

@@ -24,7 +24,7 @@ _TURN: Final = Fraction(
 
 
 class PhysicalEnvironment(NamedTuple):
-    """Environmental parameters as passed by the user."""
+    """The environment parameters of a scene or an ensemble, before validation."""
 
     gravity: Any = 1.0
     damping: ArrayLike | None = None
@@ -130,8 +130,8 @@ def refuse_disturbances(
     """Raise ValueError if a scene or an ensemble has disturbances other than those in `exceptions`.
 
     The message consists of `statement`, the names of the disturbances that are not allowed, and
-    `reason`. If the only disturbance is a rotation of the support about e3, a hint to use the
-    inertial frame replaces `reason`.
+    `reason`. If the only disturbance is a support that turns about e3, `reason` is replaced by a
+    hint that suggests the inertial frame.
     """
     disturbances = [name for name in list_disturbances(tops) if name not in exceptions]
     if not disturbances:

@@ -58,7 +58,8 @@ def attitude_from_euler(block: bytes, start: Array, angles: Vector) -> Quaternio
     """Compute the attitude of a body from its Euler angles.
 
     The Euler angles describe a body-fixed frame whose third axis is the apex. `block` is the C
-    struct of a scene with the unrotated body, and `start` is its initial state.
+    struct of a scene in which the attitude of the body is the identity, and `start` is the initial
+    state of this scene.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     frame_angles = [float(values(name, block, start)[0]) for name in names]

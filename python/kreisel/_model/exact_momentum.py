@@ -1,6 +1,7 @@
-"""Sudden changes of the angular momentum, computed without loss of digits.
+"""Sudden changes of the angular momentum, computed without loss of precision.
 
-For precisions above 16 digits, each component is the sum of a double and a low-order word.
+For precisions above 16 digits, each component of the momentum is the unevaluated sum of two
+doubles.
 """
 
 from __future__ import annotations
@@ -17,17 +18,17 @@ _Rational = tuple[Fraction, ...]
 
 
 def add_impulse_to_momentum(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
-    """Add an angular impulse to a momentum, and return the sum with its low-order words.
+    """Add an angular impulse to a momentum, and return the leading and low-order parts of the sum.
 
-    `low` contains the low-order words of the initial momentum. In case of overflow, the sums are
-    infinite or NaN.
+    `low` contains the low-order parts of the components of the initial momentum. If the sum
+    overflows, its components are infinite or NaN.
     """
     x, y, z = map(_add_with_low_word, momentum, low.tolist(), impulse)
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
 def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
-    """Return a + low + b as a double and a low-order word (Knuth's two-sum)."""
+    """Return a + low + b as the sum of two doubles, using Knuth's two-sum algorithm."""
     total = a + b
     part = total - a
     rest = ((a - (total - part)) + (b - part)) + low
@@ -42,9 +43,11 @@ def compute_momentum_after_body_change(
 
     The momentum is computed in rational arithmetic and rounded once at the end.
 
-    Both bodies have the same attitude, and `momentum` is the momentum of `old`. `attitude_low` and
-    `low` are the low-order words of the attitude and of the momentum. Returns the momentum and its
-    low-order words. Raises ValueError if the momentum overflows.
+    The bodies `old` and `new` have the same attitude, and `momentum` is the angular momentum of
+    `old`. `attitude_low` and
+    `low` are the low-order parts (beyond double precision) of the attitude and of the momentum.
+    Returns the momentum in double precision, and its low-order part. Raises ValueError if the
+    momentum overflows.
     """
     q = _convert_doubles_to_fractions(attitude, attitude_low)
     m = _rotate_rational_vector(
@@ -79,7 +82,7 @@ def compute_momentum_after_body_change(
 def _convert_doubles_to_fractions(
     high: Sequence[float] | Array, low: Array | None = None
 ) -> _Rational:
-    """Convert doubles with low-order words to rational numbers."""
+    """Convert sums of a double and a low-order part to rational numbers."""
     rest = np.zeros(len(high)) if low is None else low
     return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
 
@@ -104,7 +107,7 @@ def _rotate_rational_vector(q: _Rational, v: Sequence[Fraction]) -> _Rational:
 
 
 def _split_into_high_and_low_words(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
-    """Return the doubles nearest to three rational numbers, and their low-order words."""
+    """Return the doubles nearest to three rational numbers, and the rounded remainders."""
     try:
         x, y, z = (float(number) for number in exact)
     except OverflowError:

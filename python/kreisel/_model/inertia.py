@@ -36,7 +36,7 @@ def validate_inertia_tensor(name: str, value: object) -> Array:
 
 
 def convert_tensor_to_moments_or_rows(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
-    """Return three moments if the tensor is diagonal, otherwise its three rows."""
+    """Return the diagonal elements of a diagonal tensor, and the rows of any other tensor."""
     diagonal = tensor.diagonal()
     if (tensor == np.diag(diagonal)).all():
         i1, i2, i3 = diagonal.tolist()

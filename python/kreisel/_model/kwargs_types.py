@@ -43,7 +43,7 @@ class VaryKwargs(TypedDict, total=False):
 
 
 class SceneKwargs(TypedDict, total=False):
-    """Keyword arguments of Scene.replace, which are the arguments of Scene."""
+    """Keyword arguments of Scene.replace, which are those of the constructor of Scene."""
 
     body: Body
     momentum: ArrayLike

@@ -290,7 +290,7 @@ class Scene:
 
             Rz(precession) Rx(nutation) Rz(spin).
 
-        If the apex is any other direction, the angles describe a body-fixed frame whose third axis
+        If the apex is not the third axis, the angles describe a body-fixed frame whose third axis
         is the apex.
 
         degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
@@ -439,8 +439,8 @@ class Ensemble(EnsembleConstructors[Scene]):
     `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
     scenes or, if there are several dimensions, ensembles. Each member is bitwise equal to the
     kr.Scene with the same parameters. Attitudes given in single precision may differ from those of
-    kr.Scene in the last bit. Values that do not vary are stored only once. Two ensembles are equal
-    if all their parameters are equal.
+    kr.Scene in the last bit. A value that is the same for all members is stored only once. Two
+    ensembles are equal if all their parameters are equal.
 
     Raises the same exceptions as Scene, with the index of the first invalid value in the message.
 

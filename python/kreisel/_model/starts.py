@@ -69,7 +69,7 @@ class _EnergySurface(NamedTuple):
         return _build_perpendicular_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def find_angle_of_level_apex_motion(self, P: Array, apex: Array) -> Array:
-        """Return one of the two angles alpha for which the height of the apex is stationary."""
+        """Return one of the two angles alpha of w for which the apex height is stationary."""
         first, second = self._build_scaled_velocity_basis(P)
         velocity = np.cross(apex, P) / np.sqrt(self.moments)
         angles: Array = np.arctan2(-(velocity * first).sum(axis=1), (velocity * second).sum(axis=1))

@@ -20,7 +20,7 @@ def build_body_from_table(table: object, locations: Mapping[str, str]) -> Body:
 
     The table contains either the parameters of Body, or a table with the parameters of one
     constructor. The key `rotor` is allowed beside a table of constructor parameters. `locations`
-    maps keys that belong to another table to texts for error messages.
+    maps keys of other tables to their correct places in the file, which error messages state.
     """
     words = dict(require_toml_table("body", table))
     if not MAKERS.keys() & words.keys():

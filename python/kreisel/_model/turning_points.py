@@ -15,7 +15,7 @@ from .scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class TurningPoints:
-    """Turning points of n motions. All fields except `rows` are arrays of shape (n,).
+    """Turning points of the apex in n motions. All fields except `rows` are arrays of shape (n,).
 
     least, greatest      least and greatest nutation [rad]
     t_least, t_greatest  first times at which they occur [T]

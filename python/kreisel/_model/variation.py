@@ -134,7 +134,7 @@ def _vary_body(scene: Any, changes: Mapping[str, Any]) -> Body | Bodies:
 
 
 def _compute_initial_euler_state(scene: Any) -> _EulerState:
-    """Return the Euler angles and rates at t = 0; rates at rounding level are set to zero."""
+    """Return the Euler angles and rates at t = 0; rates that are rounding errors are set to 0."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start_state)[0]) for n in names]
     x, y, z = values("velocity", scene._block, scene._start_state)[0].tolist()
@@ -233,8 +233,8 @@ def scatter(
 ) -> E:
     """Build an ensemble of `n` variants of `scene` with normally distributed perturbations.
 
-    `momentum`, `attitude` and `gravity` are standard deviations. The result contains the members
-    `begin` to `begin` + `n` - 1 of any larger ensemble with the same seed.
+    `momentum`, `attitude` and `gravity` are standard deviations. The result consists of the members
+    `begin` to `begin` + `n` - 1 of an unlimited sequence of members determined by the seed.
     """
     count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:

@@ -21,8 +21,8 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 class _TorusFormCosts(NamedTuple):
     """The cost of a closed-form solution, in units of the cost of one Taylor-series step.
 
-    The cost parameters were chosen with the program validation/studies/set_up_times.py. If the
-    closed-form solution is chosen, the Taylor series would be faster in about 1 % of the cases.
+    The cost parameters were chosen with the program validation/studies/set_up_times.py. In about 1
+    % of the cases in which the closed-form solution is chosen, the Taylor series would be faster.
 
     ratio   the ratio of each equal moment to the third one
     set_up  the time of the set-up [steps]
@@ -93,7 +93,7 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for using the Taylor series, if any, and the largest allowed error bound.
+    """Return the reason for using the Taylor series, and the error bound allowed for a closed form.
 
     The reason is an empty string if the closed-form solution may be used.
     """
@@ -132,8 +132,9 @@ def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
 def _estimate_taylor_steps(scene: Scene, end: float) -> float:
     """Estimate the number of steps that the Taylor series needs to reach the time `end`.
 
-    The estimated number is proportional to the angular velocity or, for slow tops, to the pendulum
-    frequency. For random tops, the actual number of steps is between 0.8 and 4 times the estimate.
+    The estimated number of steps is proportional to the angular velocity or, for slow tops, to the
+    pendulum frequency. For random tops, the actual number of steps is between 0.8 and 4 times the
+    estimate.
     """
     body = scene.body
     velocity = math.hypot(*values("velocity", scene._block, scene._start_state).ravel())

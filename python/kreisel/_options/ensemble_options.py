@@ -75,7 +75,7 @@ class EnsembleOptions:
 
     @property
     def uses_one_run_per_top(self) -> bool:
-        """True if the tops must be computed one at a time."""
+        """True if the motion of each top must be computed in a separate run."""
         is_one_by_one = self.core_events is not None or bool(self.solve.tangents)
         return is_one_by_one or self.solve.has_extended_precision
 

@@ -205,7 +205,8 @@ def describe_kind_of_top(scene: Scene) -> str:
 def has_torus_closed_form(scene: Scene) -> bool:
     """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity.
 
-    Setting up a closed-form solution on a torus takes as long as many steps of the Taylor series.
+    Setting up the closed-form solution of such a top takes as long as a thousand or more steps of
+    the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS

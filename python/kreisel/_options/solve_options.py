@@ -82,11 +82,11 @@ class SolveOptions:
 
     @property
     def can_skip_heading_angle(self) -> bool:
-        """True if the rotation about the vertical is omitted because no quantity needs it."""
+        """True if the heading is not computed, because no requested quantity depends on it."""
         return self.core_arguments[-1]
 
     def copy_options_with_heading(self) -> SolveOptions:
-        """Return a copy of the options in which the rotation about the vertical is computed."""
+        """Return a copy of the options with which the heading of the top is always computed."""
         return replace(self, keeps_heading=True) if self.can_skip_heading_angle else self
 
     @cached_property

@@ -88,8 +88,8 @@ def iterate_time_chunks(
 ) -> Iterator[Array]:
     """Return the requested times in chunks of length `size`.
 
-    `t` may also be an infinite iterator. If `t` is a number, the steps start at the time `begin`,
-    and times up to `resume_time` are omitted.
+    `t` may also be an infinite iterator. If `t` is a number, the first step starts at the time
+    `begin`, and the times from `begin` to `resume_time` are omitted.
     """
     if isinstance(t, Iterator):
         if every is not None:
@@ -161,7 +161,7 @@ def _count_whole_steps(end: float, step: float, begin: float = 0.0) -> int:
 
 
 def _compute_grid_times(steps: R, step: float, begin: float) -> R:
-    """Return the times of the given steps of an equally spaced grid."""
+    """Return the times after the given numbers of steps, starting at the time `begin`."""
     times = steps * step
     return times + begin if begin else times
 

@@ -61,9 +61,10 @@ class AngleBetweenPaths(NamedTuple):
 
 
 class FigureAxes(tuple[Axes, ...]):
-    """The axes of a figure, three for each path: trace, nutation and precession.
+    """The matplotlib axes of a figure, three for each path: trace, nutation and precession.
 
-    If there are two paths, the last axes show the angle between them. Notebooks display the
+    For two paths, an additional chart at the end may show the angle between their attitudes or
+    apexes. Notebooks display the
     picture. To save the figure to a file, call `picture.figure.savefig("top.png")`.
     """
 
@@ -94,9 +95,9 @@ def plot_paths(
     time_unit: str,
     compute_angle_between_paths: Callable[[], AngleBetweenPaths] | None = None,
 ) -> FigureAxes:
-    """Plot each path and its events in three axes, in a new figure by default.
+    """Plot each path and its events in three charts, in a new figure by default.
 
-    For two paths, additional axes may show the angle between them.
+    For two paths, an additional chart may show the angle between them.
     """
     unit, name = (180.0 / np.pi, "°") if as_bool("degrees", degrees) else (1.0, "rad")
     label = format_time_axis_label(as_unit_name("time_unit", time_unit))
@@ -246,7 +247,7 @@ def _find_precession_jumps(precession: Array) -> npt.NDArray[np.intp]:
 def _insert_gaps_at_jumps(
     t: Array, values: Array, intervals: npt.NDArray[np.intp]
 ) -> tuple[Array, Array]:
-    """Insert a NaN into the times and values in each of the given intervals."""
+    """Insert a NaN into each of the given intervals, so that drawn curves are interrupted there."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
@@ -276,7 +277,7 @@ def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
 
 
 def _widen_narrow_axis(chart: Axes, unit: float) -> None:
-    """Widen the range of the vertical axis if the nutation is constant up to rounding errors."""
+    """Widen the vertical range of a chart if the nutation is constant up to rounding errors."""
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:
         middle, half = 0.5 * (low + high), 0.05 * unit

@@ -209,7 +209,8 @@ def make_film(
 def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     """Rotate all states about the vertical so that the body leans to the side in the picture.
 
-    In the first clearly tilted state, the apex points to the right and slightly towards the viewer.
+    After the rotation, the apex of the first clearly tilted state points to the right of the
+    picture and slightly towards the viewer.
     """
     lean = np.hypot(apex[:, 0], apex[:, 1])
     index = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
@@ -294,8 +295,8 @@ def _encode_gif(film: Film) -> bytes:
 def _choose_gif_palette(image: Image.Image) -> Image.Image:
     """Return an image that contains the palette of an animation.
 
-    The palette contains the most frequent colours of the first frame. Colours of thin lines and
-    text are added, because they are rare in the first frame.
+    The palette contains the most frequent colours of the first frame. The colours of thin lines and
+    of text are added to the palette, because they are rare in the first frame.
     """
     ground = np.array(image.getpixel((0, 0)))
     ink = matplotlib.rcParams["text.color"]

@@ -57,7 +57,7 @@ def classify_tops_by_chaos(indicator: IndicatorWithClasses) -> npt.NDArray[np.in
 
 
 def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, unit: str) -> Axes:
-    """Plot an indicator over time, with one curve per top, coloured by the class of the top."""
+    """Plot a chaos indicator over time, in colours for regular, chaotic and uncertain tops."""
     chart = create_figure_axes() if axes is None else check_axes_type(axes)
     curves = indicator.curve.reshape(-1, indicator.t.size)
     lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops_by_chaos(indicator)
@@ -98,7 +98,7 @@ def _make_legend_entry_per_class(classes: npt.NDArray[np.int8]) -> list[Line2D]:
 def draw_chaos_indicator_map(
     indicator: IndicatorWithClasses, tops: Ensemble, axes: Axes | None, unit: str
 ) -> Axes:
-    """Plot the final values of an indicator over two parameters; dots mark uncertain verdicts."""
+    """Plot the final values of an indicator over two parameters; dots mark borderline cases."""
     chart = create_figure_axes() if axes is None else check_axes_type(axes)
     values = indicator.curve[..., -1]
     (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))

@@ -182,9 +182,9 @@ def compute_twist_free_normals(tangent: Array) -> Array:
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
     """Return the half-edge lengths, centre and axes of a homogeneous cuboid.
 
-    The cuboid has the given principal moments of inertia about the fixed point. If no cuboid has
-    these moments, the mass is increased while mass * com is kept constant. The increased mass is
-    chosen so as to make the cuboid as large as possible.
+    The cuboid has the given principal moments of inertia about the fixed point. If no cuboid of the
+    given mass has these moments of inertia, the mass is increased while mass * com is kept
+    constant. Of all increased masses, the one that makes the cuboid as large as possible is chosen.
     """
     best = _find_cuboid_of_same_inertia(mass, moments, mass * com)
     if best is None:
@@ -239,7 +239,7 @@ def build_faces_of_revolution(
 
     `radius`, `half` and `height` are the radius, half-length and centre height of a cylinder. If
     `tip` is True, the cylinder is replaced by a spinning top of similar size that stands on the
-    origin. A bright sector makes the spin visible.
+    origin. One sector of the surface is brighter, which makes the spin visible.
     """
     low = height - half
     if tip:

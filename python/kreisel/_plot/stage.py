@@ -87,8 +87,8 @@ def _draw_stand(axes: Axes, floor: float) -> None:
 def draw_body_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     """Draw the shadow of a body on the floor, given the corners of its faces.
 
-    The light source has a finite size. The shadow is sharp only where the body is close to the
-    floor.
+    Because the light source has a finite size, the shadow is sharp only where the body is close to
+    the floor.
     """
     height = corners[..., 2:] - floor
     outlines = []

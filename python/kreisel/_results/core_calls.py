@@ -28,14 +28,14 @@ class RunStart(NamedTuple):
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Return the start of the run as a JSON value, or None for the default start."""
+        """Convert this RunStart object to a JSON value, or to None for the default start."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
     def from_json(cls, value: object) -> RunStart:
-        """Build the start of a run from its JSON value. Raises TypeError or ValueError."""
+        """Build a RunStart object from its JSON value. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
         if not isinstance(value, list) or len(value) != 2:
@@ -72,8 +72,8 @@ def compute_states_at_unordered_times(
 ) -> CoreResult:
     """Compute the states at times in any order, positive or negative.
 
-    Negative and positive times are computed in separate runs. If a run fails, the result contains
-    only the states that this run reached before the failure.
+    States at negative and at positive times are computed in separate runs. If a run fails, the
+    result contains only the states that this run reached before the failure.
     """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_extended_precision else None

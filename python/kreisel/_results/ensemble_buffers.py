@@ -28,8 +28,9 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 class EventColumns(NamedTuple):
     """Events of several tops, stored as columns of equal length.
 
-    `top` contains row indices of tops, and `states` and `low` contain states and their low-order
-    words. `which` and `direction` contain the indices and the directions of the events.
+    For each event, `top` contains the row of its top in the buffers, `states` the state, and `low`
+    the low-order part of the state. `which` and `direction` contain the indices and the directions
+    of the events.
     """
 
     top: Counts
@@ -154,7 +155,7 @@ class EnsembleBuffers:
         return event_parts
 
     def copy_rows_from(self, begin: int, part: EnsembleBuffers) -> None:
-        """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
+        """Copy the results in the buffers `part` into these buffers, starting at row `begin`."""
         end = begin + part.size
         arrays, columns = self._get_allocated_arrays_by_name(), self.columns
         for name, array in part._get_allocated_arrays_by_name().items():
@@ -164,7 +165,7 @@ class EnsembleBuffers:
         self.add_events_and_failures(begin, part)
 
     def add_events_and_failures(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures, chosen steps and events of `part`, with rows shifted by `begin`."""
+        """Add the failures, chosen steps and events of `part`; add `begin` to their row indices."""
         if part is self:
             return
         if part.last:
@@ -207,7 +208,7 @@ def run_slice_in_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run a slice of an ensemble in SIMD lanes, and return the buffers of this slice.
+    """Compute the motions of a slice of an ensemble in SIMD lanes, and return its buffers.
 
     The returned arrays are views of `buffers`. `work` can stop the run, and specifies the number of
     threads.

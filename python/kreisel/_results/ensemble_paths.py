@@ -187,7 +187,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         return replace(path, states=states, _events=events)
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the path of one top, or the paths of several tops, using NumPy indexing.
+        """Return the path of one top, or the paths of several tops, selected by a NumPy index.
 
         >>> import numpy as np
         >>> import kreisel as kr
@@ -200,7 +200,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         return self._select_tops(key) if i is None else self._select_member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """Raise TypeError, because paths consist of several arrays."""
+        """Raise TypeError, because the paths cannot be converted to a single array."""
         raise TypeError("paths are not an array: use an array such as paths.q or paths.states")
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
@@ -216,8 +216,8 @@ class Paths(EnsembleResult, QuantityAttributes):
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        Varying parameters are stored as coordinates, and so are `status` and `reached`. In other
-        respects, the Dataset has the same form as that returned by Path.to_xarray.
+        The varying parameters, `status` and `reached` are stored as coordinates of the Dataset. In
+        other respects, the Dataset has the same form as that returned by Path.to_xarray.
         """
         from .ensemble_tables import build_state_dataset
 

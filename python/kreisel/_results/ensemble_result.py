@@ -82,12 +82,12 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def step(self) -> float | None:
-        """The magnitude of the step size [T], or None if the method has none or chose it itself."""
+        """The magnitude of the step size [T], or None if the method has none or chooses its own."""
         return self._options.solve.step
 
     @property
     def tol(self) -> float | None:
-        """The tolerance used, or None if the method has no tolerance or chose it itself."""
+        """The tolerance that was used, or None if the method has none or chooses its own."""
         return self._options.solve.tol
 
     @property
@@ -119,7 +119,7 @@ class EnsembleResult(ReadOnlyArrays):
     def status_names(self) -> npt.NDArray[np.str_]:
         """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
 
-        The names are those of the status constants in kreisel.h, without their prefix.
+        The names are those of the status constants in kreisel.h without the prefix KR_.
         """
         return self._reshape_to_ensemble(np.array(STATUSES)[self._buffers.status])
 
@@ -172,10 +172,10 @@ class EnsembleResult(ReadOnlyArrays):
         return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._make_top_error(i))
 
     def check(self) -> Self:
-        """Return this result if every top reached its final time.
+        """Check that every top reached its final time, and return this result.
 
         Raises kreisel.Error for the first top that did not reach its final time. The error message
-        states the index of the failed top and the number of all failed tops. The attribute `path`
+        states the index of this top and the total number of failed tops. The attribute `path`
         of the exception is the path of the failed top, and `paths` is this result.
         """
         indices = np.flatnonzero(self._buffers.status)
@@ -294,7 +294,7 @@ class EnsembleResult(ReadOnlyArrays):
         return (self[i] for i in range(len(self)))
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the result of one or several tops, using NumPy indexing."""
+        """Return the result of one or several tops, selected by a NumPy index."""
         raise NotImplementedError
 
     def _format_summary(self) -> str:

@@ -75,7 +75,7 @@ def build_reduction_data_frame(result: EnsembleResult, reductions: Reduced) -> D
 def yield_reduction_columns(
     result: EnsembleResult, reductions: Reduced
 ) -> Iterator[tuple[str, Array, str]]:
-    """Yield one column (name, values, unit) per component of the reductions."""
+    """Yield a column (name, values, unit) for each component of each reduction."""
     n = len(result._buffers.status)
     for name, quantity, values in _yield_reductions_with_units(reductions):
         kind = name.removeprefix(quantity.name)
@@ -109,7 +109,7 @@ def _yield_reductions_with_units(
 
 
 def _get_component_dimension_labels(quantity: QuantityDescription) -> dict[str, list[str]]:
-    """Return the names of a quantity's component dimensions, together with their labels."""
+    """Return the names of the dimensions of a vector or matrix quantity, and their labels."""
     labels = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, labels)
 
@@ -129,7 +129,7 @@ def _list_run_attributes(result: EnsembleResult) -> dict[str, object]:
 
 
 def _build_dataset_coordinates(result: EnsembleResult) -> dict[str, Variable]:
-    """Return a variable for each varying parameter, and the variables `status` and `reached`."""
+    """Return xarray variables for all parameters that vary, for `status` and for `reached`."""
     axes, rows = result.tops.axes, build_parameter_variables(result.tops)
     codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
     rows["status"] = (axes, np.array(result.status), codes)
@@ -142,7 +142,7 @@ def _build_dataset_coordinates(result: EnsembleResult) -> dict[str, Variable]:
 
 
 def build_parameter_variables(tops: Ensemble) -> dict[str, Variable]:
-    """Return one variable for each parameter that varies."""
+    """Return one xarray variable for each parameter that varies between tops."""
     axes = tops.axes
     rows: dict[str, Variable] = {}
     for word, values in tops.coords.items():

@@ -1,10 +1,11 @@
 """Estimates of the attitude error of a path.
 
 A Taylor series in 20-digit arithmetic is far more accurate than any run in double precision, even
-if the motion strongly amplifies rounding errors. For fast tops, a closed form is a cheaper
-reference. However, closed forms are evaluated in double precision, and they treat a nearly
-integrable body as exactly integrable. A closed form is used as reference only if the body is
-exactly integrable and the estimated error far exceeds the rounding errors of the closed form.
+if the motion strongly amplifies rounding errors. For rapidly rotating tops, a closed form is a
+cheaper reference solution than a Taylor series. However, closed forms are evaluated in double
+precision, and they treat a nearly integrable body as exactly integrable. A closed form is used as
+reference only if the body is exactly integrable and the estimated error far exceeds the rounding
+errors of the closed form.
 """
 
 from __future__ import annotations
@@ -71,11 +72,11 @@ def estimate_attitude_error(
     angle_to: Callable[[SolveOptions], float],
     growth: Callable[[], float],
 ) -> float:
-    """Return an estimate of the attitude error [rad] of a path computed by `method` with `digits`.
+    """Estimate the attitude error [rad] of a path that `method` computed with `digits` digits.
 
     `angle_to(options)` returns the largest angle between the path and a second run with these
     options. `growth()` returns the factor by which the motion amplifies rounding errors in the
-    initial state. The returned error is pi if nothing is known about the attitude.
+    initial state. The returned error is pi if nothing is known about the accuracy of the attitude.
     """
     if not digits and method != EXACT and has_cheap_exact_form(scene):
         error = angle_to(CLOSED_FORM)
@@ -92,13 +93,13 @@ def estimate_attitude_error(
 
 
 def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
-    """Return, as columns, the changes of attitude and momentum caused by rounding the state.
+    """Return a matrix whose columns are changes of attitude and momentum caused by rounding.
 
-    Each column is divided by the relative rounding error. For at most 16 digits, the rounding error
-    of the momentum is proportional to the largest moment of inertia and the estimated angular
-    velocity. For more digits, the C library stores the momentum in the frame of the body. With the
-    momentum in the body frame, rounding the attitude also rotates the momentum, and each component
-    has its own rounding error.
+    Each column of the matrix is divided by the relative rounding error. For at most 16 digits, the
+    rounding error of the momentum is proportional to the largest moment of inertia and the
+    estimated angular velocity. For more than 16 digits, the C library stores the momentum in the
+    body frame. If the momentum is stored in the body frame, rounding the attitude also rotates the
+    momentum in space, and each of its components has its own rounding error.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
@@ -141,9 +142,10 @@ def estimate_rounding_growth(
     The amplification is the change of attitude [rad] divided by the relative rounding error. The
     estimate is based on tangents from the Taylor series, regardless of the method that computed the
     path. For at most 16 digits, the largest amplification of any single rounding error is returned.
-    For more digits, all rounding errors are combined as if they were independent. The amplification
-    is infinite if a tangent overflows. Returns the result of the run used for the estimate, and the
-    amplification. If the run fails, the states after the failure are missing.
+    For more than 16 digits, all rounding errors are combined as if they were independent. The
+    amplification is infinite if a tangent overflows. Returns the result of the Taylor-series run on
+    which the estimate is based, and the amplification. If the run fails, the states after the
+    failure are missing.
     """
     directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
     result: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
@@ -183,8 +185,8 @@ def compute_max_angle_between_attitudes(
 def compute_angles_between_attitudes(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the angles [rad] between corresponding attitudes in two arrays.
 
-    Each argument contains n attitudes and their low-order words. The attitudes are subtracted
-    before they are multiplied, which preserves the relative accuracy of small angles.
+    Each argument contains n attitudes and their low-order words. The quaternions are subtracted
+    before they are multiplied, so that small angles keep their relative accuracy.
     """
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)

@@ -116,7 +116,7 @@ class WorkerPool(NamedTuple):
                 _run_task_with_executor(executor, self, task)
 
     def yield_slice_bounds(self, n: int) -> Iterator[tuple[int, int]]:
-        """Divide n members into slices that become smaller, so that all threads finish together."""
+        """Divide n members into ever smaller slices, so that all threads finish almost together."""
         begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
         while begin < n:
             size = min(max((n - begin) // (SLICE_SHARE * self.threads), least), MAX_SLICE)

@@ -43,7 +43,7 @@ def normalize_path_index(n: int, key: StateIndex) -> ResolvedIndex:
 def validate_times_within_path(path_times: Array, t: Numbers, begin: float) -> Array:
     """Return the times `t` as a one-dimensional array.
 
-    Raises ValueError for times outside the path.
+    Raises ValueError for times outside the time range of the path.
 
     `path_times` contains the times of the path, and `begin` is its initial time.
     """

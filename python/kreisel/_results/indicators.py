@@ -149,7 +149,7 @@ class Indicator(ReadOnlyArrays):
         )
 
     def _find_reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
-        """Return reasons why the classification is doubtful, for all runs that did not fail."""
+        """Map each reason for doubt to a mask, which is valid only for runs that did not fail."""
         megno, (low, high) = self.final_megno, NEAR
         return {
             f"certificate above {WORST:g}": ~(self.certificate <= WORST),
@@ -175,9 +175,9 @@ class Indicator(ReadOnlyArrays):
 
         For a single scene or a one-dimensional ensemble, the indicator of each top is plotted
         against time. Colours distinguish regular, chaotic and doubtful motions. A dashed line marks
-        the MEGNO threshold. For an ensemble with two dimensions, the final values are drawn as a
-        map, in which dots mark doubtful tops. On logarithmic scales, nonpositive values are
-        omitted.
+        the MEGNO threshold. For a two-dimensional ensemble, the final values of the indicator are
+        drawn as a map, in which dots mark tops whose classification is doubtful. On logarithmic
+        scales, nonpositive values are omitted.
 
             >>> import kreisel as kr
             >>> kr.megno(kr.scenes.asymmetric, 1000).plot(time_unit="s").get_xlabel()
@@ -224,7 +224,8 @@ class Indicator(ReadOnlyArrays):
         """Return an xarray.Dataset with the indicator over time and the classification of each top.
 
         The dimensions are those of the ensemble; the indicator has time as an additional dimension.
-        Varying parameters are stored as coordinates. Raises ImportError if xarray is not installed.
+        The varying parameters are stored as coordinates of the Dataset. Raises ImportError if
+        xarray is not installed.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])
@@ -339,6 +340,6 @@ def extract_single_top_indicator(indicator: Indicator) -> Indicator:
 
 
 def raise_if_first_top_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
-    """Raise kreisel.Error if the first top failed."""
+    """Raise kreisel.Error if the computation for the first top of an ensemble failed."""
     if indicator.failed.size:
         raise _make_stop_error(Error, tops, 0, text, indicator)

@@ -1,4 +1,4 @@
-"""Paths, which contain the states of a run and compute quantities on access."""
+"""Paths, which contain the states of a run and compute physical quantities on access."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Path(ReadOnlyArrays, TableExportMethods):
-    """The motion of a scene at n times.
+    """The computed motion of a scene, sampled at n times.
 
     All arrays are read-only, but copies of them are writeable. The arrays t, q and m are views of
     `states`, and other quantities are computed on first access. Vectors are given by their
@@ -130,9 +130,9 @@ class Path(ReadOnlyArrays, TableExportMethods):
 
         For a path computed with 30 digits, the error is estimated from the growth of rounding
         errors and from three computations with shorter steps. A path computed with
-        method='geometric' may not store the attitude. If the attitude is not stored, the value is
-        the error that was estimated when the step was chosen. If nothing is known about the
-        attitude, the value is pi.
+        method='geometric' does not necessarily store the attitude. If the attitude is not stored,
+        the value is the error that was estimated when the step was chosen. If nothing is known
+        about the accuracy of the attitude, the value is pi, the largest possible error.
         """
         if not len(self):
             return 0.0
@@ -232,7 +232,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
         return (self[i] for i in range(len(self)))
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """Raise TypeError, because a path consists of several arrays."""
+        """Raise TypeError, because a path cannot be converted to a single array."""
         raise TypeError("a path is not an array: use an array such as path.q or path.states")
 
     @property
@@ -240,7 +240,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
         """The time [T] of the initial state of `path.scene`.
 
         The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
-        If the run was changed, the value is the time of the last change before the path begins.
+        If the run was changed, the value is the time of the last change before the first state of
+        the path.
         """
         return self._origin.begin
 
@@ -296,8 +297,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
     def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:
         """The events in the form in which path.save writes them.
 
-        The tuple contains a path with the states at the events, and the indices and directions of
-        the events.
+        Events are stored as a tuple: a path of their states, their indices and their directions.
         """
         events = self._events
         return None if events is None else (events.path, events.which, events.direction)
@@ -340,7 +340,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
         """Return an animation of the body with the trace of its apex, drawn with matplotlib.
 
         The animation can be displayed in a notebook or saved to a file. Bodies that are symmetric
-        about the apex are drawn as bodies of revolution, and all others as cuboids. The proportions
+        about the axis through the apex are drawn as bodies of revolution, and all others as
+        cuboids. The proportions
         of the drawn body are derived from the moments of inertia. The centre of the drawn body is
         on the line through the fixed point and the centre of mass. The floor is below the lowest
         position of the body, and shows the shadow of the body. The camera is placed so that the
@@ -479,9 +480,9 @@ def drop_unrequested_quantities(
 ) -> Path:
     """Return a copy of the path with only t and the quantities in `want`.
 
-    If `want` is None, the path itself is returned. After Ctrl-C, the quantities are computed once
-    more, and kreisel.Interrupted is raised with the complete path. The last requested time is
-    `end`.
+    If `want` is None, the path itself is returned. If Ctrl-C interrupts this computation, the
+    quantities are computed again, and kreisel.Interrupted is raised with the complete path. `end`
+    is the last requested time.
     """
     if want is None:
         return path

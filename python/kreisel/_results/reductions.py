@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 class Reductions(EnsembleResult):
-    """The result of kreisel.reduce: a mapping from quantity names to mappings of arrays.
+    """The result of kreisel.reduce, which maps each quantity name to a dictionary of arrays.
 
-    The inner mappings have the keys 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
-    'where_max'. The arrays are read-only. The shape of each array is the shape of the ensemble,
-    followed by that of the quantity. If a top failed, its values are NaN. The variance is the mean
-    squared deviation of the recorded values from their mean. The minimum and the maximum are first
-    attained at the times where_min and where_max [T].
+    The possible keys of these dictionaries are 'min', 'max', 'mean', 'variance', 'last',
+    'where_min' and 'where_max'. The arrays are read-only. The shape of each array is the shape of
+    the ensemble, followed by that of the quantity. If a top failed, its values are NaN. The
+    variance is the mean squared deviation of the recorded values from their mean. The minimum and
+    the maximum are first attained at the times where_min and where_max [T].
 
     tops  the ensemble
 
@@ -66,7 +66,7 @@ class Reductions(EnsembleResult):
     @overload
     def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
-        """Return the reductions of a quantity by its name, or those of the tops that `key` selects.
+        """Return the reductions of the quantity named `key`, or of the tops that `key` selects.
 
         The reductions of a quantity are a mapping from the kind of reduction, such as 'min', to an
         array.
@@ -87,7 +87,7 @@ class Reductions(EnsembleResult):
         return iter(self._group_reductions_by_quantity())
 
     def __len__(self) -> int:
-        """Return the number of quantities."""
+        """Return the number of quantities for which reductions were computed."""
         return len(self._group_reductions_by_quantity())
 
     def __contains__(self, name: object) -> bool:
@@ -108,9 +108,9 @@ class Reductions(EnsembleResult):
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable per reduction, such as nutation_max.
 
-        Variables have units. The dimensions of the Dataset are those of the ensemble. Varying
-        parameters are stored as coordinates, and so are `status` and `reached`. Raises ImportError
-        if xarray is not installed.
+        Variables have units. The dimensions of the Dataset are those of the ensemble. The varying
+        parameters, `status` and `reached` are stored as coordinates of the Dataset. Raises
+        ImportError if xarray is not installed.
         """
         from .ensemble_tables import build_reduction_dataset
 
@@ -119,9 +119,9 @@ class Reductions(EnsembleResult):
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        There is one column per reduced component, such as nutation_max or apex_z_mean. Varying
-        parameters are stored as columns, and so are `status` and `reached`. `attrs` contains the
-        units. Raises ImportError if pandas is not installed.
+        There is one column per reduced component, such as nutation_max or apex_z_mean. The varying
+        parameters, `status` and `reached` are stored as columns of the DataFrame. `attrs` contains
+        the units. Raises ImportError if pandas is not installed.
         """
         from .ensemble_tables import build_reduction_data_frame
 

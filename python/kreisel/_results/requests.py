@@ -43,7 +43,7 @@ def build_request_from_solve_arguments(
 
 
 def build_request_from_solve_options(options: SolveOptions) -> Request | None:
-    """Return a request for the options, or None if one call of the C library does not suffice."""
+    """Build a request from the options, or return None if it needs several C library calls."""
     if options.error is not None or options.has_events or options.tangents:
         return None
     controls = options.step, options.tol, options.digits, options.max_steps

@@ -28,7 +28,7 @@ def run_ensemble(
     progress: Progress | None = None,
     out: Array | None = None,
 ) -> _Result:
-    """Compute the motions of all tops at validated times.
+    """Compute the motions of all tops in an ensemble at times that have been validated.
 
     Raises kreisel.Interrupted, with all results obtained so far, after Ctrl-C.
     """
@@ -65,7 +65,7 @@ def run_ensemble(
 def run_slice_in_worker(
     runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
-    """Run a slice of an ensemble in a worker process, and return its results."""
+    """Compute the motions of a slice of an ensemble in a worker process, and return the results."""
     buffers = EnsembleBuffers.allocate_buffers(len(tops), t.shape[-1], options)
     part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
     return part

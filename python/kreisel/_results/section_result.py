@@ -68,7 +68,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _drop_missing_states(self, rows: Array) -> Array:
-        """Return the entries of `rows`, of shape (tops, n, ...), that belong to found states."""
+        """Return the entries of `rows`, of shape (tops, n, ...), for the states that were found."""
         is_complete = bool(self._found_state_mask.all())
         return freeze_array(
             rows.reshape(-1, *rows.shape[2:]) if is_complete else rows[self._found_state_mask]
@@ -205,7 +205,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return make_stop_exception(name, self._select_member(i), text)
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the path of one top, or the section of several tops, using NumPy indexing.
+        """Return the path of one top, or the section of several tops, selected by a NumPy index.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -216,7 +216,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return self._select_tops(key) if i is None else self._select_member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """Raise TypeError, because a section consists of several arrays."""
+        """Raise TypeError, because a section cannot be converted to a single array."""
         raise TypeError("a section is not an array: use an array such as section.q")
 
 

@@ -137,7 +137,7 @@ def _require_json_object(value: object) -> dict[str, object]:
 def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstructorArguments:
     """Return a path without arrays, built from the JSON object `head` in the archive header.
 
-    Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
+    Raises KeyError, TypeError or ValueError if a field of the header is missing or invalid.
     """
     method, requested_method, stats = head["method"], head["asked"], head["stats"]
     if (
@@ -169,7 +169,7 @@ def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstruc
 def _build_step_choice_from_dict(words: dict[str, object]) -> StepChoice:
     """Return the step chosen by method='geometric', parsed from the JSON object `words`.
 
-    Raises KeyError or TypeError if an entry of `words` is missing or has the wrong type.
+    Raises KeyError or TypeError if a field of the JSON object is missing or has the wrong type.
     """
     for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:

@@ -32,7 +32,7 @@ SPECIFIC_FORCE = QuantityDescription(
 
 
 def transform_to_body_frame(q: Array, vector: Array) -> Array:
-    """Return the components of a space vector in each body frame whose attitude is a row of q."""
+    """Transform a vector from the space frame to the body frame for each attitude in `q`."""
     w, x, y, z = q.T
     a, b, c = (np.full(len(q), component) for component in vector)
     return np.stack(quaternion.turn_back((w, x, y, z), (a, b, c)), axis=-1)

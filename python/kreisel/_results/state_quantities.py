@@ -82,7 +82,7 @@ class PathBase(QuantityAttributes):
 
     @property
     def tol(self) -> float | None:
-        """The tolerance used, or None if the method has no tolerance or chose it itself."""
+        """The tolerance that was used, or None if the method has none or chooses its own."""
         return self._options.tol
 
     @property
@@ -102,7 +102,7 @@ class PathBase(QuantityAttributes):
         return len(self.t)
 
     def __dir__(self) -> list[str]:
-        """Return the names of the attributes, excluding quantities that are not stored."""
+        """Return the names of the available attributes, omitting quantities that are not stored."""
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
@@ -118,7 +118,7 @@ class PathBase(QuantityAttributes):
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a message that suggests what to do instead."""
+            """Raise AttributeError with a message that helps to find or compute the quantity."""
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
@@ -162,7 +162,7 @@ class PathBase(QuantityAttributes):
     def q_low(self) -> Array:
         """(n, 4) low words of q: the sum q + q_low has the requested digits.
 
-        The low-order words of q are zero if at most 16 digits were requested.
+        The low-order parts of the quaternion q are zero if at most 16 digits were requested.
         """
         return self._select_low_words("q")
 
@@ -182,8 +182,9 @@ class PathBase(QuantityAttributes):
     def tangents(self) -> Array:
         """(n, 6, c) derivatives of the states, if solve was called with `tangents`.
 
-        The first three rows of each matrix are changes of attitude, expressed as rotation vectors
-        in the body frame [rad]. The other three rows are changes of momentum in space [M L^2 T^-1].
+        The first three rows of each matrix of derivatives are changes of attitude, expressed as
+        rotation vectors in the body frame [rad]. The other three rows are changes of momentum in
+        space [M L^2 T^-1].
 
         If "start" was requested, the first six columns are the derivatives with respect to the
         initial state; at t = 0, they form an identity matrix. The requested derivatives with
@@ -198,7 +199,8 @@ class PathBase(QuantityAttributes):
     def tangents_low(self) -> Array:
         """(n, 6, c) low words of the tangents.
 
-        The low-order words of the tangents are zero if at most 16 digits were requested.
+        The low-order parts of the tangents, which extend their precision, are zero if at most 16
+        digits were requested.
         """
         return self._get_tangents_or_raise().low
 
@@ -229,17 +231,17 @@ class PathBase(QuantityAttributes):
         """Return the derivatives of a quantity; `tangents` must have been passed to solve.
 
         The shape of the array is (n, c) for a scalar, (n, 3, c) for a vector and (n, 3, 3, c) for
-        `frame`. The last dimension corresponds to the columns of `path.tangents`. The derivatives
-        of q are expressed as rotation vectors in the body frame [rad], with shape (n, 3, c). Angles
-        change without jumps.
+        `frame`. The last dimension of the array corresponds to the columns of `path.tangents`. The
+        derivatives of q are expressed as rotation vectors in the body frame [rad], with shape (n,
+        3, c). Angles change without jumps.
 
         Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
         the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
         quantity depends on the direction of the apex. The functions `kowalewski` and
         `goryachev_chaplygin` are conserved only for special bodies. Derivatives of `kowalewski` and
         `goryachev_chaplygin` are NaN for parameters whose variation violates the conditions on the
-        body. The conditions are violated by variations of the moments of inertia, and by variations
-        of com along the principal axis whose moment differs from the other two.
+        body. Changes of the moments of inertia violate these conditions, and so do changes of com
+        along the principal axis whose moment differs from the other two.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -313,7 +315,7 @@ class PathBase(QuantityAttributes):
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
-        For a top with the energy E and the transverse moment of inertia I1, the conserved energy is
+        For a top with energy E and transverse moment of inertia I1, the method conserves the energy
         E + step <torque, m> / (2 I1). The values are NaN unless the body is a Lagrange top. Like
         `path.step`, the argument `step` is negative if the path runs backwards in time.
         """
@@ -322,7 +324,8 @@ class PathBase(QuantityAttributes):
     def modified_energy4(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
-        The conserved energy differs from the energy E by a constant and by terms of order step^4.
+        The quantity that the method conserves differs from the energy E by a constant and by terms
+        of order step^4.
         The values are NaN if the body is not a Lagrange top, or if the step is too large.
         """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
@@ -332,8 +335,8 @@ class PathBase(QuantityAttributes):
         """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
         E0 is the initial energy, T is the kinetic energy, and both maxima are taken over all
-        states. The value is zero if the path has no states. The value is NaN for scenes with
-        damping, friction or a shaken support, because the energy is then not conserved.
+        states. The relative error is zero if the path has no states. The value is NaN for scenes
+        with damping, friction or a shaken support, because the energy is then not conserved.
         """
         if self.scene._is_losing_energy or self.scene._is_shaken:
             return np.nan

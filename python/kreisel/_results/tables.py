@@ -26,7 +26,7 @@ QuantityRows = list[tuple[QuantityDescription, Array]]
 
 
 class HasQuantities(Protocol):
-    """An object whose attributes include quantities: a path or the paths of an ensemble."""
+    """An object with physical quantities as attributes: a path or the paths of an ensemble."""
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None: ...
@@ -50,8 +50,8 @@ def build_quantity_value_pairs(
 ) -> QuantityRows:
     """Return the requested quantities with their values at all states.
 
-    If `names` is empty, all quantities that the path stores are returned. The unit of an angle,
-    'rad' or 'deg', is stored as its dimension.
+    If `names` is empty, all quantities that the path stores are returned. For an angle, the unit
+    'rad' or 'deg' takes the place of the dimension.
     """
     in_degrees, is_unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
@@ -100,12 +100,12 @@ def _build_component_columns(path: PathBase, rows: QuantityRows) -> dict[str, Ar
 
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
-    """Return the unit or dimension of t and of each component of the quantities in `names`."""
+    """Return the unit or dimension of the time and of every component of the given quantities."""
     return _list_component_units(build_quantity_value_pairs(path, names, degrees, False))
 
 
 def _list_component_units(rows: QuantityRows) -> dict[str, str]:
-    """Return the unit or dimension of t and of each component of the quantities in `rows`."""
+    """Return the unit or dimension of the time and of all components listed in `rows`."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 
@@ -113,7 +113,7 @@ def _list_component_units(rows: QuantityRows) -> dict[str, str]:
 def format_csv_table(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
     """Return the columns as CSV text in full precision.
 
-    The first line contains `heads` or, by default, the column names.
+    The first line of the text contains the strings in `heads` or, by default, the column names.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -168,8 +168,8 @@ class TableExportMethods(PathBase):
         """Return an xarray.Dataset with one variable per quantity in `names`.
 
         If no names are given, the Dataset contains all quantities that the path stores. The first
-        dimension is time. The dimensions of the components are named quaternion (w, x, y, z), axis
-        (x, y, z) and principal_axis (N, B, T).
+        dimension of every variable is time. The dimensions of the components are named quaternion
+        (w, x, y, z), axis (x, y, z) and principal_axis (N, B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
@@ -177,8 +177,8 @@ class TableExportMethods(PathBase):
 
         Each variable has the attributes `long_name` and `units`. The units are a dimension such as
         'M L^2 T^-1', or 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene
-        in TOML format. The arguments and exceptions are the same as for to_pandas, except that
-        ImportError refers to xarray.
+        in TOML format. The arguments and exceptions are the same as for to_pandas, but ImportError
+        is raised if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -206,8 +206,8 @@ class TableExportMethods(PathBase):
     ) -> None:
         """Write t and the components of the quantities in `names` as CSV, in full precision.
 
-        If no names are given, all quantities that the path stores are written. The first line
-        contains the column names.
+        If no names are given, all quantities that the path stores are written. The first line of
+        the file contains the column names.
 
             >>> import pathlib, tempfile
             >>> import kreisel as kr
@@ -223,8 +223,8 @@ class TableExportMethods(PathBase):
 
         pandas.read_csv(file, index_col="t") returns the table of to_pandas. pandas 3.1 or later
         reads bitwise equal values; older versions need float_precision="round_trip". The file is
-        replaced atomically. Raises OSError if the file cannot be written, and the exceptions of
-        to_pandas except ImportError, since pandas is not required.
+        replaced atomically. Raises OSError if the file cannot be written. Raises the same
+        exceptions as to_pandas, but never ImportError, because pandas is not required.
         """
         rows = build_quantity_value_pairs(self, names, degrees, unwrap)
         heads = None

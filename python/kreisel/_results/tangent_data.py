@@ -60,8 +60,8 @@ class TangentData(NamedTuple):
         """Return bounds on the attitude error [rad] caused by rounding the numbers in a scene.
 
         Every number that defines `scene` is assumed to be rounded. Raises AttributeError if the
-        tangents with respect to a required parameter are missing. Tangents with respect to
-        parameters that are zero are not required, because zero is represented exactly.
+        tangents with respect to a required parameter are missing. No tangents are required with
+        respect to parameters equal to zero, because zero carries no rounding error.
         """
         data = collect_scene_numbers(scene)
         if any(name not in self.by and any(numbers) for name, numbers in data.items()):
@@ -73,7 +73,7 @@ class TangentData(NamedTuple):
 
 
 def collect_scene_numbers(scene: Scene) -> dict[str, tuple[float, ...]]:
-    """Return the numbers that define a scene in a dictionary with the keys used for tangents."""
+    """Return a dictionary of the numbers that define a scene; its keys are names of tangents."""
     return {
         # a change of a unit quaternion rotates by twice its size
         "start": (2.0, 2.0, 2.0, *scene.momentum),

@@ -14,7 +14,7 @@ def estimate_turn_durations(tops: Ensemble) -> Array:
     The time is 2 pi / w, where w is the larger of the angular velocity (|m| + |h|) / I and the
     pendulum frequency sqrt(mass |gravity| |com| / I). Here, I is the largest moment of inertia, and
     h the angular momentum of the rotor. For a shaken support, its largest acceleration is added to
-    |gravity|. For a free top at rest, the time is defined as 1.
+    |gravity|. For a torque-free top at rest, which never turns, the returned time is 1.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

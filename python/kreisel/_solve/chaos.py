@@ -121,10 +121,10 @@ def oli(
 ) -> Indicator:
     """Compute the orthogonal Lyapunov indicator (OLI).
 
-    The indicator is the maximum of the logarithm of the norm of a tangent up to time t. The tangent
-    is orthogonal to the flow and to rotations about the vertical. The indicator grows as ln(t) for
-    a regular motion, and as t for a chaotic motion. The arguments are the same as for
-    kreisel.lyapunov.
+    The indicator is the largest logarithm of the norm of a tangent vector up to time t. The tangent
+    vector is orthogonal to the direction of motion and to rotations about the vertical. The
+    indicator grows as ln(t) for a regular motion, and as t for a chaotic motion. The arguments are
+    the same as for kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.oli(kr.scenes.asymmetric, 1000).value > 100

@@ -101,8 +101,8 @@ class Exact(_ClosedFormBase):
     turn.
 
     States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be positive or
-    negative, and in any order. Ctrl-C raises an ordinary KeyboardInterrupt, without partial
-    results.
+    negative, and in any order. Ctrl-C raises KeyboardInterrupt, and no partial results are
+    returned.
 
         >>> import kreisel as kr
         >>> top = kr.exact(kr.scenes.cusps)
@@ -112,8 +112,8 @@ class Exact(_ClosedFormBase):
         array([1.1414])
 
     The six attributes from least_nutation to critical_spin exist only for tops that are symmetric
-    about their apex axis. For all other bodies, accessing a turning-point attribute raises
-    ValueError.
+    about their apex axis. For bodies without this symmetry, accessing a turning-point attribute
+    raises ValueError.
     """
 
     @cached_property
@@ -201,7 +201,8 @@ class Exact(_ClosedFormBase):
     def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         """Return one state per row, or None if the times must be validated in Python.
 
-        Validation is necessary unless |t| is below `most` and the C library can convert the times.
+        Validation in Python is necessary unless all |t| are below `most` and the C library can
+        convert the times.
         """
         return exact_states(self._plan, t, most)
 
@@ -220,13 +221,14 @@ class ExactTorus(Exact):
 
     If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
     path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
-    A change of any other parameter leads to a motion without a closed-form solution. Derivatives
-    with respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are
-    computed from closed-form solutions by central differences of order 8. The difference steps are
-    reduced as time increases. The relative error of the tangents usually stays below about 1e-10
-    even for long times, whereas that of a Taylor series grows. Near resonances and separatrices,
-    the error of the tangents is larger, and is estimated by `tangents_rest`. For rapidly rotating
-    tops, the derivatives with respect to gravity and mass suffer from cancellation errors.
+    If any other parameter of the scene is changed, the motion no longer has a closed-form solution.
+    Derivatives with respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The
+    tangents are computed from closed-form solutions by central differences of order 8. The
+    finite-difference steps become smaller as time increases. The relative error of the tangents
+    usually stays below about 1e-10 even for long times, whereas that of a Taylor series grows. Near
+    resonances and separatrices, the error of the tangents is larger, and is estimated by
+    `tangents_rest`. For rapidly rotating tops, the derivatives with respect to gravity and mass
+    suffer from cancellation errors.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
@@ -266,9 +268,9 @@ class ExactTorus(Exact):
         d actions. For Goryachev-Chaplygin tops, the frequencies are derivatives of the energy only
         within the family of tops with <m, e3> = 0.
 
-        Apart from a rotation about the vertical, some motions repeat after half a turn of one or
-        both angles. The actions always refer to full turns, even if the motion repeats after half a
-        turn.
+        Up to a rotation about the vertical, some motions repeat after half a turn of one or both
+        torus angles. The actions always refer to full turns, even if the motion repeats after half
+        a turn.
 
         Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
@@ -280,7 +282,7 @@ class ExactTorus(Exact):
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
     def find_quasi_periods(self, n: int = 4) -> Array:
-        """Return `n` quasi-periods, after which the body is ever closer to its initial state.
+        """Return `n` quasi-periods: times after which the body returns ever closer to its start.
 
         The times are returned in an array of shape (n, 3). Each row contains the numbers of turns
         of the two angles on the torus, and the time [T]. Both numbers of turns are integers, and
@@ -325,8 +327,8 @@ class ExactTorus(Exact):
     def _compute_states_at_angles(self, turns: Array) -> Array:
         """Return one state for each pair of angles on the torus, which are measured in turns.
 
-        The rotation about the vertical equals that of the initial state, but is arbitrary for a
-        Goryachev-Chaplygin top.
+        All returned states share the rotation of the initial state about the vertical; for a
+        Goryachev-Chaplygin top, this rotation is arbitrary.
         """
         return torus_states_at(self._torus, turns)
 
@@ -376,7 +378,7 @@ class ExactGoryachevChaplygin(ExactTorus):
 
     The vertical component of the angular momentum must be zero up to rounding errors. The object
     can be called with a time or an array of times, and returns a kreisel.Path. The attributes are
-    described in kreisel.ExactTorus. The mean precession rate is zero.
+    described in kreisel.ExactTorus. The mean precession rate of this motion is zero.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)

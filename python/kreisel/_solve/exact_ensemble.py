@@ -107,10 +107,11 @@ class ExactEnsemble:
     def _compute_closed_form_states(self, t: Array) -> Array:
         """Return the states at the given times, as an array of shape (n, k, 8).
 
-        A run of the ensemble is faster than direct evaluation, but requires times that are
-        monotonic and on one side of 0. At time 0, a run returns the initial state without
-        evaluating the closed form. Closed forms on a torus are evaluated directly, because the
-        rounding errors of a run are slightly different.
+        Computing all states in one run of the ensemble is faster than evaluating the closed form
+        directly, but requires monotonic times that are all positive or all negative. At time 0, a
+        run returns the initial state without evaluating the closed form. Closed forms on a torus
+        are always evaluated directly, because the states of a run would differ from them by
+        rounding errors.
         """
         distances = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
@@ -290,8 +291,8 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def refuse_turning_support(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a scene whose support turns about e3.
 
-    The turning points and rates of a closed-form solution refer to the inertial frame instead of
-    the support.
+    The turning points and angular rates of a closed-form solution refer to the inertial frame and
+    not to the support.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():

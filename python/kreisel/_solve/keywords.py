@@ -12,7 +12,7 @@ from .run import EventSpec
 
 
 class MethodKeywords(TypedDict, total=False):
-    """Keyword arguments that control a method."""
+    """Keyword arguments that control the integration method."""
 
     step: float | None
     tol: float | None

@@ -98,7 +98,7 @@ class Run:
     - The grid of a fixed step begins at the present time.
 
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
-      terminal event can be continued. The run continues to search for the same events. An event at
+      terminal event can be continued. The events to search for stay the same. An event at
       the present time is not reported again. A jump of the event function caused by run.push,
       run.reset or run.change is not an event.
 
@@ -195,8 +195,8 @@ class Run:
     ) -> Iterator[Path]:
         """Return an iterator over paths, as kreisel.stream does, starting at the current time.
 
-        The run can be saved or changed between two paths of the iterator. After a change, the
-        iterator continues with the remaining times.
+        The run can be saved or changed between two paths of the iterator. A changed run continues
+        with the remaining times.
         """
         number = validate_recording_interval(self._options.method, every)
         last_time, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
@@ -333,16 +333,16 @@ class Run:
     ) -> None:
         """Change the body or its environment at the current time.
 
-        The arguments are the same as for kreisel.Scene. The attitude is preserved, and refers to
-        the frame of description of the new body. The time in the parameter `shaking` is measured
+        The arguments are the same as for kreisel.Scene. The attitude is kept, and applies to the
+        frame in which the new body is described. The time in the parameter `shaking` is measured
         from the start of the run.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
               describes parts that already turn with the body when they join or leave it
 
-        Raises TypeError if no argument is given. Raises ValueError if the method does not apply to
-        the changed top.
+        Raises TypeError if no argument is given. Raises ValueError if the method cannot handle the
+        changed top.
         """
         environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
         arguments = _drop_missing_arguments(body=body, **environment._asdict())
@@ -371,7 +371,7 @@ class Run:
     def _restart_run(self, state: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
         """Start a new motion of `scene` at the time of `state`.
 
-        The low-order words of the momentum are `momentum_low` or, if it is None, those of `state`.
+        `momentum_low` is the low-order part of the momentum; by default, that of `state` is kept.
         """
         resolve_method(self.method, scene)
         check_resolvable_horizon(scene, state.t, self.step)
@@ -479,8 +479,8 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     explains how to store each state exactly once even if the process is killed.
 
     Raises ValueError if the checkpoint is damaged, or was written by a different version of kreisel
-    or on a different type of machine. Raises OSError if the file cannot be read. Issues a warning
-    if the Taylor series has different rounding errors on this processor.
+    or on a different type of machine. Raises OSError if the file cannot be read. Warns if the
+    Taylor series is rounded differently than on the original processor.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -554,7 +554,7 @@ def start(
             run.save(file)
 
     The arguments are the same as for kreisel.solve; if `back` is True, the motion is computed
-    backwards in time. All methods are allowed except 'geometric', which needs trial runs. Each path
+    backwards in time. The method 'geometric' cannot be used, because it needs trial runs. Each path
     contains the events that occurred after the end of the previous path. A terminal event ends the
     run, and run.t is then the time of this event.
 
@@ -591,7 +591,7 @@ def validate_run_options(
     events: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the validated options for a run. With events, 'auto' selects the Taylor series."""
+    """Return the validated options for a run. If events are given, 'auto' selects 'taylor'."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return validate_solve_options(scene, method, *controls)

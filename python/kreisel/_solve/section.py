@@ -53,9 +53,9 @@ def section(
                found so far are kept. Default: 1024 times an estimate of the time of one turn about
                the axis of the largest moment
 
-    The other arguments are the same as for kreisel.solve. The results for each top are bitwise
-    independent of the other tops. The search is fastest if the event is linear in body_vertical,
-    body_velocity, body_momentum, apex_z and spin.
+    The other arguments are the same as for kreisel.solve. The results for each top do not depend on
+    the other tops, not even in the last bit. The search is fastest if the event is linear in
+    body_vertical, body_velocity, body_momentum, apex_z and spin.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)

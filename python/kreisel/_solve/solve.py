@@ -123,11 +123,12 @@ def solve(
         ['1.174941', '3.524823']
 
     For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
-    dimensions of its arrays are those of the ensemble. The result for each top is bitwise
-    independent of the other tops, the threads and the executor. The result for a top is the same
-    whether it is computed alone or in an ensemble. However, rounding errors may differ for the
-    methods taylor and exact, and 'auto' may select a different method. `t` can also be an array of
-    shape (*shape, k), which contains separate times for each top. `progress` is called with the
+    dimensions of its arrays are those of the ensemble. The result for each top does not depend,
+    even in its last bit, on the other tops, the threads or the executor. The result for a top is
+    the same whether it is computed alone or in an ensemble. However, the rounding errors of the
+    methods taylor and exact may differ between these cases, and so may the method selected by
+    'auto'. `t` can also be an array
+    of shape (*shape, k), which contains separate times for each top. `progress` is called with the
     fraction of tops that have been computed, between 0 and 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
@@ -182,7 +183,7 @@ def _validate_tangents_events_geometric(
     tangents: TangentSpec | None,
     others: dict[str, object],
 ) -> SolveOptions:
-    """Return the validated options for tangents, events or method='geometric'.
+    """Return the validated options for a call with tangents, events or method='geometric'.
 
     Raises TypeError or ValueError if an argument is invalid, or if an argument in `others` is
     given.

@@ -6,10 +6,10 @@ At time t, the error of a method of order p with step size h is approximately
 
 where the rate r and the weight w are computed from the integrals of motion, c is a constant of the
 method, and g is the growth of small perturbations, divided by their growth in a regular motion. The
-constant c of each method was determined by measurement. Near an unstable equilibrium, the growth g
-of small perturbations is large. The error estimate yields an initial guess for the cheapest method
-and its step size. The step size is reduced until the difference from a reference solution is
-sufficiently small.
+constant c of each method was determined by numerical experiments. Near an unstable equilibrium, the
+growth g of small perturbations is large. The error estimate yields an initial guess for the
+cheapest method and its step size. The step size is reduced until the difference from a reference
+solution is sufficiently small.
 """
 
 from __future__ import annotations
@@ -135,8 +135,8 @@ class StepSearch:
     def error_check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run is evaluated.
 
-        The result includes the requested times and the end times of some steps. If there are only a
-        few steps, intermediate times are added.
+        The result includes the requested times and the end times of some steps. If the run has only
+        a few steps, times between the ends of these steps are added.
         """
         check_count = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / check_count))
@@ -204,7 +204,7 @@ class StepSearch:
     def predict_needed_step_count(self, steps: int, error: float) -> int:
         """Return a number of steps for which the predicted error is sufficiently small.
 
-        `error` is the error of a run that takes `steps` steps.
+        `error` is the measured error of a run that takes `steps` steps.
         """
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
@@ -413,7 +413,7 @@ def _solve_top_into_buffers(
 def _write_path_to_buffers(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, has_failed: bool
 ) -> None:
-    """Write a path to the buffers, and NaN at all times after the end of the path."""
+    """Write a path to the buffers, with NaN for all times that the path did not reach."""
     indices, count = np.empty(0, dtype=np.intp), 0
     if path is not None:
         indices, count = _find_indices_of_times(path, times)
@@ -436,7 +436,7 @@ def _write_path_to_buffers(
 
 
 def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return the indices of the states at the given times, and how many there are.
+    """Return the indices of the states of a path at the given times, and their number.
 
     Times after the end of the path are omitted. The path may contain states at times that were not
     requested.

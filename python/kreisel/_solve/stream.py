@@ -79,12 +79,12 @@ def stream(
 
     The statistics of each path refer to the entire run up to the last state of the path. Each path
     contains the events that occurred after the end of the previous path. A terminal event ends the
-    stream.
+    iteration over paths.
 
     Raises the same exceptions as kreisel.solve. Exceptions for invalid arguments are raised
-    immediately. Exceptions for failed runs, and for invalid times from an iterator, are raised
-    during iteration. The attribute `path` of kreisel.Error and kreisel.Interrupted contains the
-    valid states of the last path.
+    immediately. Exceptions for failed runs and for invalid times from an iterator are raised only
+    while the paths are iterated over. The attribute `path` of kreisel.Error and kreisel.Interrupted
+    contains the valid states of the last path.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):

@@ -9,8 +9,8 @@ and analytic.
 
 At the end of a loop, a Goryachev-Chaplygin top has not returned to its initial attitude. The
 rotation of a Goryachev-Chaplygin top about the vertical is not a function of the two angles.
-However, the one-form does not depend on this rotation if <m, e3> is zero. Vector components are
-taken along m/|m|, e3 x m/|m| and e3 instead of the space axes.
+However, the one-form does not depend on the rotation about the vertical if <m, e3> is zero. Vector
+components are taken along m/|m|, e3 x m/|m| and e3 instead of the space axes.
 
 Source: Arnold, Mathematical Methods of Classical Mechanics, section 50.
 """
@@ -56,7 +56,7 @@ def _integrate_action_one_form(states: Array, is_level: bool) -> tuple[float, fl
     """Return the action integral over a closed loop, and the mean absolute value of its integrand.
 
     Let e_j be the columns of R; then <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative
-    of R is computed by trigonometric interpolation.
+    of the rotation matrix R along the loop is computed by trigonometric interpolation.
     """
     w, x, y, z = states[:, 1:5].T
     momentum = states[:, 5:8]

@@ -1,13 +1,13 @@
 """Tangents of motions on a torus, computed as finite differences of closed-form solutions.
 
 Each derivative is a central difference of order 8, computed from eight neighbouring motions. The
-tangents of an integrable top grow at most linearly with time. If the difference step is inversely
-proportional to time, the errors remain small relative to the tangents.
+tangents of an integrable top grow at most linearly with time. The difference step is approximately
+inversely proportional to time, so that the errors remain small relative to the tangents.
 
 The initial states of the neighbouring motions are rounded to double precision. The distance between
 two rounded states is nevertheless known exactly, because the difference of two nearby doubles is
-exact. Derivatives along the coordinate axes are obtained from the rounded distances by solving a
-linear system.
+exact. The derivatives along the coordinate axes are obtained from the changes along the rounded
+displacements by solving a linear system.
 
 Source: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics
 of Computation 51 (1988), table 1.
@@ -163,7 +163,7 @@ def _subtract_gravities_of_scenes(one: Scene, other: Scene) -> Array:
 
 
 def _compute_rotation_between(one: Array, other: Array) -> Array:
-    """Return the small rotations, in the body frame, between corresponding rows of attitudes.
+    """Return the small rotations, in the body frame, between corresponding attitudes in two arrays.
 
     The result is twice the vector part of the quotient of the two quaternions. For small rotations,
     the result is approximately the rotation vector. The difference of the quaternions is used

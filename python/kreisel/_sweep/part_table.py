@@ -89,7 +89,7 @@ def _build_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWi
 
 
 def _build_chaos_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
-    """Return the columns of a chaos indicator: status, final value, classification and curve."""
+    """Return the status, final value, classification and time series of an indicator as columns."""
     unit, curve = RATE.get(name, ""), outcome.curve
     names, indices = np.unique(outcome.status, return_inverse=True)
     codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)

@@ -1,7 +1,8 @@
 """Computation of the parts of a sweep, in the current process or by workers of an executor.
 
-Without an executor, the parts are computed one after another, each by several threads. With an
-executor, each worker computes one part at a time in a single thread, and writes its file.
+Without an executor, the parts are computed one after another, each by several threads. If an
+executor is given, each of its workers computes one part at a time in a single thread, and writes
+the file of that part.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 def compute_sweep_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartResults:
-    """Compute the results of the tops with the given indices."""
+    """Compute a table of the results for the tops with the given indices."""
     return tabulate_sweep_part(
         store.plan, tops, store.plan.compute_results_of_tops(tops, threads, progress)
     )
@@ -53,7 +54,7 @@ class SweepPartsRunner:
         self._stopped = threading.Event()
 
     def compute_parts_locally(self, threads: int) -> None:
-        """Compute the parts in the current process.
+        """Compute the requested parts of a sweep in the current process.
 
         Each part is written to its file while the next part is computed.
         """
@@ -84,10 +85,10 @@ class SweepPartsRunner:
             self.progress(tops / self.tops)
 
     def compute_parts_on_executor(self, executor: Executor) -> None:
-        """Compute the parts on the workers of an executor.
+        """Compute the requested parts of a sweep on the workers of an executor.
 
-        Lost parts are submitted a second time. Raises PartsLostError if processes end again
-        before they have finished their parts.
+        Parts that the executor failed to complete are submitted a second time. Raises
+        PartsLostError if some parts are still missing after the second attempt.
         """
         for _ in range(2):
             self._submit_all_parts(executor)

@@ -1,4 +1,4 @@
-"""Descriptions of many tops that are constructed only when a sweep needs them.
+"""Source objects, which describe many tops and construct them only when a sweep needs them.
 
 Each top is constructed from its index and the parameters of a Source object.
 """
@@ -116,11 +116,11 @@ class Source:
         """Return a source of `n` tops with random parameters.
 
         A parameter given as two values, such as spin=(0, 20), is uniformly distributed between
-        them. For a vector, the bounds are given as two rows. Parameters with a single value are the
-        same for all tops. Each random value depends only on the seed, the index of the top and the
-        parameter. All parameters of Scene.vary except `body` are allowed, but inertia and attitudes
-        must have a single value. Raises TypeError and ValueError under the same conditions as
-        Scene.vary.
+        them. For a vector parameter, the two bounds are the rows of an array. Parameters with a
+        single value are the same for all tops. Each random value depends only on the seed, the
+        index of the top and the parameter. All parameters of Scene.vary except `body` are allowed,
+        but inertia and attitudes must have a single value. Raises TypeError and ValueError under
+        the same conditions as Scene.vary.
 
         >>> import kreisel as kr
         >>> tops = kr.Source.random(kr.scenes.sleeping, 10**9, seed=7, spin=(0, 20), tilt=(0, 1))
@@ -269,7 +269,7 @@ class Source:
     ) -> Exception:
         """Return the error for the first invalid top, with the index of this top in its message.
 
-        If every top is valid on its own, the error `common` is returned.
+        If every top is valid when checked alone, the error `common` of the whole group is returned.
         """
         while places.size > 1:
             middle = places.size // 2
@@ -310,7 +310,7 @@ class Source:
     def _list_varying_values(
         self, begin: int, end: int, tops: Ensemble
     ) -> dict[str, BatchParameter]:
-        """Return the values of the varying parameters for a slice of the source.
+        """Return the values of the varying parameters for consecutive tops of this source.
 
         `tops` is the ensemble of the tops in the slice.
         """
@@ -328,7 +328,7 @@ class Source:
 def _validate_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, BatchParameter], dict[str, bool]]:
-    """Separate the arguments into validated parameters and flags."""
+    """Validate the arguments, and divide them into numerical parameters and Boolean flags."""
     check_type("scene", scene, Scene)
     parameters: dict[str, BatchParameter] = {}
     flags: dict[str, bool] = {}

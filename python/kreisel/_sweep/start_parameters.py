@@ -73,7 +73,7 @@ def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
 def list_parameter_component_names(name: str, value: Shape) -> list[str]:
     """Return the names of the components of a parameter, such as momentum_x.
 
-    The argument `value` is the shape of the parameter's value for a single top.
+    The shape of the parameter's value for a single top is passed as `value`.
     """
     if not value:
         return [name]

@@ -1,4 +1,4 @@
-"""Tables of initial states read from files, with one column per parameter or component."""
+"""Tables of initial states read from files, with one column per parameter or vector component."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the larges
 def read_parameters_of_tops(file: str) -> dict[str, Array]:
     """Read parameters from a table, and return each as an array with one row per top.
 
-    Raises ValueError if a column is not a parameter, and ImportError if pyarrow is not installed.
+    Raises ValueError for an unknown column name, and ImportError if pyarrow is not installed.
     """
     ending = Path(file).suffix.lower()
     if ending not in (".parquet", ".csv"):

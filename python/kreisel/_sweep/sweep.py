@@ -67,7 +67,7 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SweepResult:
-    """Run a task on many tops, and write the results to a folder, divided into parts.
+    """Run a task on many tops, and store the results in a folder, as one file per part.
 
     To resume a sweep that was interrupted, repeat the call, possibly on a different machine. Each
     part is a Parquet file with one row per top. The columns contain the index, parameters, status
@@ -184,7 +184,7 @@ def _make_sweep_plan(
 
 
 def _validate_part_range(parts: object, count: int) -> range:
-    """Return the requested range of parts. By default, all parts are requested."""
+    """Validate and return the requested range of part numbers, by default that of all parts."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:

@@ -101,7 +101,7 @@ class SweepPlan:
 
     @cached_property
     def kernel(self) -> str:
-        """The instruction set that the Taylor series uses on this machine.
+        """The instruction set that is used to evaluate Taylor series on this machine.
 
         All instruction sets with fused multiply-add give bitwise identical results.
         """
@@ -114,7 +114,7 @@ class SweepPlan:
     def build_ensemble_of_tops(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with the given indices.
 
-        The ensemble on which the plan was validated is reused if it has the same indices.
+        The ensemble on which the plan was validated is reused if it consists of the same tops.
         """
         if self.sample is not None:
             places, ensemble = self.sample
@@ -125,7 +125,7 @@ class SweepPlan:
     def compute_results_of_tops(
         self, tops: range, threads: int, progress: Progress | None
     ) -> TaskResult:
-        """Compute the results of the tops with the given indices.
+        """Run the task of the sweep on the tops with the given indices, and return the results.
 
         Raises TypeError or ValueError for the first invalid top; the message states its index.
         """
@@ -161,7 +161,8 @@ def make_file_name_from_array_hash(values: Array) -> str:
 def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[Any]]:
     """Return the name, the shape and the values of each parameter in JSON form.
 
-    A long array is replaced by the name of its file.
+    If an array is too long for the plan file, it is replaced by the name of the file that contains
+    it.
     """
     return [
         [
@@ -178,7 +179,7 @@ def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[
 def _list_varying_names_as_json(source: Source) -> list[str | list[Any]]:
     """Return the names of the varying parameters as JSON data.
 
-    A name is accompanied by its values unless the plan already contains them.
+    The values of a parameter accompany its name unless the plan already contains them.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters_as_json([one])[0]

@@ -1,4 +1,4 @@
-"""Results of a sweep that are stored on disk. Columns, parts and tables are read on demand."""
+"""Results of a sweep, which are stored on disk and read only when they are accessed."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class SweepResult:
 
     @cached_property
     def _empty_part_table(self) -> PartResults:
-        """An empty table with the columns of a part."""
+        """A table without rows that has the columns of a part of the sweep."""
         if not self.present:
             raise ValueError(f"{self.folder} has no parts yet")
         return self._store.read_part(self.present[0], [])
@@ -197,7 +197,8 @@ class SweepResult:
     def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
         """Verify all parts whose files exist.
 
-        Return a mapping from each status to the part numbers, and a list of all part numbers.
+        Return a mapping from each status to the numbers of the parts with this status, and a list
+        of the numbers of all existing parts.
         """
         parts: dict[str, list[int]] = {DONE: []}
         numbers = []
@@ -212,10 +213,10 @@ class SweepResult:
     def events(self) -> EnsembleEvents | None:
         """The events of all tops, or None if no events were requested.
 
-        The events of tops in missing parts are omitted. If the task is "section", this attribute is
-        None, because the states are stored in columns. The column result["events"] contains the
-        number of states of each top. The columns result["event_t"], result["event_q_w"] and so on
-        contain the states of all tops.
+        The events of tops in missing parts are omitted. If the task is "section", the value is
+        None, because the states are stored in columns instead. For each top, the column
+        result["events"] contains the number of states recorded at events. The columns
+        result["event_t"], result["event_q_w"] and so on contain the states of all tops.
         """
         if "event_which" not in self._empty_part_table.ragged:
             return None
@@ -241,7 +242,7 @@ class SweepResult:
         """Return a pandas.DataFrame with one row per top, or per state if states are stored.
 
         `attrs` contains the units. The DataFrame contains the number of events of each top, but not
-        the events. Raises ImportError if pandas is not installed.
+        the events themselves. Raises ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
             import pandas as pd
@@ -266,8 +267,8 @@ class SweepResult:
         The dimensions are those of the sweep; if states are stored, there is an additional
         dimension `time`. The varying parameters, `status` and `reached` are stored as coordinates.
         For tops in missing parts, the values are NaN, or -1 for integers. The Dataset contains the
-        number of events of each top, but not the events. Raises ImportError if xarray is not
-        installed.
+        number of events of each top, but not the events themselves. Raises ImportError if xarray is
+        not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr

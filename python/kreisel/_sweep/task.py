@@ -48,7 +48,7 @@ class SweepTask(Protocol):
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
     def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
-        """Return the validated options and the times of the task for an ensemble.
+        """Return the validated options and the times with which the task is run for an ensemble.
 
         For a section, the times are the longest allowed waiting times for the next event. Raises
         TypeError or ValueError for an invalid argument.
@@ -62,14 +62,14 @@ class SweepTask(Protocol):
         threads: int,
         progress: Progress | None,
     ) -> TaskResult:
-        """Compute the results of the tops in an ensemble.
+        """Run the task on all tops in an ensemble, and return the results.
 
         Raises TypeError or ValueError for the first top to which the task does not apply.
         """
 
 
 class SolveTask(NamedTuple):
-    """A call to kreisel.solve, or to kreisel.reduce if statistics are requested."""
+    """A task that calls kreisel.solve, or kreisel.reduce if statistics are requested."""
 
     t: Numbers
     method: str
@@ -129,7 +129,7 @@ class SolveTask(NamedTuple):
 
 
 class ChaosTask(NamedTuple):
-    """A call to kreisel.lyapunov, kreisel.megno or kreisel.oli."""
+    """A task that calls kreisel.lyapunov, kreisel.megno or kreisel.oli."""
 
     name: str
     t: Numbers

@@ -1,7 +1,7 @@
 """Archives of named texts and arrays in a single file, which numpy.load can also read.
 
-An archive is a zip file of uncompressed .npy members. The declared sizes of the members cannot
-exceed the file size. Reading an archive never executes code.
+An archive is a zip file of uncompressed .npy members. Archives whose members claim to be larger
+than the file are rejected. Reading an archive never executes code.
 """
 
 from __future__ import annotations
@@ -67,11 +67,11 @@ class ArchiveReader:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
     def read_archive_text(self, name: str) -> str:
-        """Return the text stored in the member `name`."""
+        """Return the text stored in the archive member `name`."""
         return str(self._read_archive_member(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def read_archive_doubles(self, name: str, n: int | None, *shape: int) -> Array:
-        """Return the member `name` as an array of doubles of shape (n, *shape).
+        """Return the archive member `name` as an array of doubles of shape (n, *shape).
 
         If `n` is None, the first dimension can have any length.
         """
@@ -80,13 +80,13 @@ class ArchiveReader:
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
     def read_archive_integers(self, name: str, n: int) -> Integers:
-        """Return the member `name` as an array of `n` integers."""
+        """Return the archive member `name` as an array of `n` integers."""
         return np.frombuffer(self._read_archive_member(name, "i4", (n,)), "<i4").astype(np.intc)
 
     def _read_archive_member(
         self, name: str, kind: str, shape: tuple[int | None, ...]
     ) -> memoryview:
-        """Return the raw bytes of the member `name` after checking its type and shape."""
+        """Return the raw bytes of the archive member `name` after checking its type and shape."""
         data = self._members.get(name)
         if data is None:
             raise ValueError(f"it has no member {name}")

@@ -19,7 +19,7 @@ class BlockAppender:
 
     @property
     def is_empty(self) -> bool:
-        """True if nothing has been written so far."""
+        """True if nothing has been written to the file so far."""
         return self._whole == 0
 
     def append_bytes(self, data: bytes) -> None:
