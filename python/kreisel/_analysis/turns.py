@@ -137,7 +137,7 @@ def measure_angle_increments(
     angle, passes = np.zeros(n), np.zeros(n, dtype=np.int64)
     min_distance, gap = np.full(n, np.inf), np.zeros(n)
     for k in range(_ROUNDS):
-        chords = _measure_arc_angles_by_chords(arcs)
+        chords = _measure_angles_subtended_at_origin(arcs)
         indices = arcs.parent[chords.is_known]
         np.add.at(angle, indices, chords.angle[chords.is_known])
         np.add.at(passes, indices, chords.through[chords.is_known])
@@ -224,7 +224,7 @@ def _compute_spin_angle_increments(
     return np.where(is_seen, exact, estimate)
 
 
-def _measure_arc_angles_by_chords(arcs: _ArcsBetweenStates) -> _ArcAnglesAndChordDistances:
+def _measure_angles_subtended_at_origin(arcs: _ArcsBetweenStates) -> _ArcAnglesAndChordDistances:
     """Compare each arc with its chord in a fixed frame and in a rotating frame."""
     angle, distance, bend = _measure_chord_angles_and_distances(arcs)
     is_safe_at_rest = distance > _SAFETY * bend

@@ -35,7 +35,7 @@ _SHOWN = 20  # largest number of events in the summary
 Columns = Mapping[str, Sequence[object]]
 
 
-class PathPieceOutput(Protocol):
+class PathPieceReceiver(Protocol):
     """An output that receives a path in consecutive chunks."""
 
     def add_path_piece(self, piece: Path) -> None:

@@ -13,7 +13,7 @@ from rich.progress import Progress
 
 from .._results.path import Error, Interrupted, Path
 from .._solve.run import Run
-from .outputs import PathPieceOutput
+from .outputs import PathPieceReceiver
 
 
 class StopSignalHandler:
@@ -84,7 +84,7 @@ class RunOutcome:
 
 
 def write_path_pieces_to_outputs(
-    outputs: list[PathPieceOutput],
+    outputs: list[PathPieceReceiver],
     pieces: Iterator[Path],
     run: Run | None,
     stops: StopSignalHandler,

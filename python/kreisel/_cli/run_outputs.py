@@ -13,7 +13,7 @@ from .outputs import (
     CsvOutput,
     EventCollector,
     PathCollector,
-    PathPieceOutput,
+    PathPieceReceiver,
     RunSummaryPrinter,
     encode_path_as_json,
     encode_path_as_npz,
@@ -115,9 +115,9 @@ class RunOutputs:
         """True if the whole path must be kept in memory."""
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
-    def create_path_outputs(self) -> list[PathPieceOutput]:
+    def create_path_outputs(self) -> list[PathPieceReceiver]:
         """Create the output objects to which the states of the run are written."""
-        outputs: list[PathPieceOutput] = [self._met] if self._met else []
+        outputs: list[PathPieceReceiver] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
         if self.needs_whole_path:

@@ -128,7 +128,7 @@ def _run_search_sessions(
             session.refuse_insensitive_quantities()
             best = _select_better_fit(best, build_fit_from_session(session))
     if best is None:
-        raise _make_incomputable_motion_error(sessions[0])
+        raise _find_error_of_start_scene(sessions[0])
     if has_large_misfit(best):
         warn_user(describe_misfit(best))
     elif best.excess:
@@ -146,7 +146,7 @@ def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
     return second if first is None or second.cost < first.cost else first
 
 
-def _make_incomputable_motion_error(session: SearchSession) -> Error:
+def _find_error_of_start_scene(session: SearchSession) -> Error:
     """Return the exception raised while computing the motion of the initial scene."""
     session.refuse_start_held_by_friction()
     try:

@@ -268,7 +268,7 @@ def _list_momentum_equation_columns(
 ) -> list[Array]:
     """Return the columns of the coefficient matrix as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
-    turning = _select_support_turning(motion, base)
+    turning = _get_turning_in_momentum_equation(motion, base)
     rate = motion.rate + turning @ rotation
     momenta = [rotation @ _build_inertia_to_momentum_matrices(rate, motion.source == "space")]
     momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
@@ -292,7 +292,7 @@ def _list_momentum_equation_columns(
     return columns
 
 
-def _select_support_turning(motion: MotionSamples, base: FitPoint) -> Array:
+def _get_turning_in_momentum_equation(motion: MotionSamples, base: FitPoint) -> Array:
     """Return the part of the support's angular velocity that is used in the momentum equation.
 
     The components are zero if the motion is relative to the inertial frame.

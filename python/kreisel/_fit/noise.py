@@ -38,7 +38,7 @@ def _estimate_series_noise(series: Series) -> float:
     """Return the noise level of a series, estimated from second differences of its values."""
     values = series.values[series.measured.all(axis=1)]
     if len(values) < _FEWEST:
-        return _UNKNOWN * series.value_spread
+        return _UNKNOWN * series.typical_value_scale
     if series.is_attitude:
         steps = compute_rotation_vectors(
             multiply_quaternions(conjugate_quaternions(values[:-1]), values[1:])
@@ -47,7 +47,7 @@ def _estimate_series_noise(series: Series) -> float:
         steps = np.diff(values, axis=0)
         steps = wrap_angle(steps) if series.is_angle else steps
     noise = MEDIAN * float(np.median(np.abs(np.diff(steps, axis=0)))) / np.sqrt(6.0)
-    return float(np.clip(noise, _LEAST * series.value_spread, series.value_spread))
+    return float(np.clip(noise, _LEAST * series.typical_value_scale, series.typical_value_scale))
 
 
 def estimate_sigmas_from_residuals(
@@ -66,6 +66,6 @@ def estimate_sigmas_from_residuals(
             factor = MEDIAN * float(np.median(np.abs(sample)))
         else:
             factor = float(np.sqrt((sample @ sample) / max(sample.size * share, 1e-300)))
-        least = _LEAST * rows.series.value_spread
+        least = _LEAST * rows.series.typical_value_scale
         sigmas.append(np.maximum(rows.sigma * factor, least) if sample.size else rows.sigma)
     return sigmas

@@ -422,7 +422,7 @@ class FreeParameters:
                 scales[part] = sizes[name]
             elif name == "bias":
                 scales[part] = next(
-                    s.value_spread for s in self.records[i].series if s.name == label
+                    s.typical_value_scale for s in self.records[i].series if s.name == label
                 )
         return scales
 

@@ -77,7 +77,7 @@ class Series(NamedTuple):
         return 3 if self.is_attitude else self.values.shape[1]
 
     @property
-    def value_spread(self) -> float:
+    def typical_value_scale(self) -> float:
         """The standard deviation of the values, defined as 1 rad for angles and attitudes."""
         if self.is_attitude or self.is_angle:
             return 1.0

@@ -288,10 +288,10 @@ class SearchSession:
     def _get_search_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
         """Return the settings of a search that reports each minimum it finds."""
 
-        def report(minimum: Minimum) -> None:
+        def store_minimum(minimum: Minimum) -> None:
             self._store_minimum_if_best(minimum, model)
 
-        return SearchSettings(self.loss, limit, ftol, report)
+        return SearchSettings(self.loss, limit, ftol, store_minimum)
 
     def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
         """Report the cost of a minimum for all records, and store it if it is the best yet."""
@@ -573,7 +573,7 @@ class SearchSession:
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:
             sensitivities = scaled[rows.residual_slice][rows.measured_mask.ravel()]
-            scale = rows.series.value_spread / float(rows.sigma.mean())
+            scale = rows.series.typical_value_scale / float(rows.sigma.mean())
             if sensitivities.size and sensitivities.max() <= _INSENSITIVE * scale:
                 raise ValueError(
                     f"{rows.series.name} does not depend on the free parameters "
@@ -586,7 +586,7 @@ def _find_time_of_large_residuals(rows: ResidualRows, trial: ResidualEvaluation,
     is_measured = rows.measured_mask.any(axis=1)
     if not is_measured.any():
         return np.inf
-    scale = np.hypot(rows.series.value_spread, 3.0 * rows.sigma)
+    scale = np.hypot(rows.series.typical_value_scale, 3.0 * rows.sigma)
     relative = np.minimum(
         np.abs(rows.select_series_residuals(trial.residuals) * rows.sigma / scale), 1.0
     )

@@ -154,7 +154,7 @@ class EnsembleBuffers:
             )
         return event_parts
 
-    def copy_rows_from(self, begin: int, part: EnsembleBuffers) -> None:
+    def insert_part_at_row(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy the results in the buffers `part` into these buffers, starting at row `begin`."""
         end = begin + part.size
         arrays, columns = self._get_allocated_arrays_by_name(), self.columns

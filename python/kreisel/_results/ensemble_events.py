@@ -62,7 +62,9 @@ def concatenate_slice_events(parts: list[EventColumns]) -> EventColumns:
     return EventColumns(*(column[order] for column in columns))
 
 
-def build_ensemble_events(events: EventColumns, shape: tuple[int, ...]) -> EnsembleEvents:
+def convert_columns_to_ensemble_events(
+    events: EventColumns, shape: tuple[int, ...]
+) -> EnsembleEvents:
     """Build an EnsembleEvents object from the recorded events of an ensemble of the given shape."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(events.top, minlength=n).astype(np.int64).reshape(shape)

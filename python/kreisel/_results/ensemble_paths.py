@@ -13,7 +13,11 @@ from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, freeze_array, short_repr
 from .ensemble_buffers import EventColumns, compute_quantity_derivatives, values
-from .ensemble_events import EnsembleEvents, build_ensemble_events, concatenate_slice_events
+from .ensemble_events import (
+    EnsembleEvents,
+    concatenate_slice_events,
+    convert_columns_to_ensemble_events,
+)
 from .ensemble_result import EnsembleResult
 from .indexing import find_flat_index
 from .path import Events, Path
@@ -166,7 +170,7 @@ class Paths(EnsembleResult, QuantityAttributes):
     @cached_property
     def events(self) -> EnsembleEvents:
         """The events that occurred during the runs; empty if none were requested."""
-        return build_ensemble_events(self._event_columns, self.shape)
+        return convert_columns_to_ensemble_events(self._event_columns, self.shape)
 
     @cached_property
     def _event_columns(self) -> EventColumns:

@@ -339,7 +339,7 @@ def extract_single_top_indicator(indicator: Indicator) -> Indicator:
     )
 
 
-def raise_if_first_top_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
+def raise_if_single_top_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
     """Raise kreisel.Error if the computation for the first top of an ensemble failed."""
     if indicator.failed.size:
         raise _make_stop_error(Error, tops, 0, text, indicator)

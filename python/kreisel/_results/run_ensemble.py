@@ -44,7 +44,7 @@ def run_ensemble(
         return run_slice_in_worker, (runner, options, flat[begin:end], times)
 
     job, collect = (
-        (make_remote_job, buffers.copy_rows_from)
+        (make_remote_job, buffers.insert_part_at_row)
         if pool.has_workers_in_other_processes
         else (make_local_job, buffers.add_events_and_failures)
     )

@@ -112,7 +112,9 @@ def read_saved_path_arguments(
             words = words._replace(options=replace(words.options, events=()))
         path = _read_path_arrays(archive, "", words, head)
         if head.get("tangents") is not None:
-            path = path._replace(carried=_read_tangents(archive, len(path.t), head["tangents"]))
+            path = path._replace(
+                carried=_read_tangents_from_archive(archive, len(path.t), head["tangents"])
+            )
         if head["events"] is None:
             return path, None
         event_arguments = _read_path_arrays(
@@ -180,7 +182,7 @@ def _build_step_choice_from_dict(words: dict[str, object]) -> StepChoice:
     return make(**words)
 
 
-def _read_tangents(archive: ArchiveReader, n: int, head: object) -> TangentData:
+def _read_tangents_from_archive(archive: ArchiveReader, n: int, head: object) -> TangentData:
     """Read the tangents of `n` states from an archive, and return them."""
     words = _require_json_object(head)
     names, rest = words["by"], as_float("rest", words["rest"])

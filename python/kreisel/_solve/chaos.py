@@ -21,7 +21,7 @@ from .._results.indicators import (
     Indicator,
     compute_chaos_indicator,
     extract_single_top_indicator,
-    raise_if_first_top_failed,
+    raise_if_single_top_failed,
 )
 from .._utils.errors import make_exception_from_status
 from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int, short_repr
@@ -163,7 +163,7 @@ def _compute_chaos_indicator(
         raise make_exception_from_status(
             status, f"no tangent in the direction {direction!r} of {scene!r}"
         )
-    raise_if_first_top_failed(tops, result, statuses[status][1])
+    raise_if_single_top_failed(tops, result, statuses[status][1])
     return extract_single_top_indicator(result)
 
 

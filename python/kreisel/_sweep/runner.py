@@ -108,7 +108,7 @@ class SweepPartsRunner:
                 executor,
                 jobs,
                 _IN_FLIGHT,
-                self._count_finished_part,
+                self._mark_part_as_done,
                 self._report_finished_tops,
                 self._stopped.set,
             )
@@ -129,7 +129,7 @@ class SweepPartsRunner:
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
-    def _count_finished_part(self, i: int, future: Future[int]) -> None:
+    def _mark_part_as_done(self, i: int, future: Future[int]) -> None:
         """Count the tops of part i as computed if its file exists."""
         if future.cancelled():
             return

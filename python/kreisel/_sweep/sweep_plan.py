@@ -215,7 +215,7 @@ def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = Non
             "more than this machine has: use smaller parts, fewer times or fewer quantities"
         )
     return SweepPlan(
-        source, task.to_canonical_form(options), size, options, times, (sample, ensemble)
+        source, task.normalize_arguments(options), size, options, times, (sample, ensemble)
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._results.ensemble_buffers import EventColumns
-from .._results.ensemble_events import EnsembleEvents, build_ensemble_events
+from .._results.ensemble_events import EnsembleEvents, convert_columns_to_ensemble_events
 from .._results.tables import TABLES
 from .._utils.errors import make_frozen_class_decorator, unknown_name_message
 from .._utils.optional import optional_dependency
@@ -222,7 +222,9 @@ class SweepResult:
             return None
         parts = self._read_existing_parts(["top", COUNT, *self._empty_part_table.ragged])
         columns = zip(*[_extract_part_events(part) for part in parts], strict=True)
-        return build_ensemble_events(EventColumns(*map(np.concatenate, columns)), self.shape)
+        return convert_columns_to_ensemble_events(
+            EventColumns(*map(np.concatenate, columns)), self.shape
+        )
 
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.

@@ -44,7 +44,7 @@ class SweepTask(Protocol):
     def as_json(self) -> dict[str, Any]:
         """The task as a JSON object."""
 
-    def to_canonical_form(self, options: EnsembleOptions) -> SweepTask:
+    def normalize_arguments(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
     def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
@@ -89,7 +89,7 @@ class SolveTask(NamedTuple):
             solve["reduce"] = [[name, kinds] for name, kinds in controls.reduce.items()]
         return {"t": self.t, "method": self.method, "solve": solve}
 
-    def to_canonical_form(self, options: EnsembleOptions) -> SolveTask:
+    def normalize_arguments(self, options: EnsembleOptions) -> SolveTask:
         controls = self.arguments
         reduce = None
         if controls.reduce is not None:
@@ -142,7 +142,7 @@ class ChaosTask(NamedTuple):
         arguments = _drop_none_values(self._asdict())
         return {arguments.pop("name"): arguments}
 
-    def to_canonical_form(self, options: EnsembleOptions) -> ChaosTask:
+    def normalize_arguments(self, options: EnsembleOptions) -> ChaosTask:
         direction = None if self.direction is None else _float_or_list(self.direction)
         controls = direction, _float_or_none(self.tol), int(self.max_steps)
         return ChaosTask(self.name, _float_or_list(self.t), *controls)
@@ -181,7 +181,7 @@ class SectionTask(NamedTuple):
         event = {"event": to_record(validate_section_event(self.event))}
         return {"section": _drop_none_values(self._asdict()) | event}
 
-    def to_canonical_form(self, options: EnsembleOptions) -> SectionTask:
+    def normalize_arguments(self, options: EnsembleOptions) -> SectionTask:
         return SectionTask(
             validate_section_event(self.event),
             int(self.n),
