@@ -14,15 +14,24 @@ from .sandbox import Verdict, copy_tree, run_pytest
 
 FOLDERS = ("python", "report", "repo")  # tests/viewer is left out, because it needs a browser
 SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
+# Tests of the source text, of the C library alone, and of products that a copy lacks.
 ELSEWHERE = (
-    "test_style.py",
-    "test_floors.py",
+    "test_abi.py",
+    "test_amalgamation.py",
+    "test_build_options.py",
+    "test_embedding.py",
+    "test_embedding_examples.py",
     "test_golden.py",
+    "test_language.py",
+    "test_layers.py",
     "test_mutate.py",
-    "test_recipes.py",
     "test_parts.py",
     "test_readme_pictures.py",
+    "test_recipes.py",
     "test_site_pages.py",
+    "test_sizes.py",
+    "test_style.py",
+    "test_supply.py",
 )
 SLACK = 5  # time limit, as a multiple of the time without a mutation under line tracing
 MOST_FIRST = 40  # number of the tests that run first
