@@ -175,8 +175,8 @@ KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
 /* Returns KR_OK if all numbers are finite and the moments satisfy the triangle inequality. */
 KR_API kr_status kr_body_check(const kr_body *body);
 /* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
- * 1e-6 + kr_body.rounded, else 0. The library also accepts unphysical bodies, because
- * many tops in the literature have fictitious masses and lever arms. */
+ * 1e-6 + kr_body.rounded, else 0. The library also accepts unphysical bodies, because many tops in
+ * the literature have fictitious masses and lever arms. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
 /* The kinds (integrable cases) of tops, listed as X(kind, name). */
@@ -196,8 +196,8 @@ typedef enum kr_kind {
 /* clang-format on */
 /* Returns the name of a kind of top. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance for identifying an integrable case: 32 units in the last place. The
- * tolerance allows for rounding errors of the moments and of `com`. */
+/* Relative tolerance for identifying an integrable case: 32 units in the last place. The tolerance
+ * allows for rounding errors of the moments and of `com`. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
 /* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
@@ -437,8 +437,8 @@ KR_API kr_state kr_top_low(const kr_top *top);
 KR_API kr_stats kr_top_stats(const kr_top *top);
 /* Returns the current time of the top [T]. The callback `poll` may call kr_top_time. */
 KR_API double kr_top_time(const kr_top *top);
-/* Returns the name of the instruction set used by taylor, or "" for other methods. Writes the
- * order of the method to `order`. */
+/* Returns the name of the instruction set used by taylor, or "" for other methods. Writes the order
+ * of the method to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* Groups of tangents (derivatives of the state), listed as X(parameter, bit, number of columns,

@@ -364,8 +364,7 @@ static int has_growth(const kr_lanes *l, int lane)
     return isfinite(sum);
 }
 /* Stores the state of a lane at the requested time, and sets the goal of the lane to the next
- * requested time. Returns 1 if the next requested time
- * lies in the same step. */
+ * requested time. Returns 1 if the next requested time lies in the same step. */
 static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;

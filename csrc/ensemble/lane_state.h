@@ -41,8 +41,8 @@ typedef struct kr_lanes {
     kr_lane_vector part;
     /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
      * cyclically. The members `prev` and `next` contain the cyclic permutations prev(W_0) and
-     * next(W_0) with the rotor terms added.
-     * Without a rotor, the terms are -0, because adding -0 leaves every number unchanged. */
+     * next(W_0) with the rotor terms added. Without a rotor, the terms are -0, because adding -0
+     * leaves every number unchanged. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */

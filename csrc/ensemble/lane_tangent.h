@@ -5,8 +5,7 @@
  * equations are trivial: the flow and the rotation about the vertical. The two trivial solutions
  * are the pairs (theta | N) = (W | P x c) and (P | P x M), where M = AW + h. At the end of each
  * step, the components of the tangent along the trivial solutions are removed, and the growth of
- * the rest is measured. Up to the
- * tolerance, each tangent conserves the quantities
+ * the rest is measured. Up to the tolerance, each tangent conserves the quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
@@ -366,8 +365,8 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
 }
 /* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
  * substeps. The argument `at` contains the vertical and the angular velocity of the top at the time
- * `to`. Writes the time reached by each lane to
- * `reached`. Returns the tangent without its components along the trivial solutions. */
+ * `to`. Writes the time reached by each lane to `reached`. Returns the tangent without its
+ * components along the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_areas *areas,
                                           wide *reached)

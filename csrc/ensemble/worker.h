@@ -117,8 +117,7 @@ int kr_section_suits_lanes(const kr_worker *worker);
  * the axes. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Sets the time at which a lane must stop (its goal) to the latest admissible time of the next
- * event. Returns 0 and frees the
- * lane if there are no more events to search for. */
+ * event. Returns 0 and frees the lane if there are no more events to search for. */
 int kr_section_set_goal(kr_worker *worker, int lane);
 /* Stores the events in the last step of a lane, and frees the lane if the top is finished. */
 void kr_section_search(kr_worker *worker, int lane);

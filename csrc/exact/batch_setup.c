@@ -124,9 +124,9 @@ static double larger(double a, double b) { return a > b ? a : b; }
  * guess uses the cubic in u of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops for which the same branch is predicted are processed together, so that most SIMD vectors
- * need to compute only one branch. A
- * wrong prediction costs time but does not change the results. The unit of the momentum `m` is the
- * user's unit of inertia divided by the internal unit of time. */
+ * need to compute only one branch. A wrong prediction costs time but does not change the results.
+ * The unit of the momentum `m` is the user's unit of inertia divided by the internal unit of
+ * time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);

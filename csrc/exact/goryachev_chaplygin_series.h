@@ -7,8 +7,8 @@
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integration
  * divides each Fourier term by its frequency, which is a sum or difference of multiples of the two
  * angles' rates. Terms whose frequency is close to zero are integrated separately, as definite
- * integrals from the initial time (kr_slow_term). The error of a slow
- * term grows linearly with time, but more slowly than the effect of rounding the initial state.
+ * integrals from the initial time (kr_slow_term). The error of a slow term grows linearly with
+ * time, but more slowly than the effect of rounding the initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H

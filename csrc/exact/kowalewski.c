@@ -121,9 +121,9 @@ static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalews
     if (dual || *error > DOUBTFUL || least_size(&w->theta) < CANCELLING)
         *error = fmax(*error, miss_on_torus(plan, &w->curve));
     /* Between the sample points on the torus, the error of dual theta sums is up to six times as
-     * large as at these points.
-     * The last number is the error of the frequencies after 1000 radians. It matters only near
-     * separatrices, where a rounding error of the start changes the motion far more. */
+     * large as at these points. The last number is the error of the frequencies after 1000 radians.
+     * It matters only near separatrices, where a rounding error of the start changes the motion far
+     * more. */
     plan->head.certificate = fmax(fmax(*error, dual ? 6.0 * of_sums : 0.0), 1e3 * w->separatrix);
     return refusal;
 }

@@ -172,8 +172,7 @@ static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, d
     }
 }
 /* Computes the averages of dt/dx and two related integrands over both arcs, and from these averages
- * the frequencies of the motion.
- * Returns 0 if an average is not accurate enough. */
+ * the frequencies of the motion. Returns 0 if an average is not accurate enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples *v, kowalewski_rates *out)
 {

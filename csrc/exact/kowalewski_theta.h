@@ -290,8 +290,7 @@ static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
     beta[1] = 0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1];
 }
 /* Fits the constant factors of the theta sums S and T for one of the four candidates for the vector
- * b. Returns the ratio of the two
- * smallest singular values, or INFINITY on failure. */
+ * b. Returns the ratio of the two smallest singular values, or INFINITY on failure. */
 static double try_spinor_class(theta_work *w, int i, int thorough)
 {
     double beta[2];

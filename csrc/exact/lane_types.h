@@ -26,8 +26,8 @@
 #include "math/simd.h"
 
 /* The kinds of theta series, for heavy (LAGRANGE) and torque-free (EULER) tops, in powers of the
- * nome or of the dual nome. The
- * dual nome is smaller than the nome if K' < K, for example near a separatrix. */
+ * nome or of the dual nome. The dual nome is smaller than the nome if K' < K, for example near a
+ * separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* Vector versions of the types in kreisel.h and layout.h, with one lane per top. */

@@ -6,9 +6,8 @@
  * Hence the phase of alpha increases by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step. The
  * phase of beta increases by the corresponding expression with N-, s1 and y2. The momentum of a
  * state describes the motion during the preceding step, and therefore belongs to a time half a step
- * earlier.
- * The rotation about the symmetry axis is exact, as in methods/bobenko_suris.h. This header is
- * compiled once for each instruction set, because double-doubles are faster with fused
+ * earlier. The rotation about the symmetry axis is exact, as in methods/bobenko_suris.h. This
+ * header is compiled once for each instruction set, because double-doubles are faster with fused
  * multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
@@ -242,8 +241,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
-        return KR_ERR_ARGUMENT; /* Powers of a very small or very large step size could underflow or
-                                 * overflow. */
+        return KR_ERR_ARGUMENT; /* Powers of other step sizes could underflow or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) {
         turn_over(&r.curve);

@@ -19,8 +19,7 @@ typedef struct described_top {
 
 /* Computes the rotation that maps the third internal axis of a spherical body to the direction of
  * its centre of mass. This small rotation corrects the rounding error in the direction of the
- * internal axis. Returns
- * |com|. */
+ * internal axis. Returns |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};

@@ -31,8 +31,8 @@ static inline void cos_sinc_small(double z, double *c, double *s)
 }
 
 /* Writes the sine and cosine of any x. If |x| is 2^19 or larger, x is reduced modulo the double
- * nearest to 2 pi.
- * The error of this reduction is smaller than the error caused by rounding x to a double. */
+ * nearest to 2 pi. The error of this reduction is smaller than the error caused by rounding x to a
+ * double. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
     /* Adding 1.5 * 2^52 to a number leaves the nearest integer in the low bits of the sum. */

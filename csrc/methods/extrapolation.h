@@ -1,8 +1,7 @@
 /* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
  * motion with twelve equations. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps
  * and Gragg's smoothing. The asymptotic expansion of the error contains only even powers of 1 /
- * n_j. The
- * Aitken-Neville scheme therefore gives the better approximations
+ * n_j. The Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at row j of the table T if the norm of T(j,j) - T(j,j-1) is at most tol. The
  * error norm is defined in the thesis (Bodack 2008, 4.1.1). The target row of the next step is the

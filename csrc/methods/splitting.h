@@ -6,12 +6,11 @@
  * consists of two rotations. The drift of an asymmetric body consists of four rotations: about m,
  * about N, about T, and about N again. For an asymmetric body, the local error of the drift is of
  * third order in the step size. This error of the drift is smallest if B is the axis of the
- * intermediate moment of inertia. A rotor with momentum h
- * changes the rates of rotation by constants, such as -h_N / I_N about the axis N. A rotor requires
- * an additional rotation about B. For a symmetric body, the drift remains exact if the rotor is
- * along T. Sums are compensated: the rounding error of each sum is stored and added to the next sum
- * (Kahan 1965). With compensated sums, rounding errors affect the energy only through the small
- * changes of q and m per step. */
+ * intermediate moment of inertia. A rotor with momentum h changes the rates of rotation by
+ * constants, such as -h_N / I_N about the axis N. A rotor requires an additional rotation about B.
+ * For a symmetric body, the drift remains exact if the rotor is along T. Sums are compensated: the
+ * rounding error of each sum is stored and added to the next sum (Kahan 1965). With compensated
+ * sums, rounding errors affect the energy only through the small changes of q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>

@@ -2,8 +2,7 @@
  * computed in double-double precision, and the remaining terms (its tail) in double precision. For
  * results with 20 digits, only a few terms of the series are computed in double-double precision.
  * For results with 30 digits, about half of the terms of the series are computed in double-double
- * precision. This file is compiled
- * once for each instruction set. */
+ * precision. This file is compiled once for each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 #include "series.h"

@@ -1,12 +1,11 @@
 /* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. Each of the
  * two types is a hardware vector if the instruction set has vectors of its width. If the hardware
  * has no vectors of this width, the type is a pair of vectors of half the width, and so on down to
- * single doubles. Hardware vectors have 8
- * lanes on x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on baseline x86-64 and on arm64. The
- * operation fma is a fused multiply-add if the hardware has one, and a product followed by a sum
- * otherwise. Numerical results therefore depend on the hardware only in whether it has a fused
- * multiply-add.
- * This header is compiled once for each instruction set. */
+ * single doubles. Hardware vectors have 8 lanes on x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on
+ * baseline x86-64 and on arm64. The operation fma is a fused multiply-add if the hardware has one,
+ * and a product followed by a sum otherwise. Numerical results therefore depend on the hardware
+ * only in whether it has a fused multiply-add. This header is compiled once for each instruction
+ * set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -137,11 +136,10 @@ INLINE quad quad_prev(quad a)
 
 /* A `duo` is a pair of quaternions. The functions duo_i, duo_j and duo_k apply quad_i, quad_j and
  * quad_k to both quaternions of a pair. The functions duo_lo and duo_hi return the first and the
- * second quaternion of a pair. The functions
- * duo_next_prev and duo_prev_next return both cyclic permutations of one vector. The function
- * duo_lane_of copies one component of the vector w to all lanes; its argument `a` is
- * duo_next_prev(w). If vectors have eight lanes, the component is copied from `a`, because loading
- * it from memory would be slower. */
+ * second quaternion of a pair. The functions duo_next_prev and duo_prev_next return both cyclic
+ * permutations of one vector. The function duo_lane_of copies one component of the vector w to all
+ * lanes; its argument `a` is duo_next_prev(w). If vectors have eight lanes, the component is copied
+ * from `a`, because loading it from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -176,8 +174,7 @@ INLINE duo duo_lane_of(duo a, const double *w, int lane)
 
 /* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, which hides instruction
  * latency. Instruction sets with fused multiply-add have enough vector registers for two parallel
- * chains of additions. The function
- * lone_fma computes a multiply-add of scalar doubles. */
+ * chains of additions. The function lone_fma computes a multiply-add of scalar doubles. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }

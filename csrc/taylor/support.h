@@ -6,11 +6,11 @@
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
  * the support. All vectors, including the apex a, are in the body frame. The effective gravity G =
  * base + sway cos(...) is the acceleration along -e3, divided by the acceleration that the lever
- * arm c contains as a factor. This source file is
- * included by series.h, and is compiled in double and in double-double precision. Lane 0 of W holds
- * the friction variable. While the top slides, the friction variable is the spin <U, a>. While
- * friction holds the top, the friction variable is the friction torque relative to its maximum.
- * If the top has no friction, lane 0 of W is unused. */
+ * arm c contains as a factor. This source file is included by series.h, and is compiled in double
+ * and in double-double precision. Lane 0 of W holds the friction variable. While the top slides,
+ * the friction variable is the spin <U, a>. While friction holds the top, the friction variable is
+ * the friction torque relative to its maximum. If the top has no friction, lane 0 of W is
+ * unused. */
 
 /* Auxiliary series: the relative angular velocity (in `w`) and the effective gravity (in all lanes
  * of `x`). In double-double precision, `words` consists of one struct of high words and one struct

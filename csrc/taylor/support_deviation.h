@@ -26,8 +26,8 @@ typedef struct LOCAL(moving_path) {
     int rubs, holds;
 } LOCAL(moving_path);
 /* Taylor series of one tangent: the rotation vector theta, the momentum change N, and the vectors c
- * x theta and theta x a + d. `turn_by` and `push_by` are
- * the inhomogeneous terms of theta' and N'. */
+ * x theta and theta x a + d. `turn_by` and `push_by` are the inhomogeneous terms of theta' and
+ * N'. */
 typedef struct LOCAL(moving_deviation) {
     LOCAL(series) turn, push, cross, leaned, turn_by, push_by;
     number apex[3];

@@ -383,8 +383,7 @@ static int passes_zero(const kr_series s[2], int order, double sliding, double n
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
 /* Chooses the friction mode (sliding or held) after a step in which the friction variable has
- * reached its limit. `value`
- * is the limit that the friction variable has reached. */
+ * reached its limit. `value` is the limit that the friction variable has reached. */
 static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
 {
     kr_series *s = p->series;

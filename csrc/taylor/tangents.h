@@ -15,11 +15,10 @@
 #include "taylor.h"
 
 /* Eight Taylor series that describe tangents on one step or substep, expanded about its start time
- * t. A
- * single tangent is stored as the eight numbers (0, theta | 0, N). In a batch of eight tangents,
- * six structs hold the components of (theta, N), with one tangent per lane. Tangents computed in
- * batches are bitwise equal to tangents computed one by one. At 20 and 30 digits, two adjacent
- * structs hold the high and the low words of the double-double numbers. */
+ * t. A single tangent is stored as the eight numbers (0, theta | 0, N). In a batch of eight
+ * tangents, six structs hold the components of (theta, N), with one tangent per lane. Tangents
+ * computed in batches are bitwise equal to tangents computed one by one. At 20 and 30 digits, two
+ * adjacent structs hold the high and the low words of the double-double numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */

@@ -23,8 +23,7 @@
  * The terms after HEAD are so small that double precision suffices. A product that is summed in
  * doubles may exceed the tolerance by a factor of at most 2^LESS, about the reciprocal of the
  * relative rounding error 2^-53. These numbers of terms were determined by the command
- * `taylor_kernel_study.py depth` in validation/studies.
- * */
+ * `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28

@@ -30,11 +30,10 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     return volume;
 }
 /* Computes a cuboid with the inertia of the body, which has density 1 if possible, and otherwise
- * the largest possible volume. The
- * largest cuboid is found by ternary search, because the logarithm of the volume is concave in 1 /
- * mass. The density of the cuboid increases with its mass. The factor 1.001 extends the search
- * slightly beyond the largest cuboid, because the largest cuboid of the body in the thesis (Bodack
- * 2008) has density 1. */
+ * the largest possible volume. The largest cuboid is found by ternary search, because the logarithm
+ * of the volume is concave in 1 / mass. The density of the cuboid increases with its mass. The
+ * factor 1.001 extends the search slightly beyond the largest cuboid, because the largest cuboid of
+ * the body in the thesis (Bodack 2008) has density 1. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;

@@ -103,17 +103,15 @@ void kr_simulation_clear(kr_simulation *simulation);
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
 /* Adds a top whose motion is given by the array `track`: the initial state and the state after each
- * step. The array
- * `track` must outlive the simulation. */
+ * step. The array `track` must outlive the simulation. */
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
 /* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
  * below `lowest`. The value of `lowest` is the cosine of the nutation angle at which the rim of the
- * top touches the floor. The
- * top then remains in the last state above the floor. The time of contact with the floor is found
- * by interpolation within the next step, and is stored in `stood`. By default, there is no
- * floor. */
+ * top touches the floor. The top then remains in the last state above the floor. The time of
+ * contact with the floor is found by interpolation within the next step, and is stored in `stood`.
+ * By default, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
  * `most` steps for all tops together. Returns the time reached. Sets `is_late` if the step budget

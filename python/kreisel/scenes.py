@@ -1,9 +1,8 @@
 """Named example scenes, each of which is described in the dictionary `about`.
 
 The scenes defined first, from `thesis` to `strong_gravity`, are used in the report on the accuracy
-of the methods. They
-are given in principal axes with mass and gravity 1, so that com equals the lever mass * gravity *
-com. The numbers in these scenes are bitwise identical to those in
+of the methods. They are given in principal axes with mass and gravity 1, so that com equals the
+lever mass * gravity * com. The numbers in these scenes are bitwise identical to those in
 validation/references/problems.json.
 """
 

@@ -115,17 +115,17 @@ def test_decreasing_times_of_one_top_are_named(monkeypatch):
 
 def test_chunks_have_the_requested_size():
     def sizes(t, size, **more):
-        words = {"step": 0.1, "every": 1, "after": None, **more}
+        words = {"step": 0.1, "every": 1, "resume_time": None, **more}
         return [
             piece.round(12).tolist() for piece in times.iterate_time_chunks(t, size=size, **words)
         ]
 
     assert sizes(0.3, 2) == [[0.0, 0.1], [0.2, 0.3]] and sizes(-0.2, 2) == [[0.0, -0.1], [-0.2]]
     assert sizes(0.7, 2, every=3) == [[0.0, 0.3], [0.6]]
-    assert sizes(0.7, 2, every=3, after=3 * 0.1) == [[0.6]]
-    assert sizes(0.7, 2, every=3, after=0.2) == [[0.3, 0.6]]
-    assert sizes(-0.7, 2, every=3, after=-0.2) == [[-0.3, -0.6]]
-    assert sizes(0.3, 2, after=3 * 0.1) == []
+    assert sizes(0.7, 2, every=3, resume_time=3 * 0.1) == [[0.6]]
+    assert sizes(0.7, 2, every=3, resume_time=0.2) == [[0.3, 0.6]]
+    assert sizes(-0.7, 2, every=3, resume_time=-0.2) == [[-0.3, -0.6]]
+    assert sizes(0.3, 2, resume_time=3 * 0.1) == []
     for t in ([1.0, 2.0, 3.0], iter([1.0, 2.0, 3.0])):
         assert sizes(t, 2, every=None) == [[1.0, 2.0], [3.0]]
     run = kr.start(TOP)

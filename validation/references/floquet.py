@@ -74,8 +74,8 @@ def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
 class _Body(NamedTuple):
     """A rigid body whose parameters are decimal numbers.
 
-    The moments of inertia, the lever arm and the symmetry axis refer to the principal axes.
-    The matrix `frame` rotates the principal axes to the axes of the user.
+    The moments of inertia, the lever arm and the symmetry axis refer to the principal axes. The
+    matrix `frame` rotates the principal axes to the axes of the user.
     """
 
     moments: Decimals

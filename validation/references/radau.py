@@ -1,7 +1,7 @@
 """Reference solutions for strongly damped tops, by Radau collocation in 64-bit precision.
 
-The angular velocity w, the damping D and the rotor momentum h refer to the principal axes.
-The support turns with O and shakes, so that gravity is multiplied by g:
+The angular velocity w, the damping D and the rotor momentum h refer to the principal axes. The
+support turns with O and shakes, so that gravity is multiplied by g:
 
     J w' = (J w + h) x w + g (q* e3 q) x lever - D (w - q* O q),    q' = (q w - O q) / 2
     g = 1 - amplitude rate^2 cos(rate t + phase)

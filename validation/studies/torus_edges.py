@@ -4,12 +4,11 @@
 
 Each family of motions depends on a parameter eps, and the motion for eps = 0 is degenerate. For
 each eps, the largest error at five times up to 1000 / max(1, rate) is printed, where rate bounds
-the angular velocity. The reference
-solutions are computed by the Taylor method in 30-digit arithmetic. The letter c precedes the error
-estimate of the closed form (its certificate). If the error exceeds 3e-14, the effect of one
-rounding error in the initial state is also printed. An exclamation mark precedes this effect if it
-is less than a tenth of the error. If the
-closed form is rejected, the reason is printed.
+the angular velocity. The reference solutions are computed by the Taylor method in 30-digit
+arithmetic. The letter c precedes the error estimate of the closed form (its certificate). If the
+error exceeds 3e-14, the effect of one rounding error in the initial state is also printed. An
+exclamation mark precedes this effect if it is less than a tenth of the error. If the closed form is
+rejected, the reason is printed.
 """
 
 import argparse

@@ -66,10 +66,10 @@ def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Return the final attitude computed with theorem 4.2.
 
     The argument `c_of` names the vector in the formula for c: 'p' as printed in the thesis, or 'a'
-    as corrected. The argument `side` determines whether the quaternion is multiplied
-    by w_k from the left or from the right. If `side` is 'inverse', the quaternion g rotates from
-    the inertial frame to the body frame. If `text` is True, the second form of xi_k contains the
-    factor 2/c, as printed in the thesis.
+    as corrected. The argument `side` determines whether the quaternion is multiplied by w_k from
+    the left or from the right. If `side` is 'inverse', the quaternion g rotates from the inertial
+    frame to the body frame. If `text` is True, the second form of xi_k contains the factor 2/c, as
+    printed in the thesis.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity

@@ -150,9 +150,8 @@ def measure_angle_increments(
             path, arcs.parent, times, space_axis, body_axis, east
         )
         if k == 0:
-            angle[arcs.parent], passes[arcs.parent], gap[arcs.parent] = _compare_with_integration(
-                arcs, end
-            )
+            i = arcs.parent
+            angle[i], passes[i], gap[i] = _compare_with_integration(arcs, end)
             arcs = arcs._replace(z1=end[0], rate1=end[1])
         arcs = arcs.halve_arcs(*middle)
     # The errors of a path add up, so a pass is uncertain if its distance from the pole is less than
@@ -160,12 +159,8 @@ def measure_angle_increments(
     is_beside = np.convolve(passes > 0, np.ones(3), "same") < 0.5
     is_unsure = (is_beside & (min_distance < n * gap)) | ~np.isfinite(gap)
     is_unsure[arcs.parent] = True
-    return AngleIncrements(
-        angle,
-        _compute_spin_angle_increments(motion, spin_signal, intervals, angle, passes),
-        passes,
-        is_unsure,
-    )
+    spin_angle = _compute_spin_angle_increments(motion, spin_signal, intervals, angle, passes)
+    return AngleIncrements(angle, spin_angle, passes, is_unsure)
 
 
 def _compare_with_integration(
@@ -175,8 +170,7 @@ def _compare_with_integration(
 
     For each pair of states, return the angle and the distance between the projections of the body
     axis. The second item returned is 1 if a pole lies between the projections of the two states,
-    and 0 otherwise. The
-    distance is inf if the sense of rotation about 0 is uncertain.
+    and 0 otherwise. The distance is inf if the sense of rotation about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)

@@ -20,8 +20,7 @@ class StopSignalHandler:
     """A handler for Ctrl-C and SIGTERM during a run.
 
     After the first signal, the run stops, and the results obtained so far are written to the output
-    files. A second
-    signal terminates the process immediately.
+    files. A second signal terminates the process immediately.
     """
 
     def __init__(self, end: float) -> None:

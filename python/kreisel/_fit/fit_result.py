@@ -182,8 +182,8 @@ class Fit(ReadOnlyArrays):
         """Plot measurements, fitted motion and residuals with matplotlib, and return the axes.
 
         For each quantity, one chart shows the measurements and the fitted motion, and another chart
-        shows the residuals. `fit.plot().figure.savefig("fit.png")` writes a file.
-        Raises ImportError if matplotlib is not installed.
+        shows the residuals. `fit.plot().figure.savefig("fit.png")` writes a file. Raises
+        ImportError if matplotlib is not installed.
         """
         from .._plot.fit_charts import plot_fit_panels
 

@@ -148,9 +148,9 @@ def describe_residual_excess(fit: FitLike) -> str:
 
 
 def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
-    sentences = (
-        [] if fit.has_converged else ["The search did not converge; this is the best so far."]
-    )
+    sentences = []
+    if not fit.has_converged:
+        sentences.append("The search did not converge; this is the best so far.")
     ratio = fit.chi2 / fit.dof
     if has_large_misfit(fit):
         sentences.append(describe_misfit(fit))
@@ -179,8 +179,7 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
             "Errors are not normally distributed: along the least certain direction, the change of "
             f"chi2 for one sigma differs from 1 by {fit.nonlinearity:.2g}."
         )
-    missing_count = sum(record.missing for record in fit.records)
-    if missing_count:
+    if missing_count := sum(record.missing for record in fit.records):
         sentences.append(f"{missing_count} values were not measured, and are left out.")
     if fit.piece_starts:
         sentences.append(

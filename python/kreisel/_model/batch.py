@@ -117,8 +117,7 @@ class BatchBase(Generic[_M]):
         """Iterate over the first dimension.
 
         Yields single members if the batch is one-dimensional, and batches with one dimension fewer
-        otherwise. Raises
-        TypeError if the batch has no dimensions.
+        otherwise. Raises TypeError if the batch has no dimensions.
         """
         if not self.shape:
             raise TypeError(f"{type(self).__name__} of shape () cannot be iterated")

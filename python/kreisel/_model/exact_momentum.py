@@ -44,10 +44,9 @@ def compute_momentum_after_body_change(
     The momentum is computed in rational arithmetic and rounded once at the end.
 
     The bodies `old` and `new` have the same attitude, and `momentum` is the angular momentum of
-    `old`. `attitude_low` and
-    `low` are the low-order parts (beyond double precision) of the attitude and of the momentum.
-    Returns the momentum in double precision, and its low-order part. Raises ValueError if the
-    momentum overflows.
+    `old`. `attitude_low` and `low` are the low-order parts (beyond double precision) of the
+    attitude and of the momentum. Returns the momentum in double precision, and its low-order part.
+    Raises ValueError if the momentum overflows.
     """
     q = _convert_doubles_to_fractions(attitude, attitude_low)
     m = _rotate_rational_vector(

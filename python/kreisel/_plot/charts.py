@@ -64,8 +64,8 @@ class FigureAxes(tuple[Axes, ...]):
     """The matplotlib axes of a figure, three for each path: trace, nutation and precession.
 
     For two paths, an additional chart at the end may show the angle between their attitudes or
-    apexes. Notebooks display the
-    picture. To save the figure to a file, call `picture.figure.savefig("top.png")`.
+    apexes. Notebooks display the picture. To save the figure to a file, call
+    `picture.figure.savefig("top.png")`.
     """
 
     __slots__ = ()

@@ -341,11 +341,10 @@ class Path(ReadOnlyArrays, TableExportMethods):
 
         The animation can be displayed in a notebook or saved to a file. Bodies that are symmetric
         about the axis through the apex are drawn as bodies of revolution, and all others as
-        cuboids. The proportions
-        of the drawn body are derived from the moments of inertia. The centre of the drawn body is
-        on the line through the fixed point and the centre of mass. The floor is below the lowest
-        position of the body, and shows the shadow of the body. The camera is placed so that the
-        initial tilt is seen from the side.
+        cuboids. The proportions of the drawn body are derived from the moments of inertia. The
+        centre of the drawn body is on the line through the fixed point and the centre of mass. The
+        floor is below the lowest position of the body, and shows the shadow of the body. The camera
+        is placed so that the initial tilt is seen from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically

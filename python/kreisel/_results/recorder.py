@@ -41,8 +41,8 @@ def report_final_time(path: Path, progress: Progress | None) -> Path:
 def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
     """Return a copy of a path with recorded events.
 
-    `core_events` contains the state at each event, its low-order words, and the index and
-    direction of the event.
+    `core_events` contains the state at each event, its low-order words, and the index and direction
+    of the event.
     """
     states, low, which, direction = core_events
     event_path = replace(path, states=states, _low=low)

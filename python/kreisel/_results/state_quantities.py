@@ -325,8 +325,8 @@ class PathBase(QuantityAttributes):
         """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
         The quantity that the method conserves differs from the energy E by a constant and by terms
-        of order step^4.
-        The values are NaN if the body is not a Lagrange top, or if the step is too large.
+        of order step^4. The values are NaN if the body is not a Lagrange top, or if the step is too
+        large.
         """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 

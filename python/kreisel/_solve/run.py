@@ -98,9 +98,9 @@ class Run:
     - The grid of a fixed step begins at the present time.
 
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
-      terminal event can be continued. The events to search for stay the same. An event at
-      the present time is not reported again. A jump of the event function caused by run.push,
-      run.reset or run.change is not an event.
+      terminal event can be continued. The events to search for stay the same. An event at the
+      present time is not reported again. A jump of the event function caused by run.push, run.reset
+      or run.change is not an event.
 
     - The next path of run.to(t) begins with the state after the change.
 

@@ -127,9 +127,9 @@ def solve(
     even in its last bit, on the other tops, the threads or the executor. The result for a top is
     the same whether it is computed alone or in an ensemble. However, the rounding errors of the
     methods taylor and exact may differ between these cases, and so may the method selected by
-    'auto'. `t` can also be an array
-    of shape (*shape, k), which contains separate times for each top. `progress` is called with the
-    fraction of tops that have been computed, between 0 and 1. An ensemble has further arguments:
+    'auto'. `t` can also be an array of shape (*shape, k), which contains separate times for each
+    top. `progress` is called with the fraction of tops that have been computed, between 0 and 1. An
+    ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
