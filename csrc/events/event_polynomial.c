@@ -258,8 +258,8 @@ static void add_component(const step_view *v, double factor, int number, double 
 }
 
 /* Returns an upper bound on the magnitude of a state component, in the unit of the component.
- * Angular velocities are divided by an upper bound that follows from the energy. About axes with
- * larger moments of inertia, the energy permits only slower rotation. */
+ * Angular velocities are divided by an upper bound that follows from the energy. With the same
+ * energy, the body rotates more slowly about an axis with a larger moment of inertia. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;

@@ -299,10 +299,11 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
     finish_path(&p, 1.0);
     return p;
 }
-/* Adds to b the integral from the arc of w1 to a real pole. The integration path starts at the
- * nearest real root that is larger than the pole. If the pole lies to the left of a pair of complex
- * roots, the path starts at one of these roots instead. From the end of the arc to the start of
- * this path, the integral is zero or half a row of B. */
+/* Adds to b the integral from the end point of the arc that contains w1 to a real pole. The
+ * integration path starts at the nearest real root that is larger than the pole. If the pole lies
+ * to the left of a pair of complex roots, the path starts at one of these roots instead. The
+ * integral from the end of the arc to the start of this path is zero or half a row of the matrix
+ * B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {

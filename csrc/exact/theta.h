@@ -174,7 +174,7 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
     *s = e.even * odd + e.odd * even;
     *c = e.even * even + e.odd * odd;
 }
-/* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. If `dual`
+/* Returns the real and imaginary parts of theta(x + i y) as polynomials in sin^2 x. If `dual`
  * is nonzero, returns theta(y + i x) as polynomials in sinh^2 x instead. The dual form of theta1 is
  * multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)

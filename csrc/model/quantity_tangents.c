@@ -1,4 +1,4 @@
-/* Derivatives of the quantities of a state, computed from the tangents of the state. With the
+/* Derivatives of quantities such as the energy, computed from the tangents of the state. With the
  * attitude R of the principal axes, M = R* m R, the momentum h of the rotor, W = J^-1 (M - h) and
  * the vertical V = R* e3 R, a rotation vector theta in the body frame and a change dm of the
  * momentum cause the changes

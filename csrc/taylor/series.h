@@ -192,7 +192,7 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
     return step < longest ? step : longest;
 }
 
-/* Returns the step size at which products of the middle Taylor coefficients have the magnitude
+/* Returns the step size at which products of Taylor terms of middle order have the magnitude
  * 2^log2_size. The tail of a series (the terms computed in doubles) begins with a sum of products
  * of coefficients of about half the order. If these products cancel, the tail of the series is
  * small, but the rounding errors of the products are not. In the case of such a cancellation, a

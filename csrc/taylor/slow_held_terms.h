@@ -133,7 +133,8 @@ static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series seri
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion of a held top on the slow manifold in a Taylor series. */
+/* Expands the motion of a top that friction holds about one axis on the slow manifold in a Taylor
+ * series. */
 static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
                              double noise, double *wait, double rate, double friction)
 {

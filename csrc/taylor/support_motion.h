@@ -10,8 +10,8 @@ static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
-/* Returns an upper bound on the rates of the support motion, the friction and the rotation of the
- * top. W is the current angular velocity. Returns 0 if the series does not need the terms of
+/* Returns an upper bound on the rates at which the support moves, the friction changes and the top
+ * rotates. W is the current angular velocity. Returns 0 if the series does not need the terms of
  * support.h. If a shaken support increases the energy later, kr_support_step changes the unit of
  * time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);

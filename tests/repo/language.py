@@ -47,7 +47,7 @@ def definitions(file):
 
 
 def docstrings(*trees):
-    """Return the place and text of each docstring below the folders `trees`."""
+    """Return the location and the text of each docstring in the files of the folders `trees`."""
     return [
         (f"{file.relative_to(ROOT)}::{name}", text)
         for file in python_files(*trees)

@@ -95,7 +95,8 @@ def test_similar_times_are_a_tie():
 
 
 def test_only_faster_runs_recover_the_compile_time():
-    """Check the sentence on heyoka's compile time if heyoka is faster, slower or not measured."""
+    """Check the sentence on heyoka's compile time when heyoka is faster, is slower, or was not
+    run."""
     rows = [run("lost", "taylor", 1.25), run("won", "taylor", 0.5)]
     peers = [run("lost", "heyoka", 1.0), run("won", "heyoka", 1.0)]
     for peer in peers:

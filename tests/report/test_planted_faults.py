@@ -190,7 +190,7 @@ def make_faulty_closed_form(name, fault):
 def find_late_cells():
     """Return the results of closed-form solutions with artificial faults for a large final time.
 
-    In one of the artificial faults, the time has a small relative error.
+    One of the artificial faults adds a small relative error to the times.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)

@@ -1,4 +1,4 @@
-"""The command line of the report, started with `python -m validation.report`."""
+"""Command-line interface of the report, run as `python -m validation.report`."""
 
 from .main import main
 

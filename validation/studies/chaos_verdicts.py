@@ -38,7 +38,7 @@ def draw_families() -> Iterator[kr.Ensemble]:
 
 
 def draw_starts(body: kr.Body, n: int, size: float, rng: np.random.Generator) -> kr.Ensemble:
-    """Draw tops with random attitudes and momenta."""
+    """Return tops with random attitudes and momenta."""
     q = rng.standard_normal((n, 4))
     momentum = size * rng.standard_normal((n, 3))
     attitude = q / np.linalg.norm(q, axis=1, keepdims=True)

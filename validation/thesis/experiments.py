@@ -259,7 +259,7 @@ def run_equal_evaluations(end=30.0):
 
 
 def measure_first_steps(equal_time, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Return the largest error of the method extrap in experiment 6.2 for several initial steps."""
+    """Return, for each initial step size, the largest error of `extrap` in experiment 6.2."""
     times = equal_time.t[equal_time.t <= end]
     true = solve_truth(SCENE, times)
     return {

@@ -22,7 +22,7 @@ def to_vector(X):
 
 
 def rotate(Phi, x):
-    """Return the vector whose matrix is Phi^-1 X Phi, where X is the matrix of the vector `x`."""
+    """Return the vector of the su(2) matrix Phi^-1 X Phi, where X is the su(2) matrix of `x`."""
     return to_vector(np.linalg.inv(Phi) @ to_matrix(x) @ Phi)
 
 

@@ -37,7 +37,7 @@ def _split_quantity_and_value(option: str, words: str) -> tuple[str, str]:
     return name, value
 
 
-def _parse_column_options(options: tuple[str, ...]) -> dict[str, str | list[str]] | None:
+def _parse_quantity_columns(options: tuple[str, ...]) -> dict[str, str | list[str]] | None:
     """Return a dict that maps quantities to column names, or None if --column is not given."""
     columns: dict[str, str | list[str]] = {}
     for words in options:
@@ -132,7 +132,7 @@ def fit(
     with convert_errors_to_usage_errors(_OPTIONS):
         instrument_names = cast(list[InstrumentName], [word for word in instrument if word])
         measurements = _read_measurement_record(
-            record, _parse_column_options(columns), time, sigma, instrument_names, degrees, point
+            record, _parse_quantity_columns(columns), time, sigma, instrument_names, degrees, point
         )
         try:
             result: Fit | None = estimate(

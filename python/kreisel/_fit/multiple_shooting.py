@@ -238,8 +238,7 @@ def minimize_by_multiple_shooting(
 ) -> Minimum:
     """Fit a motion in segments, and close the gaps between them in several stages.
 
-    The search stops early if the segments do not fit the measurements although gaps between them
-    are allowed.
+    The search stops early if the segments do not fit the measurements even with gaps between them.
     """
     minimum: Minimum | None = None
     for gap in GAPS:

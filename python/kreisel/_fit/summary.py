@@ -10,7 +10,7 @@ from typing import Protocol
 from .._utils.html import format_html_table
 
 
-class SeriesLike(Protocol):
+class HasSigma(Protocol):
     """Interface of a measured quantity, with the attributes required to summarize a fit."""
 
     @property
@@ -21,7 +21,7 @@ class RecordLike(Protocol):
     """Interface of a record, with the attributes required to summarize a fit."""
 
     @property
-    def series(self) -> Sequence[SeriesLike]: ...
+    def series(self) -> Sequence[HasSigma]: ...
 
     @property
     def missing(self) -> int: ...

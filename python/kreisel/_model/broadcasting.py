@@ -74,7 +74,7 @@ def convert_to_python_numbers(value: Any) -> Any:
 def validate_parameter(
     name: str, numbers: object, value: Shape = (), form: str = ""
 ) -> BatchParameter:
-    """Convert an argument to a BatchParameter with finite values, each of the shape `value`.
+    """Convert an argument to a BatchParameter whose values are finite and have the shape `value`.
 
     An argument that is already a BatchParameter is returned unchanged. `form` states the expected
     form in error messages.

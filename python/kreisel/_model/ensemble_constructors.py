@@ -33,7 +33,7 @@ from .ensemble_data import (
     compute_start_momenta,
     make_invalid_member_error,
 )
-from .environment import PhysicalEnvironment, validate_ensemble_environment
+from .environment import EnvironmentArguments, validate_ensemble_environment
 from .euler_angles import (
     cos,
     find_symmetry_moments,
@@ -89,7 +89,7 @@ class EnsembleConstructors(EnsembleBase[S]):
             split_vector_components(convert_array_to_radians(each.values, in_degrees))
             for each in (angle_parameter, rate_parameter)
         )
-        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         return cls._build_from_euler_angles(
             bodies,
             [angle_parameter, rate_parameter],
@@ -106,7 +106,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         parameters: list[BatchParameter],
         angles: Components,
         rates: Components,
-        environment: PhysicalEnvironment,
+        environment: EnvironmentArguments,
         one: Callable[..., S],
     ) -> Self:
         """Build tops whose Euler angles and rates have already been computed.
@@ -178,7 +178,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         parameters = [validate_parameter("spin", spin), validate_tilts(tilt, in_degrees)]
         rate, angle = (convert_array_to_radians(each.values, in_degrees) for each in parameters)
         find_symmetry_moments_of_bodies(bodies)
-        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         if is_steady_precession_requested(steady, fast, precession, environment):
             one = partial(one, steady=True, fast=fast)
             precession_rate = compute_steady_precession_rates(

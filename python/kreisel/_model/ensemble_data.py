@@ -28,7 +28,7 @@ from .broadcasting import (
     name_varying_dimensions,
     validate_parameter,
 )
-from .environment import PhysicalEnvironment, validate_ensemble_environment
+from .environment import EnvironmentArguments, validate_ensemble_environment
 from .momentum import compute_angular_momentum
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class EnsembleBase(BatchBase[S]):
         )
         bodies, start = check_body_type(body), select_momentum_parameter(arguments)
         attitude_parameter, q = validate_attitudes(attitude, attitude_xyzw)
-        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         environment_parameters, columns = validate_ensemble_environment(environment)
         parameters = [start, attitude_parameter, *environment_parameters]
         compute_common_top_shape(bodies, parameters)

@@ -23,7 +23,7 @@ _TURN: Final = Fraction(
 )
 
 
-class PhysicalEnvironment(NamedTuple):
+class EnvironmentArguments(NamedTuple):
     """The environment parameters of a scene or an ensemble, before validation."""
 
     gravity: Any = 1.0
@@ -147,7 +147,7 @@ def refuse_disturbances(
 
 
 def validate_ensemble_environment(
-    environment: PhysicalEnvironment,
+    environment: EnvironmentArguments,
 ) -> tuple[list[BatchParameter], dict[str, Array]]:
     """Parse the environment parameters of an ensemble, and convert them to columns.
 

@@ -21,7 +21,7 @@ from .._utils.validation import (
 )
 from ..quaternion import conjugate, multiply
 from .broadcasting import BatchParameter
-from .environment import PhysicalEnvironment
+from .environment import EnvironmentArguments
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -92,7 +92,7 @@ def validate_tilt_angle(tilt: object, degrees: bool) -> float:
 
 
 def is_steady_precession_requested(
-    steady: object, fast: object, precession: object, environment: PhysicalEnvironment
+    steady: object, fast: object, precession: object, environment: EnvironmentArguments
 ) -> bool:
     """Return True if a steady precession is requested.
 

@@ -18,7 +18,7 @@ from .._utils.errors import make_frozen_class_decorator
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
-from .environment import PhysicalEnvironment
+from .environment import EnvironmentArguments
 from .euler_angles import (
     attitude_from_euler,
     compute_steady_precession_rate,
@@ -120,7 +120,7 @@ class Scene:
         )
         if data is None:
             data = validate_scene_arguments(
-                body, arguments, attitude, attitude_xyzw, PhysicalEnvironment(*environment)
+                body, arguments, attitude, attitude_xyzw, EnvironmentArguments(*environment)
             )
         fields = self.__dict__
         fields["body"] = body
@@ -311,7 +311,7 @@ class Scene:
         reference = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
         attitude = attitude_from_euler(reference._block, reference._start_state, angle_vector)
         velocity = velocity_from_euler(angle_vector, rate_vector)
-        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         return cls(body, attitude=attitude, velocity=velocity, **environment._asdict())
 
     @classmethod
@@ -359,7 +359,7 @@ class Scene:
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
         angle = validate_tilt_angle(tilt, in_degrees)
-        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         if is_steady_precession_requested(steady, fast, precession, environment):
             refuse_rotor_in_steady_precession(body)
             torque = (

@@ -15,7 +15,7 @@ from .._utils.errors import make_exception_from_status
 from .._utils.validation import Quaternion, Vector, as_three_floats
 from ..quaternion import unit
 from .body import Body
-from .environment import PhysicalEnvironment
+from .environment import EnvironmentArguments
 from .momentum import compute_angular_momentum
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def validate_scene_arguments(
     arguments: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
     attitude_xyzw: ArrayLike | None,
-    environment: PhysicalEnvironment,
+    environment: EnvironmentArguments,
 ) -> SceneData:
     """Validate the arguments of a scene one by one."""
     environment_values = environment.validate_single_top_environment()

@@ -32,7 +32,7 @@ from .ensemble_constructors import (
     validate_tilts,
 )
 from .ensemble_data import ONE_OF, compute_common_top_shape
-from .environment import PhysicalEnvironment
+from .environment import EnvironmentArguments
 from .euler_angles import cos, is_steady_precession_requested
 
 E = TypeVar("E", bound=EnsembleConstructors[Any])
@@ -42,7 +42,7 @@ _PLAIN = (*ONE_OF, "attitude", "attitude_xyzw")
 _SPINNING = "spin", "tilt", "precession"
 _EULER = "angles", "rates"
 _FLAGS = "steady", "fast", "degrees"
-_AROUND = PhysicalEnvironment._fields
+_AROUND = EnvironmentArguments._fields
 _KNOWN = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, *_AROUND)
 _DRAWS = 8  # random numbers per member, whichever parameters are scattered
 _ROWS = 1 << 12  # members whose numbers are drawn in one batch
@@ -96,14 +96,14 @@ def vary(ensemble_class: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     return ensemble_class._build_from_euler_angles(body, *start, environment, _accept_any_arguments)
 
 
-def _override_scene_environment(scene: Any, changes: Mapping[str, Any]) -> PhysicalEnvironment:
+def _override_scene_environment(scene: Any, changes: Mapping[str, Any]) -> EnvironmentArguments:
     """Replace the given environment parameters of a scene by arrays, and return all of them."""
     words = {name: changes.get(name) for name in _AROUND}
     for name, value in words.items():
         scene_value = np.asarray(getattr(scene, name))
         if value is None and (name in ("gravity", "damping") or scene_value.any()):
             words[name] = BatchParameter(name, scene_value, scene_value.shape)
-    return PhysicalEnvironment(**words)
+    return EnvironmentArguments(**words)
 
 
 def _accept_any_arguments(_: object, **__: object) -> None:

@@ -93,7 +93,7 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for using the Taylor series, and the error bound allowed for a closed form.
+    """Return why the Taylor series is used, and the largest error of an accepted closed form.
 
     The reason is an empty string if the closed-form solution may be used.
     """

@@ -160,7 +160,7 @@ def validate_ensemble_options(
     want: object = None,
     reduce: object = None,
     every: object = None,
-    has_events: bool = False,
+    requests_events: bool = False,
 ) -> EnsembleOptions:
     """Return the validated options for solving an ensemble.
 
@@ -175,9 +175,9 @@ def validate_ensemble_options(
     solve = make_solve_options(resolved_method, step, tol, digits, max_steps, method, names, every)
     if reductions and solve.has_extended_precision:
         raise ValueError("reduce accepts at most 16 digits: its results are doubles")
-    if has_events:
+    if requests_events:
         solve = replace(solve, events=())
-    return EnsembleOptions(solve, is_auto and digits is None and not has_events, reductions)
+    return EnsembleOptions(solve, is_auto and digits is None and not requests_events, reductions)
 
 
 _COMPONENTS = {

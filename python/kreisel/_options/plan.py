@@ -265,7 +265,7 @@ def _explain_unneeded_computations(scene: Scene, options: SolveOptions) -> Reaso
             and HEADING_DEPENDENT.isdisjoint(options.want)
         ):
             reason = "the series with 20 or 30 digits always computes it"
-            rows.append(("attitude", "events may need it" if options.has_events else reason))
+            rows.append(("attitude", "events may need it" if options.requests_events else reason))
         if _is_torque_free(scene):
             rows.append(
                 ("torque", "zero, but cheap: two products next to the sums of a whole order")

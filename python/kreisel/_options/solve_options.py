@@ -49,7 +49,7 @@ class SolveOptions:
     keeps_heading: bool = False
 
     @property
-    def has_events(self) -> bool:
+    def requests_events(self) -> bool:
         """True if events are to be found along the path."""
         return self.events is not None
 
@@ -67,7 +67,7 @@ class SolveOptions:
     def core_arguments(self) -> CoreArguments:
         """The method and its parameters, as passed to the C library."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
-        precise = self.has_extended_precision or self.has_events
+        precise = self.has_extended_precision or self.requests_events
         can_leave = self.method.skips_heading and not self.keeps_heading
         leave_heading = level and can_leave and not precise
         accuracy = self.step or 0.0, self.tol or 0.0, self.digits or 0
@@ -76,7 +76,7 @@ class SolveOptions:
     @cached_property
     def copy_with_default_run_settings(self) -> SolveOptions:
         """A copy of the options without the settings that are specific to a single run."""
-        events = () if self.has_events else None
+        events = () if self.requests_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options
 

@@ -233,7 +233,7 @@ def run_slice_sequentially(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops of a slice one by one, including events and tangents.
+    """Integrate the tops of a slice one at a time, with their events and tangents.
 
     The arguments are the same as for run_slice_in_lanes.
     """

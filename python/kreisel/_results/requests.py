@@ -44,7 +44,7 @@ def build_request_from_solve_arguments(
 
 def build_request_from_solve_options(options: SolveOptions) -> Request | None:
     """Build a request from the options, or return None if it needs several C library calls."""
-    if options.error is not None or options.has_events or options.tangents:
+    if options.error is not None or options.requests_events or options.tangents:
         return None
     controls = options.step, options.tol, options.digits, options.max_steps
     return _get_cached_request(

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
-from .._model.environment import PhysicalEnvironment
+from .._model.environment import EnvironmentArguments
 from .._model.exact_momentum import add_impulse_to_momentum, compute_momentum_after_body_change
 from .._model.kwargs_types import SceneKwargs
 from .._model.scene import Scene, parse_scene_toml
@@ -344,7 +344,7 @@ class Run:
         Raises TypeError if no argument is given. Raises ValueError if the method cannot handle the
         changed top.
         """
-        environment = PhysicalEnvironment(gravity, damping, turning, shaking, friction)
+        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         arguments = _drop_missing_arguments(body=body, **environment._asdict())
         if not arguments:
             raise TypeError(f"change needs a body, {', '.join(environment._fields)}")

@@ -102,7 +102,7 @@ def validate_section_arguments(
     Raises TypeError or ValueError for an invalid argument.
     """
     options = validate_ensemble_options(
-        tops, FALLBACK, None, tol, digits, max_steps, has_events=True
+        tops, FALLBACK, None, tol, digits, max_steps, requests_events=True
     )
     section_event = validate_section_event(event)
     refuse_kinetic(tops, [section_event])

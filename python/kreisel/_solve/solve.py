@@ -217,6 +217,6 @@ def _solve_with_options(
     if options.error is not None:
         return solve_with_step_search(scene, options, times, progress)
     check_resolvable_horizon(scene, end, options.step)
-    if options.has_events or times.size > options.chunk_size:
+    if options.requests_events or times.size > options.chunk_size:
         return Run(scene, options, end < 0.0)._advance_to_times(times, progress)
     return record_path(scene, options, times, progress)

@@ -199,7 +199,7 @@ def validate_ensemble_arguments(
     if events is not None and reduce is not None:
         raise ValueError("events need paths: leave out reduce")
     controls = step, tol, digits, max_steps, want, reduce, every
-    options = validate_ensemble_options(tops, method, *controls, has_events=events is not None)
+    options = validate_ensemble_options(tops, method, *controls, requests_events=events is not None)
     if events is None:
         return options
     event_list = validate_events(options.solve.method.name, events)

@@ -44,7 +44,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 
 @dataclass(frozen=True)
-class _TangentColumnGroup:
+class _ParameterPerturbation:
     """Columns of the tangent matrix that belong to the same parameter.
 
     size      the change of the parameter that changes the motion by about itself
@@ -73,7 +73,7 @@ def compute_closed_form_tangents(
     """
     blocks, rest = [], 0.0
     for name in names:
-        for group in _list_tangent_column_groups(scene, name):
+        for group in _list_parameter_perturbations(scene, name):
             block, miss = _compute_tangent_matrix_columns(scene, states, group, compute_states)
             blocks.append(block)
             rest = max(rest, miss)
@@ -109,7 +109,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
         )
 
 
-def _list_tangent_column_groups(scene: Scene, name: str) -> list[_TangentColumnGroup]:
+def _list_parameter_perturbations(scene: Scene, name: str) -> list[_ParameterPerturbation]:
     """Return the groups of tangent columns for the parameter `name`."""
     body = scene.body
     if name != "start":
@@ -118,13 +118,13 @@ def _list_tangent_column_groups(scene: Scene, name: str) -> list[_TangentColumnG
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
         return [
-            _TangentColumnGroup(size, largest, 1, _change_gravity, _subtract_gravities_of_scenes)
+            _ParameterPerturbation(size, largest, 1, _change_gravity, _subtract_gravities_of_scenes)
         ]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
     size = scene._rotation_rate * max(body.moments)
     return [
-        _TangentColumnGroup(1.0, math.inf, 3, _change_attitude, _subtract_start_attitudes),
-        _TangentColumnGroup(size, math.inf, columns, _change_momentum, _subtract_start_momenta),
+        _ParameterPerturbation(1.0, math.inf, 3, _change_attitude, _subtract_start_attitudes),
+        _ParameterPerturbation(size, math.inf, columns, _change_momentum, _subtract_start_momenta),
     ]
 
 
@@ -176,7 +176,7 @@ def _compute_rotation_between(one: Array, other: Array) -> Array:
 
 
 def _compute_tangent_matrix_columns(
-    scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
+    scene: Scene, states: Array, group: _ParameterPerturbation, compute_states: ComputeStates
 ) -> tuple[Array, float]:
     """Return one group of columns of the tangent matrix, and their largest relative error."""
     angles = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
@@ -195,7 +195,7 @@ def _compute_tangent_matrix_columns(
 def _differentiate_with_best_steps(
     scene: Scene,
     states: Array,
-    group: _TangentColumnGroup,
+    group: _ParameterPerturbation,
     step: float,
     compute_states: ComputeStates,
 ) -> tuple[Array, Array]:
@@ -232,7 +232,7 @@ def _differentiate_with_best_steps(
 def _compute_central_differences(
     scene: Scene,
     states: Array,
-    group: _TangentColumnGroup,
+    group: _ParameterPerturbation,
     step: float,
     compute_states: ComputeStates,
 ) -> tuple[Array, Array]:

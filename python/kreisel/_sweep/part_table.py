@@ -36,7 +36,7 @@ EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.compon
 
 @dataclass
 class PartResults:
-    """A table of the results for the tops in a part of a sweep, and of their events.
+    """A table of the results and events of the tops in one part of a sweep.
 
     columns  {name: values (n,) or (n, k)} of the tops
     ragged   {name: values (e,)} of the events, sorted by top

@@ -269,7 +269,7 @@ class Source:
     ) -> Exception:
         """Return the error for the first invalid top, with the index of this top in its message.
 
-        If every top is valid when checked alone, the error `common` of the whole group is returned.
+        If every top is valid on its own, the result is `common`, the error of the group as a whole.
         """
         while places.size > 1:
             middle = places.size // 2

@@ -187,7 +187,7 @@ class SweepResult:
         """Verify the checksums of all parts, and return the numbers of the parts grouped by status.
 
         The status is "done", "missing", "damaged", "of another version" or "foreign". A part is
-        foreign if its name is used by a folder or by a complete part of a different plan. Calling
+        foreign if a folder, or a complete part of a different plan, has its file name. Calling
         kreisel.sweep again computes the parts whose status is neither 'done' nor 'foreign'.
         """
         parts, numbers = self._verify_existing_parts()
