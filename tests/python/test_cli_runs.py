@@ -169,14 +169,14 @@ def test_a_signal_keeps_the_computed_states(tmp_path, name, options):
 
 @signals
 def test_a_signal_during_writing_ends_the_run_after_complete_rows(tmp_path, monkeypatch):
-    add, numbers = outputs.CsvOutput.add_path_piece, [signal.SIGTERM]
+    add, numbers = outputs.CsvOutput.receive_path_piece, [signal.SIGTERM]
 
     def add_and_signal(csv, piece):
         if numbers:
             os.kill(os.getpid(), numbers.pop())
         add(csv, piece)
 
-    monkeypatch.setattr(outputs.CsvOutput, "add_path_piece", add_and_signal)
+    monkeypatch.setattr(outputs.CsvOutput, "receive_path_piece", add_and_signal)
     output = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
     last = rows((tmp_path / "part.csv").read_text())[-1, 0]
     assert join_lines(output).endswith(f"Error: interrupted at t = {last:g} ")

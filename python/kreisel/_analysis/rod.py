@@ -125,7 +125,7 @@ class Rod:
         The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
         has fewer than two states, and ImportError if matplotlib is not installed.
         """
-        from .._plot.panels import create_figure_axes
+        from .._plot.panels import create_axes_in_new_figure
         from .._plot.solids import (
             ORANGE,
             check_axes_type,
@@ -134,7 +134,7 @@ class Rod:
             draw_tube,
         )
 
-        target = create_figure_axes() if axes is None else check_axes_type(axes)
+        target = create_axes_in_new_figure() if axes is None else check_axes_type(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         view = as_float("elevation", elevation), as_float("azimuth", azimuth)
         unit = as_unit_name("length_unit", length_unit)

@@ -38,7 +38,7 @@ Columns = Mapping[str, Sequence[object]]
 class PathPieceReceiver(Protocol):
     """An output that receives a path in consecutive chunks."""
 
-    def add_path_piece(self, piece: Path) -> None:
+    def receive_path_piece(self, piece: Path) -> None:
         """Add the states of the next part of the path."""
 
 
@@ -79,7 +79,7 @@ class CsvOutput:
         self._file, self._angles, self._files = file, angles, files
         self._grow: Callable[[bytes], None] | None = None
 
-    def add_path_piece(self, piece: Path) -> None:
+    def receive_path_piece(self, piece: Path) -> None:
         table = convert_columns_to_lists(self._angles.columns(piece, list_output_quantities(piece)))
         rows = encode_table_as_csv(table, head=self._grow is None)
         if self._grow is None:
@@ -98,7 +98,7 @@ class PathCollector:
 
     pieces: list[Path] = field(default_factory=list)
 
-    def add_path_piece(self, piece: Path) -> None:
+    def receive_path_piece(self, piece: Path) -> None:
         """Append the next piece."""
         self.pieces.append(piece)
 
@@ -133,7 +133,7 @@ class EventCollector:
     degrees: bool
     parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
 
-    def add_path_piece(self, piece: Path) -> None:
+    def receive_path_piece(self, piece: Path) -> None:
         self.parts.append((piece.events, list_output_quantities(piece)))
 
     def build_event_table(self) -> dict[str, list[object]]:
@@ -171,7 +171,7 @@ class RunSummaryPrinter:
         self._change = self._size = 0.0
         self._last: Path | None = None
 
-    def add_path_piece(self, piece: Path) -> None:
+    def receive_path_piece(self, piece: Path) -> None:
         if not len(piece):
             self._last = self._last or piece
             return

@@ -136,11 +136,11 @@ def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
     alternatives = "|".join(sorted(options, key=len, reverse=True))
     value = r"\[[^]]*\]|\([^)]*\)|'[^']*'|[^\s,;:)]+"
 
-    def format_option_of_argument(match: re.Match[str]) -> str:
+    def format_assignment_as_option(match: re.Match[str]) -> str:
         plain = re.sub(r"[\[\]()' ]", "", match[2]).rstrip(",")
         return f"--{match[1].replace('_', '-')} {plain}"
 
-    text = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_option_of_argument, message)
+    text = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_assignment_as_option, message)
     text = text.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
     text = re.sub(rf"\b(give|leave out|leave) ({alternatives})\b", r"\1 --\2", text)
     return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", text)

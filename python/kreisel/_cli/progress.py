@@ -103,7 +103,7 @@ def write_path_pieces_to_outputs(
             return RunOutcome(None, checkpoint)
         try:
             for output in outputs:
-                output.add_path_piece(piece)
+                output.receive_path_piece(piece)
         except OSError as error:
             return RunOutcome(error, checkpoint)
         if failure is None and stops.asked:

@@ -8,7 +8,7 @@ from .._model.scene import Ensemble, Scene
 from .._results.path import Error
 from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, check_type, short_repr
-from .fit_result import Fit, build_fit_from_session
+from .fit_result import Fit, build_fit_from_search
 from .levenberg_marquardt import LossName
 from .parameters import FreeName, FreeParameters, expand_free_names
 from .records import Record
@@ -104,7 +104,7 @@ def fit(
     ]
     for session in sessions:
         session.check_measurement_count_and_start()
-        session.check_segment_count(count)
+        session.check_measurements_per_segment(count)
     return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
 
 
@@ -120,13 +120,13 @@ def _run_search_sessions(
             result = (
                 best
                 if session_best is None
-                else _select_better_fit(best, build_fit_from_session(session))
+                else _select_better_fit(best, build_fit_from_search(session))
             )
             raise FitInterrupted("the fit was interrupted", result) from None
         if session.best is not None:
             session.refuse_start_held_by_friction()
             session.refuse_insensitive_quantities()
-            best = _select_better_fit(best, build_fit_from_session(session))
+            best = _select_better_fit(best, build_fit_from_search(session))
     if best is None:
         raise _find_error_of_start_scene(sessions[0])
     if has_large_misfit(best):

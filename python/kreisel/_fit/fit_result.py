@@ -24,7 +24,7 @@ from .records import Record
 from .search_session import BestFit, SearchSession
 from .summary import format_fit_summary, format_fit_summary_as_html
 from .uncertainty import (
-    ParameterUncertainty,
+    FitCovariance,
     classify_fit_directions,
     compute_residual_statistics,
     measure_cost_nonlinearity,
@@ -103,7 +103,7 @@ class Fit(ReadOnlyArrays):
     cost: float
     _parameters: FreeParameters
     _point: FitPoint
-    _spectrum: ParameterUncertainty
+    _spectrum: FitCovariance
     _pieces: tuple[tuple[float, FitPoint], ...]
 
     @cached_property
@@ -259,7 +259,7 @@ def _convert_to_float_array(value: ArrayLike) -> Array:
     return numbers.astype(float)
 
 
-def build_fit_from_session(session: SearchSession) -> Fit:
+def build_fit_from_search(session: SearchSession) -> Fit:
     """Build a Fit from the best solution found by a search."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
@@ -307,7 +307,7 @@ def _compute_moment_ratios_and_errors(
     names: list[str],
     values: Array,
     jacobian: Array,
-    spectrum: ParameterUncertainty,
+    spectrum: FitCovariance,
 ) -> dict[str, tuple[float, float]]:
     """Return the ratio of each free moment of inertia to the last one, and its standard error."""
     if not p.can_vary("moments"):
@@ -323,7 +323,7 @@ def _compute_moment_ratios_and_errors(
 
 
 def _measure_fit_nonlinearity(
-    session: SearchSession, best: BestFit, spectrum: ParameterUncertainty, inflation: float
+    session: SearchSession, best: BestFit, spectrum: FitCovariance, inflation: float
 ) -> float:
     if best.pieces or session.loss != "linear":
         return 0.0

@@ -164,7 +164,7 @@ class SearchSession:
                 "parameters: add measurements, or remove names from free"
             )
 
-    def check_segment_count(self, pieces: int | None) -> None:
+    def check_measurements_per_segment(self, pieces: int | None) -> None:
         """Raise ValueError if the records have fewer than two measurement times per segment."""
         most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
         if pieces is not None and pieces > most:

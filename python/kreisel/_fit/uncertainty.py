@@ -45,7 +45,7 @@ class ResidualStatistics(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ParameterUncertainty:
+class FitCovariance:
     """The covariance of fitted parameters, and the directions that no measurement determines.
 
     natural  (size,) the natural sizes of the parameters, which are the units of the other fields
@@ -83,7 +83,7 @@ class ParameterUncertainty:
 
 def classify_fit_directions(
     jacobian: Array, natural: Array, inflation: float, size: int
-) -> ParameterUncertainty:
+) -> FitCovariance:
     """Find the directions in the space of the first `size` parameters that the data determine.
 
     A direction counts as undetermined if one standard deviation along it exceeds the typical
@@ -96,7 +96,7 @@ def classify_fit_directions(
     factor = vectors[is_seen].T * (inflation / values[is_seen])
     # Changes of further columns, the starts of later pieces, belong to blind changes of the first.
     directions, lengths, _ = np.linalg.svd(vectors[~is_seen].T[:size], full_matrices=False)
-    return ParameterUncertainty(natural[:size], factor[:size], directions[:, lengths > _PRESENT])
+    return FitCovariance(natural[:size], factor[:size], directions[:, lengths > _PRESENT])
 
 
 def compute_residual_statistics(
@@ -142,7 +142,7 @@ def measure_cost_nonlinearity(
     model: ResidualModel,
     point: FitPoint,
     residuals: Array,
-    spectrum: ParameterUncertainty,
+    spectrum: FitCovariance,
     inflation: float,
 ) -> float:
     """Return the relative deviation of chi2 from a quadratic function at one standard deviation.

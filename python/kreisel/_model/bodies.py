@@ -404,7 +404,7 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
 
 
 def validate_inertia_tensors(name: str, tensors: object) -> BatchParameter:
-    """Parse inertias given as moments, or as matrices if the last two dimensions have length 3.
+    """Validate inertias given as moments, or as matrices if the last two dimensions have length 3.
 
     Raises ValueError for the first matrix that is not symmetric.
     """

@@ -115,14 +115,14 @@ def select_validator_by_shape(value: Shape) -> Validator:
 
 
 def validate_positive_parameter(name: str, numbers: object) -> BatchParameter:
-    """Parse a parameter whose values must be positive."""
+    """Validate a parameter whose values must be positive."""
     parameter = validate_parameter(name, numbers)
     parameter.raise_error_of_first_bad_value(~(parameter.values > 0.0), as_positive)
     return parameter
 
 
 def validate_non_negative_parameter(name: str, numbers: object) -> BatchParameter:
-    """Parse a parameter whose values must not be negative."""
+    """Validate a parameter whose values must not be negative."""
     parameter = validate_parameter(name, numbers)
     parameter.raise_error_of_first_bad_value(~(parameter.values >= 0.0), as_non_negative)
     return parameter

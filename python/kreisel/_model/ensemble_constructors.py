@@ -210,7 +210,7 @@ def split_vector_components(vector: Array) -> Components:
 
 
 def validate_tilts(tilts: ArrayLike, degrees: bool) -> BatchParameter:
-    """Parse the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
+    """Validate the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
     parameter = validate_parameter("tilt", tilts)
     angle = convert_array_to_radians(parameter.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))

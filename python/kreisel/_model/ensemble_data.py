@@ -320,7 +320,7 @@ def select_momentum_parameter(arguments: Mapping[str, ArrayLike | None]) -> Batc
 
 
 def validate_attitudes(attitude: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
-    """Parse the argument `attitude` or `attitude_xyzw`, and return the quaternions (w, x, y, z).
+    """Validate the argument `attitude` or `attitude_xyzw`, and return the quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
     unit length.

@@ -149,7 +149,7 @@ def refuse_disturbances(
 def validate_ensemble_environment(
     environment: EnvironmentArguments,
 ) -> tuple[list[BatchParameter], dict[str, Array]]:
-    """Parse the environment parameters of an ensemble, and convert them to columns.
+    """Validate the environment parameters of an ensemble, and convert them to columns.
 
     Optional parameters that are None are omitted.
     """

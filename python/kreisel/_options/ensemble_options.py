@@ -199,7 +199,7 @@ def find_components_by_name(name: str) -> list[tuple[str, int]]:
 
 
 def validate_reductions(reduce: object) -> tuple[Reduction, ...]:
-    """Parse a mapping of quantities to statistics, such as {"nutation": ("min", "max")}."""
+    """Validate a mapping of quantities to statistics, such as {"nutation": ("min", "max")}."""
     if reduce is None:
         return ()
     if not isinstance(reduce, Mapping):

@@ -15,7 +15,7 @@ CLASSES = (("regular", "#1f5fb5"), ("chaotic", "#f0810f"), ("in doubt", "#a0a0a0
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def create_figure_axes(width: float = 6.0, height: float = 4.0) -> Axes:
+def create_axes_in_new_figure(width: float = 6.0, height: float = 4.0) -> Axes:
     """Create a figure of the given size [in], and return its axes."""
     return Figure(figsize=(width, height), layout="constrained").add_subplot()
 

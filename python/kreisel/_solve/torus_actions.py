@@ -62,7 +62,7 @@ def _integrate_action_one_form(states: Array, is_level: bool) -> tuple[float, fl
     momentum = states[:, 5:8]
     columns = np.array([turn((w, x, y, z), axis) for axis in _AXES]).transpose(0, 2, 1)
     if is_level:
-        columns, momentum = _rotate_to_momentum_heading(columns, momentum)
+        columns, momentum = _resolve_in_momentum_frame(columns, momentum)
     n = len(states)
     order = np.fft.rfftfreq(n, 1.0 / n)
     order[-1] = 0.0  # the derivative of the highest cosine is zero at all states
@@ -71,7 +71,7 @@ def _integrate_action_one_form(states: Array, is_level: bool) -> tuple[float, fl
     return float(integrand.mean()), float(np.abs(integrand).mean())
 
 
-def _rotate_to_momentum_heading(columns: Array, momentum: Array) -> tuple[Array, Array]:
+def _resolve_in_momentum_frame(columns: Array, momentum: Array) -> tuple[Array, Array]:
     """Return the components of vectors along m/|m|, e3 x m/|m| and e3 for a horizontal vector m."""
     size = np.hypot(momentum[:, 0], momentum[:, 1])
     c, s = momentum[:, 0] / size, momentum[:, 1] / size

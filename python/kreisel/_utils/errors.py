@@ -56,14 +56,14 @@ def make_frozen_class_decorator(advice: str) -> Callable[[type[_T]], type[_T]]:
     The error message ends with the text `advice`, in which {} is replaced by the attribute name.
     """
 
-    def add_refusing_setattr(cls: type[_T]) -> type[_T]:
+    def refuse_all_assignments(cls: type[_T]) -> type[_T]:
         def refuse_assignment(_: object, name: str, __: object) -> None:
             raise FrozenInstanceError(f"cannot assign to field {name!r}: {advice.format(name)}")
 
         type.__setattr__(cls, "__setattr__", refuse_assignment)
         return cls
 
-    return add_refusing_setattr
+    return refuse_all_assignments
 
 
 def warn_user(message: str) -> None:
