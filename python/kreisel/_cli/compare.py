@@ -69,7 +69,7 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 @click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
 def compare(
     scene: Scene,
-    t: time_option.RequestedTimes,
+    t: time_option.TimeSequence,
     methods: list[MethodName] | None,
     steps: list[float] | None,
     tols: list[float] | None,

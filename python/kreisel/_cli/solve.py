@@ -112,7 +112,7 @@ _EVERY = click.option(
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
 @add_output_options
-def solve(scene: str, t: time_option.RequestedTimes, **words: Unpack[_SolveCommandOptions]) -> None:
+def solve(scene: str, t: time_option.TimeSequence, **words: Unpack[_SolveCommandOptions]) -> None:
     """Compute the motion of a scene.
 
     If the computation fails or is interrupted, the output files contain all states up to the last
@@ -158,7 +158,7 @@ def solve(scene: str, t: time_option.RequestedTimes, **words: Unpack[_SolveComma
 @_EVERY
 @click.option("--max-steps", type=int, help="A new limit on the number of steps.")
 @add_output_options
-def resume(run: str, t: time_option.RequestedTimes, **words: Unpack[_ResumeCommandOptions]) -> None:
+def resume(run: str, t: time_option.TimeSequence, **words: Unpack[_ResumeCommandOptions]) -> None:
     """Continue a saved RUN; the results are bitwise identical to those of an uninterrupted run.
 
     RUN is a file written by --save. Times up to the saved state are ignored, so --t can be the same
@@ -198,7 +198,7 @@ def _run_and_write_outputs(
 
 def _yield_path_as_one_piece(
     scene: Scene,
-    t: time_option.RequestedTimes,
+    t: time_option.TimeSequence,
     words: _SolveCommandOptions,
     stops: StopSignalHandler,
 ) -> Iterator[Path]:
@@ -221,7 +221,7 @@ def _yield_path_as_one_piece(
 
 def _iterate_path_pieces(
     run: Run,
-    t: time_option.RequestedTimes,
+    t: time_option.TimeSequence,
     every: int | None,
     outputs: RunOutputs,
     stops: StopSignalHandler,

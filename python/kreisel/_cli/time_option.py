@@ -38,7 +38,7 @@ class TimeGrid:
 
 
 @dataclass(frozen=True)
-class RequestedTimes:
+class TimeSequence:
     """Requested times, given as one or more grids."""
 
     grids: tuple[TimeGrid, ...]
@@ -63,17 +63,17 @@ class RequestedTimes:
         """Return the times in the form that kreisel.solve accepts."""
         return self.end if self.one else self.to_array()
 
-    def select_later_times(self, t: float) -> RequestedTimes:
+    def select_later_times(self, t: float) -> TimeSequence:
         """Return the requested times whose absolute value exceeds |t|."""
         grids = (grid.select_later_times(t) for grid in self.grids)
-        return RequestedTimes(tuple(grid for grid in grids if grid.count), self.one)
+        return TimeSequence(tuple(grid for grid in grids if grid.count), self.one)
 
 
-def parse_times(words: str) -> RequestedTimes:
+def parse_times(words: str) -> TimeSequence:
     """Parse comma-separated numbers and grids start:end:step."""
     grids = tuple(map(_parse_time_grid, words.split(",")))
     _refuse_unordered_time_grids([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
-    return RequestedTimes(grids, len(grids) == 1 and ":" not in words)
+    return TimeSequence(grids, len(grids) == 1 and ":" not in words)
 
 
 def _parse_time_grid(word: str) -> TimeGrid:
