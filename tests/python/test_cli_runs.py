@@ -188,13 +188,13 @@ def test_a_signal_ends_other_commands_in_one_line(name, tmp_path):
     line = "compare asymmetric --t 1e9 --methods rk4 --steps 1e-3 --truth rk4"
     program = f"""
 import os, signal
-from kreisel._cli import compare, main
+from kreisel._cli import compare_command, main
 
-compared = compare.compared
+compared = compare_command.compared
 def press(*words):
     os.kill(os.getpid(), signal.{name})
     return compared(*words)
-compare.compared = press
+compare_command.compared = press
 main()
 """
     result = python(program, *line.split(), cwd=tmp_path)

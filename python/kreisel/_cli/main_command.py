@@ -14,7 +14,7 @@ import click
 
 from .._core import version
 from .._results.path import Error
-from . import compare, fit, lists, pages, solve, sweep
+from . import compare_command, fit_command, lists, pages, solve_command, sweep_command
 
 _CODES = """\b
 Exit codes
@@ -124,11 +124,11 @@ def main() -> None:
 
 
 for _command in (
-    solve.solve,
-    solve.resume,
-    compare.compare,
-    sweep.sweep,
-    fit.fit,
+    solve_command.solve,
+    solve_command.resume,
+    compare_command.compare,
+    sweep_command.sweep,
+    fit_command.fit,
     lists.methods,
     lists.scenes,
     lists.quantities,
