@@ -190,11 +190,11 @@ def test_a_signal_ends_other_commands_in_one_line(name, tmp_path):
 import os, signal
 from kreisel._cli import compare_command, main
 
-compared = compare_command.compared
+compare_methods = compare_command.compare_methods
 def press(*words):
     os.kill(os.getpid(), signal.{name})
-    return compared(*words)
-compare_command.compared = press
+    return compare_methods(*words)
+compare_command.compare_methods = press
 main()
 """
     result = python(program, *line.split(), cwd=tmp_path)
@@ -245,7 +245,7 @@ def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
     def stop_comparison(*_):
         raise kr.CompareInterrupted("interrupted: one of two methods", table)
 
-    monkeypatch.setattr(cli.compare, "compared", stop_comparison)
+    monkeypatch.setattr(cli.compare_command, "compare_methods", stop_comparison)
     output = call("compare asymmetric --t 1", code=130)
     assert "taylor" in output and "Error: interrupted: one of two" in join_lines(output)
 
@@ -263,7 +263,7 @@ def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
     ],
 )
 def test_exceptions_end_a_command_with_one_line_and_an_exit_code(monkeypatch, error, code, words):
-    monkeypatch.setattr(cli.compare, "compared", make_raiser(error))
+    monkeypatch.setattr(cli.compare_command, "compare_methods", make_raiser(error))
     output = call(COMPARED, code=code)
     assert words in output and output.count("\n") == (1 if words else 0)
 

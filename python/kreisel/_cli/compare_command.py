@@ -8,7 +8,7 @@ from rich.console import Console, JustifyMethod
 from rich.table import Table as Grid
 
 from .._analysis.compare import CompareInterrupted, Table
-from .._analysis.compare import compare as compared
+from .._analysis.compare import compare as compare_methods
 from .._model.scene import Scene
 from .._utils.quantity_attributes import MethodName
 from . import time_option
@@ -86,7 +86,7 @@ def compare(
     with convert_errors_to_usage_errors(_OPTIONS):
         words = methods, steps or (), tols or (), truth, repeats
         try:
-            table = compared(scene, t.to_solve_argument(), *words)
+            table = compare_methods(scene, t.to_solve_argument(), *words)
         except CompareInterrupted as error:
             table, interruption = error.table, error
     if csv_file == "-":
