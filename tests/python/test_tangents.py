@@ -5,7 +5,7 @@ import pickle
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel.quaternion import turn as turned
+from kreisel.quaternion import turn as rotate
 
 ALL = ("start", "moments", "com", "gravity", "mass", "damping")
 SCENES = [name for name in vars(kr.scenes) if isinstance(getattr(kr.scenes, name), kr.Scene)]
@@ -56,7 +56,7 @@ def test_tangents_agree_with_differences_of_runs_with_30_digits(name):
 
 
 def matrix(q):
-    return np.array([turned(q, axis) for axis in np.eye(3)]).T
+    return np.array([rotate(q, axis) for axis in np.eye(3)]).T
 
 
 def form(path, i):

@@ -10,7 +10,7 @@ import click
 
 from .._model.scene import Scene
 from .._view import open_viewer
-from .._view import view as viewed
+from .._view import view as open_view
 from .output_files import FILE, parse_output_files
 from .parsers import A_SCENE, UsageError, convert_errors_to_usage_errors
 from .parsers import find_or_read_scene as a_scene
@@ -30,7 +30,7 @@ def view(scene: Scene, file: str | None) -> None:
     """
     parse_output_files([("view --save", file)])
     with convert_errors_to_usage_errors(()):
-        page = viewed(scene, open=False)
+        page = open_view(scene, open=False)
     try:
         text = page.html
     except FileNotFoundError as error:

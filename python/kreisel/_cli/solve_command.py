@@ -14,8 +14,8 @@ from .._options.solve_options import validate_recording_interval
 from .._options.times import check_resolvable_horizon, check_states_fit_in_memory, time_array
 from .._results.path import Path
 from .._solve.run import Run, start
-from .._solve.run import resume as resumed
-from .._solve.solve import solve as solved
+from .._solve.run import resume as resume_run
+from .._solve.solve import solve as solve_scene
 from .._utils.validation import Array
 from ..events import MAKERS
 from . import time_option
@@ -203,7 +203,7 @@ def _yield_path_as_one_piece(
     stops: StopSignalHandler,
 ) -> Iterator[Path]:
     """Yield the whole path at once, because method='geometric' cannot compute it in parts."""
-    solve_all: Callable[..., Path] = solved
+    solve_all: Callable[..., Path] = solve_scene
     yield solve_all(
         scene,
         t.to_solve_argument(),
@@ -265,6 +265,6 @@ def _read_run_checkpoint(file: str, max_steps: int | None) -> Run:
         else:
             with open(file, "rb") as stream:
                 data = stream.read(_LONGEST)
-        return resumed(data, max_steps=max_steps)
+        return resume_run(data, max_steps=max_steps)
     except (OSError, ValueError) as error:
         raise UsageError(str(error) if isinstance(error, OSError) else f"{file}: {error}") from None
