@@ -222,6 +222,6 @@ def test_invalid_checkpoints_are_reported_with_the_file_name_once(tmp_path):
 
 def test_a_run_without_enough_memory_leaves_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cli.solve, "write_path_pieces_to_outputs", make_raiser(MemoryError()))
+    monkeypatch.setattr(cli.solve_command, "write_path_pieces_to_outputs", make_raiser(MemoryError()))
     assert "not enough memory" in call("solve asymmetric --t 1 --csv a.csv", code=1)
     assert os.listdir(tmp_path) == []
