@@ -201,6 +201,11 @@ def test_invalid_fits_are_refused(records, free, words, message):
         kr.fit(GUESS, measured, free, **words)
 
 
+def test_an_ensemble_without_members_is_refused():
+    with pytest.raises(ValueError, match="scene is an ensemble without members"):
+        kr.fit(GUESS.vary(gravity=[]), gyroscope(n=20))
+
+
 @pytest.mark.parametrize(
     "arguments, words",
     [

@@ -110,6 +110,25 @@ def test_a_fit_that_does_not_converge_is_returned_with_a_warning():
     assert not fit.has_converged and fit.evaluations <= 8 and "best so far" in str(fit)
 
 
+@pytest.mark.parametrize("friction", [0.0, 1e-12])
+def test_a_start_that_takes_too_many_steps_is_refused(monkeypatch, friction):
+    for module in ("residuals", "search_session"):
+        monkeypatch.setattr(f"kreisel._fit.{module}.STEPS_MOST", 1000)
+    fast = HEAVY.replace(velocity=(0.0, 0.0, 1e5), friction=friction)
+    record = kr.Record([0.0, 1.0], {"energy": [1.0, 1.0]}, 1.0)
+    with pytest.raises(kr.Error, match="the largest number of steps was reached: .* in 1000 steps"):
+        kr.fit(fast, record, "gravity")
+    best = kr.fit(fast.vary(velocity=[(0, 0, 1e5), (0, 0, 1), (0, 0, 2)]), record, "gravity")
+    assert best.evaluations > 0 and np.isfinite(best.cost)
+    assert abs(np.linalg.norm(kr.solve(best.scene, [0.0]).velocity[0])) < 10.0
+
+
+def test_residuals_beyond_the_range_of_doubles_are_refused():
+    record = kr.Record([0.0, 1.0], {"energy": [1e90, 1e90]}, 1e-180)
+    with pytest.raises(ValueError, match="the residuals leave the range of doubles"):
+        kr.fit(HEAVY, record, "gravity")
+
+
 def test_threads_give_the_same_bits():
     record = gyroscope()
     one = kr.fit(GUESS, record, FREE)

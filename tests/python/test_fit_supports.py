@@ -303,10 +303,11 @@ def test_undetermined_directions_are_named():
     assert heading == "the heading: a rotation of the start and of turning about the vertical"
 
 
-def test_records_before_a_start_that_friction_holds_are_refused():
+@pytest.mark.parametrize("name", ["body_velocity", "energy"])
+def test_records_before_a_start_that_friction_holds_are_refused(name):
     late = kr.solve(HEAVY.replace(friction=3.0), [4.0]).end
-    before = kr.solve(HEAVY.replace(friction=3.0), np.linspace(2.0, 6.0, 50)).body_velocity
-    record = kr.Record(np.linspace(-2.0, 2.0, 50), {"body_velocity": before}, 0.02)
+    before = getattr(kr.solve(HEAVY.replace(friction=3.0), np.linspace(2.0, 6.0, 50)), name)
+    record = kr.Record(np.linspace(-2.0, 2.0, 50), {name: before}, 0.02)
     with pytest.raises(ValueError, match=r"before the start at t = 0, where friction holds"):
         kr.fit(late, record, ("start", "friction"), max_evaluations=30)
 
