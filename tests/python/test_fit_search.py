@@ -116,7 +116,9 @@ def test_a_start_that_takes_too_many_steps_is_refused(monkeypatch, friction):
         monkeypatch.setattr(f"kreisel._fit.{module}.STEPS_MOST", 1000)
     fast = HEAVY.replace(velocity=(0.0, 0.0, 1e5), friction=friction)
     record = kr.Record([0.0, 1.0], {"energy": [1.0, 1.0]}, 1.0)
-    with pytest.raises(kr.Error, match="the largest number of steps was reached: .* in 1000 steps"):
+    with pytest.raises(
+        kr.Error, match=r"the largest number of steps was reached: .* in 1000 steps"
+    ):
         kr.fit(fast, record, "gravity")
     best = kr.fit(fast.vary(velocity=[(0, 0, 1e5), (0, 0, 1), (0, 0, 2)]), record, "gravity")
     assert best.evaluations > 0 and np.isfinite(best.cost)
