@@ -198,6 +198,22 @@ def test_unknown_noise_is_estimated():
     assert abs(fit.sigma[0]["apex"] / 0.003 - 1.0) < 0.1
 
 
+def test_only_unknown_noise_is_estimated_with_the_soft_loss():
+    t = np.linspace(0.0, 1.0, 60)
+    path, noise = kr.solve(HEAVY, t), np.random.default_rng(0).normal(size=(60, 4))
+    values = {
+        "apex": path.apex + 0.01 * noise[:, :3],
+        "energy": path.energy + 2.0 * noise[:, 3],
+        "spin": np.full(60, np.nan),
+        "nutation": np.where(t < t[4], path.nutation, np.nan),
+    }
+    found = kr.fit(HEAVY, kr.Record(t, values, {"apex": 0.013}), "velocity", loss="soft")
+    assert found.sigma[0]["apex"] == 0.013
+    spread = 1.4826 * np.median(np.abs(2.0 * noise[:, 3]))
+    assert found.sigma[0]["energy"] == pytest.approx(spread, rel=0.03)
+    assert found.sigma[0]["spin"] == 0.1  # unknown
+
+
 def test_correlated_residuals_enlarge_the_errors():
     rng = np.random.default_rng(3)
     t = np.linspace(0.0, 3.0, 300)
