@@ -6,8 +6,9 @@ from concurrent.futures import ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call
+from cli_helpers import call, make_raiser
 from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, gyroscope, ratios
+from kreisel._cli import fit as shell
 from kreisel._fit.initial_guess import guess_parameters_from_records
 from kreisel._fit.multiple_shooting import choose_segment_count
 from kreisel._fit.parameters import FreeParameters, convert_scene_to_fit_point, expand_free_names
@@ -349,6 +350,30 @@ def test_the_command_has_an_option_for_the_accelerometer_point(files):
     assert call(f"{inputs} --point 0,0,0.5").startswith("Fit of 3 parameters to 900 numbers")
     assert "specific_force needs --point" in call(inputs, code=2)
     assert "--point must be 3 numbers" in call(f"{inputs} --point 1,2", code=2)
+
+
+COLUMNS = "--column body_velocity=wx,wy,wz --time time --sigma 0.02"
+
+
+@pytest.mark.filterwarnings("default")  # a warning must appear as a line of the output
+def test_the_command_returns_1_if_the_fit_does_not_converge(files, monkeypatch):
+    monkeypatch.setattr(
+        shell, "estimate", lambda *given, **words: kr.fit(*given, **words, max_evaluations=1)
+    )
+    told = call(f"fit {files / 'toss.csv'} {files / 'top.toml'} {COLUMNS}", code=1)
+    assert "Warning: " in told and "Fit of 9 parameters" in told
+
+
+@pytest.mark.parametrize("has_result", [True, False])
+def test_an_interrupted_command_writes_the_best_fit(files, monkeypatch, has_result):
+    best = kr.fit(HEAVY, gyroscope(n=50), "velocity") if has_result else None
+    monkeypatch.setattr(
+        shell, "estimate", make_raiser(kr.FitInterrupted("the fit was interrupted", best))
+    )
+    line = f"fit {files / 'toss.csv'} {files / 'top.toml'} {COLUMNS} --csv {files / 'out.csv'}"
+    told = call(line, code=130)
+    assert told == (f"{best}\n" if best else "") + "Error: the fit was interrupted\n"
+    assert (files / "out.csv").exists() is has_result
 
 
 @pytest.mark.parametrize(
