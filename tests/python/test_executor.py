@@ -1,10 +1,13 @@
 """Tests of how ensembles are divided among threads."""
 
+import pickle
 import threading
+from concurrent.futures import Executor, Future
 
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._results import executor
 from kreisel._results.executor import WorkerPool
 
 
@@ -55,3 +58,62 @@ def test_an_exception_in_progress_ends_the_run(run, threads):
 def test_sections_do_not_depend_on_threads():
     first, *others = (kr.section(TOPS, n=50, threads=n) for n in (1, 2, 5))
     assert all(np.array_equal(first.states, other.states) for other in others)
+
+
+class CopyingExecutor(Executor):
+    """An executor that runs each task at once, on copies as if in another process."""
+
+    def submit(self, function, *arguments):
+        made = Future()
+        copied, given = pickle.loads(pickle.dumps((function, arguments)))
+        made.set_result(copied(*given))
+        return made
+
+
+@pytest.mark.parametrize(
+    "words",
+    [{}, {"method": "geometric", "error": 1e-6}, {"want": ["energy"]}, {"method": "taylor"}],
+    ids=["auto", "step search", "want", "taylor"],
+)
+def test_workers_that_share_no_memory_give_the_same_bits(words):
+    paths = kr.solve(TOPS, [0.0, 1.0, 2.0], executor=CopyingExecutor(), **words)
+    expected = kr.solve(TOPS, [0.0, 1.0, 2.0], **words)
+    assert np.array_equal(paths.energy, expected.energy)
+    assert np.array_equal(paths.steps, expected.steps) and (paths.status == 0).all()
+
+
+def test_progress_counts_the_tops_of_workers_that_share_no_memory(monkeypatch):
+    monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
+    monkeypatch.setattr(executor, "SLICES_AHEAD", 1)
+    calls = []
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 2000))
+    kr.solve(tops, 0.1, executor=CopyingExecutor(), progress=calls.append)
+    assert len(calls) > 3 and 0.0 < calls[0] < 1.0 and calls == sorted(calls) and calls[-1] == 1.0
+    assert all(round(2000 * part) % 8 == 0 for part in calls)
+
+
+def interrupt(part):
+    raise KeyboardInterrupt
+
+
+def test_an_interrupted_indicator_keeps_the_tops_that_ended(monkeypatch):
+    monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 400))
+    with pytest.raises(kr.Interrupted, match="interrupted") as stopped:
+        kr.megno(tops, 100.0, threads=2, progress=interrupt)
+    found, whole = stopped.value.paths, kr.megno(tops, 100.0)
+    ended = found.status == "OK"
+    assert 0 < ended.sum() < 400 and (found.status[~ended] == "ERR_INTERRUPTED").all()
+    assert np.array_equal(found.curve[ended], whole.curve[ended])
+
+
+def test_ctrl_c_after_the_last_top_is_not_hidden(monkeypatch):
+    monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
+
+    def interrupt_at_end(part):
+        if part == 1.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        kr.solve(TOPS, 1.0, executor=CopyingExecutor(), progress=interrupt_at_end)
+    assert type(stopped.value) is KeyboardInterrupt

@@ -5,6 +5,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._analysis import turns
 from kreisel._analysis.frequencies import _find_strongest_spectral_lines
 from tops import FREE, GENERAL, LAGRANGE
 
@@ -184,6 +185,15 @@ def test_undetermined_rates_are_nan():
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3
+
+
+def test_turns_that_halving_does_not_resolve_leave_the_rates_undetermined(monkeypatch):
+    path = kr.solve(kr.scenes.cusps, np.linspace(0.0, 200.0, 100), "taylor")
+    exact = kr.exact(kr.scenes.cusps)
+    assert kr.frequencies(path).precession == pytest.approx(exact.precession, rel=1e-9)
+    monkeypatch.setattr(turns, "_ROUNDS", 1)
+    found = kr.frequencies(path)
+    assert math.isnan(found.precession) and math.isnan(found.spin)
 
 
 def test_steady_and_resting_axes_have_no_nutation():
