@@ -249,3 +249,15 @@ def test_examples_run(what):
     tests = doctest.DocTestFinder().find(what, globs={})
     assert sum(len(test.examples) for test in tests) > 1
     assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)
+
+
+def test_tops_beyond_the_range_of_doubles_have_no_closed_form():
+    body = kr.Body(1e-300, (1e300, 1e300, 1e-300), (0, 0, 1e-300), unphysical=True)
+    top = kr.Scene(body, (0, 0, 1e300), gravity=1e300)
+    with pytest.raises(ValueError, match=r"^an argument is missing, not finite, or out of range:"):
+        kr.exact(top)
+    many = kr.exact(top.vary(gravity=[1.0, 1e300]))
+    with pytest.raises(
+        ValueError, match=r"^top\[0\]: an argument is missing, not finite, or out of"
+    ):
+        many.period  # noqa: B018

@@ -107,6 +107,19 @@ def test_an_interrupted_indicator_keeps_the_tops_that_ended(monkeypatch):
     assert np.array_equal(found.curve[ended], whole.curve[ended])
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_interrupted_step_search_keeps_the_tops_that_ended(monkeypatch, threads):
+    monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 200))
+    words = {"method": "geometric", "error": 1e-6, "threads": threads}
+    with pytest.raises(kr.Interrupted) as stopped:
+        kr.solve(tops, 5.0, **words, progress=interrupt)
+    found, whole = stopped.value.paths, kr.solve(tops, 5.0, **words)
+    ended = found.status == 0
+    assert 0 < ended.sum() < 200
+    assert np.array_equal(found.states[ended], whole.states[ended])
+
+
 def test_ctrl_c_after_the_last_top_is_not_hidden(monkeypatch):
     monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
 

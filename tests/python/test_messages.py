@@ -6,6 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import events
+from kreisel._options import methods
 from kreisel._results.path import ROUNDING, make_stop_exception
 from tops import GENERAL, LAGRANGE
 
@@ -203,3 +204,9 @@ def test_a_tolerance_equal_to_rounding_is_not_below_rounding():
         path = SimpleNamespace(tol=tol)
         error = make_stop_exception("ERR_STEP", path, "it reached t = 1")
         assert ("below the rounding" in str(error)) == said and f"tol = {tol!r}" in str(error)
+
+
+@pytest.mark.parametrize("name", ["gsl_rk8pd", "gsl_bsimp"])
+def test_a_build_without_gsl_explains_its_missing_methods(name):
+    with pytest.raises(KeyError, match="is not in this build: it needs the GNU Scientific Library"):
+        methods.Methods()[name]
