@@ -305,3 +305,10 @@ def test_a_command_runs_in_another_thread_too(line):
     thread.start()
     thread.join()
     assert ran[0].exit_code == 0 and join_lines(ran[0].output) == join_lines(call(line))
+
+
+def test_the_summary_of_a_run_without_states_has_no_table(capsys):
+    printer = outputs.RunSummaryPrinter(outputs.AngleOptions(False, False), False)
+    printer.add_path_piece(kr.solve(TOP, []))
+    printer.print_output()
+    assert capsys.readouterr().out == "0 states by taylor: 0 steps, 0 evaluations\n"

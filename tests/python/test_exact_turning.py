@@ -9,6 +9,9 @@ import kreisel as kr
 import mpmath as mp
 import numpy as np
 import pytest
+from internals import core
+from kreisel._model import turning_points
+from kreisel._solve import exact
 from tops import GENERAL, LAGRANGE, unit
 
 BODY = kr.Body.symmetric(1.0, 1.0, 0.5, 1.0, unphysical=True)
@@ -261,3 +264,14 @@ def test_tops_beyond_the_range_of_doubles_have_no_closed_form():
         ValueError, match=r"^top\[0\]: an argument is missing, not finite, or out of"
     ):
         many.period  # noqa: B018
+
+
+def test_failures_of_the_core_are_worded(monkeypatch):
+    """Test failures that no known top causes."""
+    monkeypatch.setattr(exact, "torus_plan", lambda *_: ("ERR_MEMORY", *[None] * 5))
+    kowalewski = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
+    with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):
+        kr.exact(kr.Scene(kowalewski, (0.3, 3.0, 2.8), TILTED))
+    monkeypatch.setattr(turning_points, "exact_turning", lambda _: ("ERR_MEMORY", None, None))
+    with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):
+        kr.exact(LAGRANGE).least_nutation  # noqa: B018

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from kreisel._results import executor
 from kreisel._results.executor import WorkerPool
+from kreisel._solve import step_search
 
 
 @pytest.mark.parametrize(("n", "threads", "first"), [(10_000, 2, 1256), (100, 2, 56), (5, 4, 5)])
@@ -118,6 +119,30 @@ def test_an_interrupted_step_search_keeps_the_tops_that_ended(monkeypatch, threa
     ended = found.status == 0
     assert 0 < ended.sum() < 200
     assert np.array_equal(found.states[ended], whole.states[ended])
+
+
+@pytest.mark.parametrize("words", [{"threads": 1}, {"executor": CopyingExecutor()}])
+def test_ctrl_c_in_a_trial_run_ends_the_step_search(monkeypatch, words):
+    real, calls = step_search._find_path_by_step_search, []
+
+    def find_or_stop(scene, *given):
+        calls.append(scene)
+        if len(calls) == 20:
+            raise kr.Interrupted("a trial run", "ERR_INTERRUPTED", kr.solve(scene, []))
+        return real(scene, *given)
+
+    monkeypatch.setattr(step_search, "_find_path_by_step_search", find_or_stop)
+    with pytest.raises(kr.Interrupted) as stopped:
+        kr.solve(TOPS, 1.0, "geometric", error=1e-6, **words)
+    assert len(calls) == 20 and calls[-1] == TOPS[19]
+    assert (stopped.value.paths.status == 0).sum() == (19 if "threads" in words else 0)
+
+
+def test_a_step_search_without_times_has_no_states():
+    paths = kr.solve(TOPS, [], "geometric", error=1e-6)
+    assert paths.states.shape == (64, 0, 8) and (paths.status == 0).all()
+    at, count = step_search._find_indices_of_times(paths[0], np.array([1.0]))
+    assert len(at) == count == 0
 
 
 def test_ctrl_c_after_the_last_top_is_not_hidden(monkeypatch):

@@ -96,6 +96,16 @@ def test_quantities_without_measurements_agree_with_all_motions():
     assert until == 1.0 and cost < 1e-12
 
 
+def test_the_number_of_parts_of_the_records_is_limited(monkeypatch):
+    monkeypatch.setattr("kreisel._fit.search_session._PARTS_MOST", 2)
+    session, _ = begin_search(gyroscope())
+    tried = []
+    session._fit_point_roughly = lambda part, point: tried.append(part.size) or point
+    point = session._fit_growing_time_spans(session.parameters.start, 0.0)
+    assert point is session.parameters.start
+    assert len(tried) == 2 and tried[0] < tried[1] < session.model.size
+
+
 def test_pieces_that_cannot_fit_are_tried_once(monkeypatch):
     monkeypatch.setattr("kreisel._fit.search_session._PIECES_TRIED", 2)
     noise = 5.0 * np.random.default_rng(0).normal(size=(30, 3))

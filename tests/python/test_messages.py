@@ -6,6 +6,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import events
+from kreisel._model.broadcasting import BatchParameter
+from kreisel._model.ensemble_data import make_invalid_member_error
 from kreisel._options import methods
 from kreisel._results.path import ROUNDING, make_stop_exception
 from tops import GENERAL, LAGRANGE
@@ -210,3 +212,29 @@ def test_a_tolerance_equal_to_rounding_is_not_below_rounding():
 def test_a_build_without_gsl_explains_its_missing_methods(name):
     with pytest.raises(KeyError, match="is not in this build: it needs the GNU Scientific Library"):
         methods.Methods()[name]
+
+
+def raise_for_several(tops):
+    if tops.size > 1:
+        raise ValueError("not together")
+
+
+def test_errors_without_a_cause_name_the_member():
+    """Test the last resort for members that are refused together, but valid alone."""
+    words = [BatchParameter("gravity", np.array([1.0, 2.0]), ())]
+    made = [
+        words[0].make_error_for_value_at((1,), lambda name, value: value),
+        make_invalid_member_error(GENERAL.body, words, lambda body, gravity: body, (2,), (1,)),
+        kr.Bodies([1.0, 2.0], np.eye(3), com=(0, 0, 0))._make_invalid_body_error(
+            lambda gravity: SimpleNamespace(_block=gravity), words, (1,)
+        ),
+    ]
+    assert [str(error) for error in made] == [
+        "gravity[1] = 2.0 is invalid",
+        "top[1]: not a top",
+        "body[1]: not a body",
+    ]
+    assert {type(error) for error in made} == {ValueError}
+    source, common = kr.Source.grid(GENERAL, gravity=[1.0, 2.0, 3.0]), ValueError("not together")
+    found = source._find_error_of_first_invalid_top(raise_for_several, np.arange(3), common)
+    assert found is common
