@@ -216,3 +216,9 @@ def test_a_zero_tensor_is_refused():
         kr.Body(mass=1.0, inertia=zeros[0], com=(0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"0\.0 is not positive"):
         kr.Bodies(mass=1.0, inertia=zeros, com=(0.0, 0.0, 0.0))
+
+
+def test_a_tensor_that_is_not_finite_is_named():
+    tensors = np.array([np.eye(3), np.full((3, 3), np.nan)])
+    with pytest.raises(ValueError, match=r"inertia\[1\] = .* inertia must be finite, not inertia"):
+        kr.Bodies(1.0, tensors, com=(0, 0, 0))

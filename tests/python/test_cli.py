@@ -97,6 +97,14 @@ def test_long_paths_are_written_in_chunks_with_the_same_bits(tmp_path):
         assert np.array_equal(archive["nutation"], path.nutation)
 
 
+def test_events_of_long_paths_are_joined(tmp_path):
+    call("solve asymmetric --t 0:40:0.001 --events nutation --npz", tmp_path / "a.npz")
+    found = kr.load(tmp_path / "a.npz").events
+    expected = kr.solve(kr.scenes.asymmetric, 40.0, events=[kr.events.nutation()]).events
+    assert np.allclose(found.t, expected.t, atol=1e-12) and len(found) > 10
+    assert (found.direction == expected.direction).all() and (found.which == 0).all()
+
+
 def test_every_records_each_nth_step():
     line = "solve thesis --t 1 --method rk4 --step 0.1 --every 5 --csv -"
     times = [row.split(",")[0] for row in call(line).splitlines()[1:]]

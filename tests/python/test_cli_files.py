@@ -110,6 +110,16 @@ def test_a_full_disk_is_reported_in_one_line_and_other_outputs_are_complete(tmp_
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_unwritable_standard_output_is_dropped(monkeypatch):
+    with open("/dev/full", "w") as full:
+        full.write("lost")
+        monkeypatch.setattr(sys, "stdout", full)
+        cli.main_command.drop_unwritable_stdout()
+        monkeypatch.undo()
+        full.write("lost too")  # closing the file raises no exception
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
 @pytest.mark.parametrize(
     "words", ["methods", "scenes thesis", "solve thesis --t 1", "-h", "solve thesis --t 1 --csv -"]
 )
@@ -205,6 +215,14 @@ def test_view_works_without_a_home_directory(tmp_path, monkeypatch):
     assert file.is_file() and file.parent.parent == tmp_path
 
 
+def test_a_viewer_that_was_not_built_is_reported(tmp_path, monkeypatch):
+    monkeypatch.setattr(view, "_PAGE", tmp_path / "viewer.html")
+    for more in ("", f" --save {tmp_path}/top.html"):
+        told = join_lines(call("view cusps" + more, code=1))
+        assert told.startswith("Error: ") and "make" in told
+    assert os.listdir(tmp_path) == []
+
+
 def test_view_can_write_to_standard_output():
     assert call("view cusps --save -").startswith("<!")
 
@@ -222,6 +240,8 @@ def test_invalid_checkpoints_are_reported_with_the_file_name_once(tmp_path):
 
 def test_a_run_without_enough_memory_leaves_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cli.solve_command, "write_path_pieces_to_outputs", make_raiser(MemoryError()))
+    monkeypatch.setattr(
+        cli.solve_command, "write_path_pieces_to_outputs", make_raiser(MemoryError())
+    )
     assert "not enough memory" in call("solve asymmetric --t 1 --csv a.csv", code=1)
     assert os.listdir(tmp_path) == []

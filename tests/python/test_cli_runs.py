@@ -1,6 +1,7 @@
 """Tests of command-line runs that are interrupted, saved and resumed."""
 
 import errno
+import io
 import os
 import signal
 import subprocess
@@ -13,7 +14,8 @@ import pytest
 from cli_helpers import call, join_lines, make_raiser
 from click.testing import CliRunner
 from internals import cli
-from kreisel._cli import outputs
+from kreisel._cli import outputs, progress
+from rich.console import Console
 from toolbox import HEEDING, python
 
 COMPARED = "compare asymmetric --t 1 --methods rk4 --steps 0.1 --repeats 1"
@@ -183,6 +185,28 @@ def test_a_signal_during_writing_ends_the_run_after_complete_rows(tmp_path, monk
 
 
 @signals
+def test_an_ignored_sigterm_stays_ignored():
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        with cli.main_command.convert_sigterm_to_interrupt():
+            assert signal.getsignal(signal.SIGTERM) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.parametrize("end", [10.0, -10.0])
+def test_a_terminal_shows_the_share_of_the_computed_time(monkeypatch, end):
+    console = Console(file=io.StringIO(), force_terminal=True)
+    monkeypatch.setattr(progress, "Console", lambda stderr: console)
+    stops = progress.StopSignalHandler(end)
+    with stops.show_progress():
+        stops.update_progress_bar(0.25 * end)
+        [task] = stops._bar.tasks
+        assert task.percentage == 25.0
+
+
+@signals
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_signal_ends_other_commands_in_one_line(name, tmp_path):
     line = "compare asymmetric --t 1e9 --methods rk4 --steps 1e-3 --truth rk4"
@@ -234,6 +258,16 @@ def test_a_run_with_events_is_saved_and_resumed(tmp_path):
     assert event_rows == [row.partition(",")[2] for row in whole[1:]]
 
 
+def test_a_run_that_a_terminal_event_ended_is_not_resumed(tmp_path):
+    run, csv_file = tmp_path / "run", tmp_path / "a.csv"
+    call("solve asymmetric --t 40 --events nutation:terminal --save", run, "--csv", csv_file)
+    [end] = kr.solve(TOP, 40.0, events=[kr.events.nutation(terminal=True)]).events.t.tolist()
+    rows_before = csv_file.read_text()
+    output = call(f"resume {run} --t 80 --csv", csv_file, code=2)
+    assert f"the run has ended at t = {end!r}, where a terminal event" in join_lines(output)
+    assert csv_file.read_text() == rows_before
+
+
 def test_geometric_refuses_events():
     line = "solve asymmetric --t 1 --method geometric --error 1e-6 --events nutation"
     assert "--events need taylor" in join_lines(call(line, code=2))
@@ -277,3 +311,10 @@ def test_a_command_runs_in_another_thread_too(line):
     thread.start()
     thread.join()
     assert results[0].exit_code == 0 and join_lines(results[0].output) == join_lines(call(line))
+
+
+def test_the_summary_of_a_run_without_states_has_no_table(capsys):
+    printer = outputs.RunSummaryPrinter(outputs.AngleOptions(False, False), False)
+    printer.receive_path_piece(kr.solve(TOP, []))
+    printer.print_output()
+    assert capsys.readouterr().out == "0 states by taylor: 0 steps, 0 evaluations\n"

@@ -6,13 +6,16 @@ import re
 import signal
 import subprocess
 import sys
+import threading
+from concurrent.futures import InvalidStateError
 from functools import partial
 
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines
+from cli_helpers import call, join_lines, make_raiser
 from distributed import LocalCluster
+from kreisel._cli import sweep_command
 from sweeps import SOCKETS_LEFT, hash_rows
 from toolbox import HEEDING
 
@@ -153,6 +156,27 @@ def test_errors_take_one_line_before_anything_runs(plan, line, message):
     output = call(f"sweep {line}", code=2)
     assert message in join_lines(output) and "Traceback" not in output
     assert not (plan / "runs").exists()
+
+
+def test_status_of_a_sweep_without_failures_counts_none(plan):
+    (plan / "plan.toml").write_text(PLAN.replace("max_steps = 14", "max_steps = 0"))
+    call("sweep plan.toml --folder runs --parts 0:1")
+    told = call("sweep status runs")
+    assert "1 of 5 parts" in told and "failed" not in told
+
+
+def test_an_error_of_a_worker_takes_one_line(plan, monkeypatch):
+    monkeypatch.setattr(sweep_command, "run_sweep", make_raiser(RuntimeError("part 3 failed")))
+    assert call("sweep plan.toml --folder runs", code=1) == "Error: part 3 failed\n"
+
+
+@pytest.mark.parametrize("error, is_shown", [(ValueError("x"), True), (InvalidStateError(), False)])
+def test_cancelled_tasks_of_a_pool_are_not_reported(capsys, error, is_shown):
+    sweep_command.report_thread_exception(
+        threading.ExceptHookArgs((type(error), error, None, None))
+    )
+    shown = capsys.readouterr().err
+    assert shown.endswith("ValueError: x\n") if is_shown else shown == ""
 
 
 def test_another_plan_is_refused_with_the_differences(plan):

@@ -188,6 +188,12 @@ def test_errors_take_one_line(line, message):
     )
 
 
+def test_a_command_without_arguments_shows_its_help_once():
+    told = call("sweep", code=2)
+    assert told.startswith("Usage: kreisel sweep ") and told.count("Usage:") == 1
+    assert "Error" not in told
+
+
 def test_an_endless_device_is_refused_as_a_scene():
     assert "at most 1048576 bytes" in call("solve /dev/zero --t 1", code=2)
 

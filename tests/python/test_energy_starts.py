@@ -266,3 +266,11 @@ def test_the_least_energy_is_the_lower_of_two_minima():
         assert least == pytest.approx(1.0 / 5.0 - 9.81e-5, abs=2e-7) or least == pytest.approx(
             1.0 / 5.0 - 1e-5, abs=1e-12
         )
+
+
+def test_few_cells_give_starts_on_the_energy_surface_too(monkeypatch):
+    monkeypatch.setattr(starts, "_HALVINGS", 1)
+    tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=5, seed=2)
+    path = kr.solve(tops, [0.0])
+    assert np.allclose(path.energy, 2.0, rtol=1e-12)
+    assert np.allclose(path.vertical_momentum, 1.0, rtol=1e-12)

@@ -290,3 +290,9 @@ def test_zeros_of_either_sign_are_accepted():
     plus, minus = (kr.Body(1.0, (2.0, 2.0, 1.0), (z, 0.0, 0.5)) for z in (0.0, -0.0))
     both = kr.Ensemble.of([THESIS.replace(body=body) for body in (plus, minus)])
     assert both.shape == (2,) and np.all(both.body.com == [0.0, 0.0, 0.5])
+
+
+def test_indices_may_be_arrays_without_dimensions():
+    grid = GENERAL.vary(spin=np.array([[1.0], [2.0]]), gravity=[1.0, 2.0, 3.0])
+    assert grid[np.array(1), np.array(2)] == grid[1, 2] != grid[1, 1]
+    assert grid[0][np.array(1)] == grid[0, 1]

@@ -50,6 +50,7 @@ def verb_of(words):
         ({"reductions": {"spin": 3}}, TypeError, "must be one or several"),
         ({"reductions": {}}, ValueError, "name no quantity"),
         ({"reductions": ["spin"]}, TypeError, "reductions must name quantities"),
+        ({"reductions": None}, TypeError, "reductions must name quantities"),
         ({"reductions": SPIN, "digits": 20}, ValueError, "at most 16 digits"),
         ({"out": [1.0]}, TypeError, "out must be a NumPy array"),
         ({"out": np.empty((1, 4, 8))}, ValueError, r"of shape \(6, 4, 8\)"),
@@ -258,3 +259,9 @@ def test_closed_forms_of_an_ensemble_equal_those_of_members():
         forms(np.ones((3, 4, 2)))
     with pytest.raises(ValueError, match=r"top\[1\]: turning points exist for"):
         _ = kr.exact(kr.Ensemble.of([SCENES[1], kr.scenes.dzhanibekov])).motion_type
+
+
+def test_times_of_each_top_exclude_every():
+    tops = kr.scenes.asymmetric.vary(gravity=[1.0, 2.0])
+    with pytest.raises(ValueError, match="every needs t as a number"):
+        kr.solve(tops, [[0.0, 1.0], [0.0, 2.0]], "rk4", step=0.1, every=2)

@@ -9,6 +9,9 @@ import kreisel as kr
 import mpmath as mp
 import numpy as np
 import pytest
+from internals import core
+from kreisel._model import turning_points
+from kreisel._solve import exact
 from tops import GENERAL, LAGRANGE, unit
 
 BODY = kr.Body.symmetric(1.0, 1.0, 0.5, 1.0, unphysical=True)
@@ -249,3 +252,26 @@ def test_examples_run(function):
     tests = doctest.DocTestFinder().find(function, globs={})
     assert sum(len(test.examples) for test in tests) > 1
     assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)
+
+
+def test_tops_beyond_the_range_of_doubles_have_no_closed_form():
+    body = kr.Body(1e-300, (1e300, 1e300, 1e-300), (0, 0, 1e-300), unphysical=True)
+    top = kr.Scene(body, (0, 0, 1e300), gravity=1e300)
+    with pytest.raises(ValueError, match=r"^an argument is missing, not finite, or out of range:"):
+        kr.exact(top)
+    many = kr.exact(top.vary(gravity=[1.0, 1e300]))
+    with pytest.raises(
+        ValueError, match=r"^top\[0\]: an argument is missing, not finite, or out of"
+    ):
+        many.period  # noqa: B018
+
+
+def test_failures_of_the_core_are_worded(monkeypatch):
+    """Test failures that no known top causes."""
+    monkeypatch.setattr(exact, "torus_plan", lambda *_: ("ERR_MEMORY", *[None] * 5))
+    kowalewski = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
+    with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):
+        kr.exact(kr.Scene(kowalewski, (0.3, 3.0, 2.8), TILTED))
+    monkeypatch.setattr(turning_points, "exact_turning", lambda _: ("ERR_MEMORY", None, None))
+    with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):
+        kr.exact(LAGRANGE).least_nutation  # noqa: B018

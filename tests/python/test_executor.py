@@ -1,11 +1,15 @@
 """Tests of how ensembles are divided among threads."""
 
+import pickle
 import threading
+from concurrent.futures import Executor, Future
 
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._results import executor
 from kreisel._results.executor import WorkerPool
+from kreisel._solve import step_search
 
 
 @pytest.mark.parametrize(("n", "threads", "first"), [(10_000, 2, 1256), (100, 2, 56), (5, 4, 5)])
@@ -55,3 +59,99 @@ def test_an_exception_in_progress_ends_the_run(run, threads):
 def test_sections_do_not_depend_on_threads():
     first, *others = (kr.section(TOPS, n=50, threads=n) for n in (1, 2, 5))
     assert all(np.array_equal(first.states, other.states) for other in others)
+
+
+class CopyingExecutor(Executor):
+    """An executor that runs each task at once, on copies as if in another process."""
+
+    def submit(self, function, *arguments):
+        made = Future()
+        copied, given = pickle.loads(pickle.dumps((function, arguments)))
+        made.set_result(copied(*given))
+        return made
+
+
+@pytest.mark.parametrize(
+    "words",
+    [{}, {"method": "geometric", "error": 1e-6}, {"want": ["energy"]}, {"method": "taylor"}],
+    ids=["auto", "step search", "want", "taylor"],
+)
+def test_workers_that_share_no_memory_give_the_same_bits(words):
+    paths = kr.solve(TOPS, [0.0, 1.0, 2.0], executor=CopyingExecutor(), **words)
+    expected = kr.solve(TOPS, [0.0, 1.0, 2.0], **words)
+    assert np.array_equal(paths.energy, expected.energy)
+    assert np.array_equal(paths.steps, expected.steps) and (paths.status == 0).all()
+
+
+def test_progress_counts_the_tops_of_workers_that_share_no_memory(monkeypatch):
+    monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
+    monkeypatch.setattr(executor, "SLICES_AHEAD", 1)
+    calls = []
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 2000))
+    kr.solve(tops, 0.1, executor=CopyingExecutor(), progress=calls.append)
+    assert len(calls) > 3 and 0.0 < calls[0] < 1.0 and calls == sorted(calls) and calls[-1] == 1.0
+    assert all(round(2000 * part) % 8 == 0 for part in calls)
+
+
+def interrupt(part):
+    raise KeyboardInterrupt
+
+
+def test_an_interrupted_indicator_keeps_the_tops_that_ended(monkeypatch):
+    monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 400))
+    with pytest.raises(kr.Interrupted, match="interrupted") as stopped:
+        kr.megno(tops, 100.0, threads=2, progress=interrupt)
+    found, whole = stopped.value.paths, kr.megno(tops, 100.0)
+    ended = found.status == "OK"
+    assert 0 < ended.sum() < 400 and (found.status[~ended] == "ERR_INTERRUPTED").all()
+    assert np.array_equal(found.curve[ended], whole.curve[ended])
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_interrupted_step_search_keeps_the_tops_that_ended(monkeypatch, threads):
+    monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 200))
+    words = {"method": "geometric", "error": 1e-6, "threads": threads}
+    with pytest.raises(kr.Interrupted) as stopped:
+        kr.solve(tops, 5.0, **words, progress=interrupt)
+    found, whole = stopped.value.paths, kr.solve(tops, 5.0, **words)
+    ended = found.status == 0
+    assert 0 < ended.sum() < 200
+    assert np.array_equal(found.states[ended], whole.states[ended])
+
+
+@pytest.mark.parametrize("words", [{"threads": 1}, {"executor": CopyingExecutor()}])
+def test_ctrl_c_in_a_trial_run_ends_the_step_search(monkeypatch, words):
+    real, calls = step_search._find_path_by_step_search, []
+
+    def find_or_stop(scene, *given):
+        calls.append(scene)
+        if len(calls) == 20:
+            raise kr.Interrupted("a trial run", "ERR_INTERRUPTED", kr.solve(scene, []))
+        return real(scene, *given)
+
+    monkeypatch.setattr(step_search, "_find_path_by_step_search", find_or_stop)
+    with pytest.raises(kr.Interrupted) as stopped:
+        kr.solve(TOPS, 1.0, "geometric", error=1e-6, **words)
+    assert len(calls) == 20 and calls[-1] == TOPS[19]
+    assert (stopped.value.paths.status == 0).sum() == (19 if "threads" in words else 0)
+
+
+def test_a_step_search_without_times_has_no_states():
+    paths = kr.solve(TOPS, [], "geometric", error=1e-6)
+    assert paths.states.shape == (64, 0, 8) and (paths.status == 0).all()
+    at, count = step_search._find_indices_of_times(paths[0], np.array([1.0]))
+    assert len(at) == count == 0
+
+
+def test_ctrl_c_after_the_last_top_is_not_hidden(monkeypatch):
+    monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
+
+    def interrupt_at_end(part):
+        if part == 1.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        kr.solve(TOPS, 1.0, executor=CopyingExecutor(), progress=interrupt_at_end)
+    assert type(stopped.value) is KeyboardInterrupt

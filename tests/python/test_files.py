@@ -159,3 +159,36 @@ def test_files_are_saved_if_the_folder_cannot_be_synced(tmp_path, monkeypatch, c
         broken.setattr(os, call, no_folder)
         TOP.to_toml(tmp_path / "top.toml")
     assert folders and kr.Scene.from_toml(tmp_path / "top.toml") == TOP
+
+
+def test_an_interrupted_write_is_undone(tmp_path, monkeypatch):
+    real, file = os.write, tmp_path / "rows.csv"
+
+    def write_half(descriptor, data):
+        real(descriptor, data[: len(data) // 2])
+        raise KeyboardInterrupt
+
+    with atomic_io.atomic_open(file) as rows:
+        rows.append_bytes(b"whole\n")
+        with monkeypatch.context() as broken:
+            broken.setattr(atomic_io.os, "write", write_half)
+            with pytest.raises(KeyboardInterrupt) as stopped:
+                rows.append_bytes(b"half\n")
+    assert not hasattr(stopped.value, "filename")
+    assert file.read_bytes() == b"whole\n"
+
+
+def test_a_file_into_which_nothing_is_written_stays(tmp_path):
+    file = tmp_path / "rows.csv"
+    file.write_text("old")
+    with atomic_io.atomic_open(file) as rows:
+        assert rows.is_empty
+    assert file.read_text() == "old" and os.listdir(tmp_path) == ["rows.csv"]
+
+
+def test_a_pipe_that_must_not_be_written_is_refused(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe")
+    atomic_io.check_file_is_writable(tmp_path / "pipe")
+    monkeypatch.setattr(atomic_io.os, "access", lambda *_: False)
+    with pytest.raises(PermissionError, match="pipe must not be written"):
+        atomic_io.check_file_is_writable(tmp_path / "pipe")

@@ -118,3 +118,12 @@ def test_the_displayed_time_of_a_film_has_a_unit():
         assert figure.axes[0].texts[-1].get_text() == end
     with pytest.raises(TypeError, match="time_unit must be the name of a unit"):
         PATH.animate(time_unit=1)
+
+
+@pytest.mark.parametrize("floor, circles", [(-0.5, 1), (-1.0, 0), (-1.5, 0)])
+def test_a_floor_below_the_sphere_does_not_cut_it(floor, circles):
+    axes = Figure().add_subplot()
+    stage._draw_part_of_sphere_above_floor(axes, floor)
+    outline, *rims = axes.lines
+    assert len(rims) == circles
+    assert np.isfinite(outline.get_ydata()).all() == (circles == 0)

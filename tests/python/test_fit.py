@@ -8,7 +8,11 @@ import kreisel as kr
 import numpy as np
 import pytest
 from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, SYMMETRIC_GUESS, gyroscope, ratios, tip
+from kreisel._fit.parameters import FreeParameters
+from kreisel._fit.residuals import ResidualModel
 from kreisel._fit.rotations import compute_rotation_quaternions, multiply_quaternions
+from kreisel._fit.summary import format_value_with_error
+from kreisel._fit.uncertainty import compute_residual_statistics
 
 FREE = ("start", "moments", "com")
 SCALE = "the scale of the moments: moments, damping and com have an unknown common factor"
@@ -198,6 +202,22 @@ def test_unknown_noise_is_estimated():
     assert abs(fit.sigma[0]["apex"] / 0.003 - 1.0) < 0.1
 
 
+def test_only_unknown_noise_is_estimated_with_the_soft_loss():
+    t = np.linspace(0.0, 1.0, 60)
+    path, noise = kr.solve(HEAVY, t), np.random.default_rng(0).normal(size=(60, 4))
+    values = {
+        "apex": path.apex + 0.01 * noise[:, :3],
+        "energy": path.energy + 2.0 * noise[:, 3],
+        "spin": np.full(60, np.nan),
+        "nutation": np.where(t < t[4], path.nutation, np.nan),
+    }
+    found = kr.fit(HEAVY, kr.Record(t, values, {"apex": 0.013}), "velocity", loss="soft")
+    assert found.sigma[0]["apex"] == 0.013
+    spread = 1.4826 * np.median(np.abs(2.0 * noise[:, 3]))
+    assert found.sigma[0]["energy"] == pytest.approx(spread, rel=0.03)
+    assert found.sigma[0]["spin"] == 0.1  # unknown
+
+
 def test_correlated_residuals_enlarge_the_errors():
     rng = np.random.default_rng(3)
     t = np.linspace(0.0, 3.0, 300)
@@ -342,6 +362,45 @@ def test_covariance_agrees_with_the_errors(fit):
     for name, own in zip(fit.names, np.diag(fit.covariance), strict=True):
         assert np.isclose(np.sqrt(own), fit.error[name]) or np.isinf(own)
     assert not fit.covariance.flags.writeable
+
+
+@pytest.mark.parametrize("function", [lambda scene: None, lambda scene: "I1", lambda scene: 1j])
+def test_functions_without_numbers_have_no_error(fit, function):
+    with pytest.raises(TypeError, match="function must return numbers, not"):
+        fit.error_of(function)
+
+
+def test_values_without_error_have_twelve_digits():
+    assert format_value_with_error(np.pi, 0.0) == "3.14159265359 +- 0"
+
+
+def test_a_fit_that_determines_nothing_is_not_called_nonlinear():
+    record = gyroscope(n=50)
+    vague = kr.Record(record.t, {"body_velocity": record.series[0].values}, 1e9)
+    found = kr.fit(HEAVY, vague, "velocity")
+    assert found.nonlinearity == 0.0 and len(found.unidentified) == 3
+    assert np.isinf(list(found.error.values())).all()
+
+
+def test_constant_and_few_residuals_are_not_correlated():
+    t = np.arange(30.0)
+    values = {"spin": np.ones(30), "nutation": np.where(t < 4.0, 0.3, np.nan)}
+    record = kr.Record(t, values, 0.1)
+    model = ResidualModel(
+        FreeParameters(HEAVY, ("velocity",), [record]), [record], [s.sigma for s in record.series]
+    )
+    for residuals, expected in ((np.ones(60), 0.0), (np.tile((1.0, -1.0), 30), -29.0 / 30.0)):
+        found = compute_residual_statistics(model, residuals, "linear", True)
+        assert found.correlation == pytest.approx(expected)
+
+
+def test_attitudes_have_no_bias_beside_a_gyroscope():
+    path = kr.solve(HEAVY, np.linspace(0.0, 1.0, 50))
+    values = {"q": path.q, "body_velocity": path.body_velocity + np.array((0.1, -0.2, 0.3))}
+    found = kr.fit(HEAVY, kr.Record(path.t, values, 0.01, free="bias"), "velocity")
+    names = [f"bias[0].body_velocity_{axis}" for axis in "xyz"]
+    assert [name for name in found.names if name.startswith("bias")] == names
+    assert [found.values[name] for name in names] == pytest.approx([0.1, -0.2, 0.3], abs=1e-6)
 
 
 def test_a_fit_survives_pickling(fit):

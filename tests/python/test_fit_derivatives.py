@@ -6,6 +6,7 @@ import pytest
 from kreisel._fit.measurable import MEASURABLE, SEEN_FROM_BODY
 from kreisel._fit.parameters import FreeParameters, expand_free_names
 from kreisel._fit.residuals import ResidualModel
+from kreisel._fit.rotations import compute_rotation_vectors
 
 TIMES = np.linspace(-1.0, 3.0, 9)
 TURN = np.array((0.8, -0.3, 0.4, 0.2)) / np.linalg.norm((0.8, -0.3, 0.4, 0.2))
@@ -76,7 +77,7 @@ def make_model(name, scene, free):
             for name in ("q", "body_velocity", "specific_force", "frame", "spin_angle")
         ),
         *((name, (*ALL[:-1], "rotor"), "turned") for name in MEASURABLE),
-        *((name, ("lever",), "turned") for name in ("apex", "potential", "spin")),
+        *((name, ("lever",), "turned") for name in ("apex", "potential", "spin", "spin_angle")),
     ],
 )
 def test_derivatives_agree_with_differences(name, free, description):
@@ -124,6 +125,24 @@ def test_model_values_equal_those_of_a_path(name, description, words):
     parameters = FreeParameters(scene, ("attitude",), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     assert np.abs(model.evaluate_residuals(parameters.start).residuals).max() < 1e-13
+
+
+def test_derivatives_of_the_parameters_shown_to_users_are_right():
+    scene = make_scene("turned")
+    record = make_record("apex", TIMES, np.zeros((len(TIMES), 3)), 1.0)
+    parameters = FreeParameters(scene, expand_free_names(ALL), [record])
+    names, _, values, jacobian = parameters.list_user_parameters_and_jacobian(parameters.start)
+    assert values[names.index("axes_x") :] == pytest.approx(
+        compute_rotation_vectors(np.array(scene.body.axes)), abs=1e-12
+    )
+    rows = [k for k, name in enumerate(names) if not name.startswith(("attitude", "axes"))]
+    for k in range(parameters.size):
+        step = 1e-5 * (np.arange(parameters.size) == k)
+        ends = [
+            parameters.add_step_within_bounds(parameters.start, sign * step) for sign in (1.0, -1.0)
+        ]
+        there = [parameters.list_user_parameters_and_jacobian(end)[2] for end in ends]
+        assert np.allclose(((there[0] - there[1]) / 2e-5)[rows], jacobian[rows, k], atol=1e-8)
 
 
 @pytest.mark.parametrize("name", ["spin", "kinetic", "energy"])

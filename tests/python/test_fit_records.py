@@ -76,6 +76,12 @@ def test_wrong_types_are_refused(wrong):
         kr.Record([1j, 2j, 3j], {"spin": T})
 
 
+@pytest.mark.parametrize("name", [3, None, ("apex", 0)])
+def test_names_of_quantities_are_strings(name):
+    with pytest.raises(TypeError, match="the names in values must be strings, not"):
+        kr.Record(T, {name: T})
+
+
 def test_missing_values_are_left_out_and_counted():
     record = gyroscope(n=200, end=2.0)
     values = record.series[0].values.copy()
@@ -199,6 +205,11 @@ def test_invalid_fits_are_refused(records, free, words, message):
     data = records_by_name[records] if records else []
     with pytest.raises(ValueError, match=message):
         kr.fit(GUESS, data, free, **words)
+
+
+def test_an_ensemble_without_members_is_refused():
+    with pytest.raises(ValueError, match="scene is an ensemble without members"):
+        kr.fit(GUESS.vary(gravity=[]), gyroscope(n=20))
 
 
 @pytest.mark.parametrize(

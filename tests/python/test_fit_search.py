@@ -6,9 +6,13 @@ from concurrent.futures import ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call
+from cli_helpers import call, make_raiser
 from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, gyroscope, ratios
+from kreisel._fit.initial_guess import guess_parameters_from_records
+from kreisel._fit.multiple_shooting import choose_segment_count
+from kreisel._fit.parameters import FreeParameters, convert_scene_to_fit_point, expand_free_names
 from kreisel._fit.rotations import compute_rotation_quaternions, multiply_quaternions
+from kreisel._fit.search_session import SearchSession
 
 FREE = ("start", "moments", "com")
 CHAOTIC = kr.scenes.asymmetric
@@ -66,6 +70,101 @@ def test_a_chaotic_motion_is_fitted_by_multiple_shooting():
     assert (np.abs(found - moment_ratios(CHAOTIC)) < 4.0 * error).all() and (error < 0.003).all()
 
 
+def test_a_single_motion_that_fits_is_divided_if_errors_grow_much(monkeypatch):
+    record = attitudes(12.0, 120)
+    whole = kr.fit(CHAOTIC, record, "velocity")
+    monkeypatch.setattr("kreisel._fit.search_session._CHAOTIC", 5)
+    parts = kr.fit(CHAOTIC, record, "velocity")
+    assert whole.piece_starts == () and len(parts.piece_starts) >= 5
+    for name, value in whole.values.items():
+        assert abs(parts.values[name] - value) < 0.1 * whole.error[name]
+
+
+def begin_search(record, scene=GUESS):
+    """Return a search that has not begun, and the guesses from its record."""
+    parameters = FreeParameters(scene, expand_free_names(FREE), [record])
+    session = SearchSession(parameters, (record,), "linear", 500, None)
+    return session, guess_parameters_from_records(parameters, [record])
+
+
+def test_quantities_without_measurements_agree_with_all_motions():
+    t = np.linspace(0.0, 1.0, 30)
+    values = {"apex": kr.solve(HEAVY, t).apex, "spin": np.full(30, np.nan)}
+    session, _ = begin_search(kr.Record(t, values, 0.01), HEAVY)
+    until, cost = session._find_match_end_and_cost(session.parameters.start)
+    assert until == 1.0 and cost < 1e-12
+
+
+def test_the_number_of_parts_of_the_records_is_limited(monkeypatch):
+    monkeypatch.setattr("kreisel._fit.search_session._PARTS_MOST", 2)
+    session, _ = begin_search(gyroscope())
+    tried = []
+    session._fit_point_roughly = lambda part, point: tried.append(part.size) or point
+    point = session._fit_growing_time_spans(session.parameters.start, 0.0)
+    assert point is session.parameters.start
+    assert len(tried) == 2 and tried[0] < tried[1] < session.model.size
+
+
+def test_pieces_that_cannot_fit_are_tried_once(monkeypatch):
+    monkeypatch.setattr("kreisel._fit.search_session._PIECES_TRIED", 2)
+    noise = 5.0 * np.random.default_rng(0).normal(size=(30, 3))
+    session, guesses = begin_search(kr.Record(np.linspace(0, 3, 30), {"body_velocity": noise}, 0.1))
+    for guess in guesses:
+        assert choose_segment_count(guess.point, session.records) == 3
+    session._try_multiple_shooting(guesses, None, 3)
+    count = session.evaluations
+    assert session.best is None and count > 0
+    session._try_multiple_shooting(guesses, None, 2)
+    assert session.best is None and session.evaluations == count
+
+
+def test_pieces_without_measurements_are_not_tried_first():
+    rates = gyroscope(n=100).series[0].values.copy()
+    rates[:80] = np.nan
+    session, guesses = begin_search(
+        kr.Record(np.linspace(0, 3, 100), {"body_velocity": rates}, 0.1)
+    )
+    assert session._try_gapped_fit(guesses[0], 20) and session.evaluations == 0
+
+
+def test_a_motion_that_a_guess_explains_is_not_divided(monkeypatch):
+    monkeypatch.setattr("kreisel._fit.search_session._CHAOTIC", 2)
+    session, guesses = begin_search(gyroscope())
+    assert choose_segment_count(guesses[0].point, session.records) >= 2
+    session._try_multiple_shooting(guesses, None, 2)
+    assert session.best is None and session.evaluations == 0
+
+
+def test_the_noise_of_pieces_is_estimated():
+    given = attitudes(6.0, 60)
+    fit = kr.fit(CHAOTIC, kr.Record(given.t, {"q": given.series[0].values}), FREE, pieces=3)
+    assert len(fit.piece_starts) == 3 and abs(fit.sigma[0]["q"] / 0.01 - 1.0) < 0.2
+
+
+def test_missing_values_at_the_beginning_do_not_change_a_fit_of_guesses():
+    record = gyroscope(n=150)
+    values = record.series[0].values.copy()
+    values[:60] = np.nan
+    holes = kr.Record(record.t, {"body_velocity": values}, SIGMA)
+    cut = kr.Record(record.t[60:], {"body_velocity": values[60:]}, SIGMA)
+    guesses = HEAVY.vary(velocity=[(4.0, 4.0, 9.0)])
+    one, other = (kr.fit(guesses, r, ("velocity", "com")) for r in (holes, cut))
+    assert one.chi2 < 1.2 * one.dof
+    for name, value in one.values.items():
+        assert abs(other.values[name] - value) < 0.01 * one.error[name]
+
+
+def test_a_reversed_centre_of_mass_is_turned_to_the_side_of_the_guess():
+    """Reversing both the vertical and the centre of mass does not change gyroscope data."""
+    com = np.array(HEAVY.body.com)
+    turned = multiply_quaternions(np.array([0.0, 1.0, 0.0, 0.0]), np.array(HEAVY.attitude))
+    body = kr.Body(1.0, HEAVY.body.moments, com=0.05 * com, unphysical=True)
+    start = kr.Scene(body, attitude=turned, body_velocity=(3.0, 2.0, 12.0), gravity=9.81)
+    found = kr.fit(start.vary(gravity=[9.81]), gyroscope(n=100), ("start", "com"))
+    assert found.chi2 < 1.2 * found.dof
+    assert np.allclose(found.scene.body.com, com, atol=0.01)
+
+
 def test_progress_is_reported():
     reports = []
     fit = kr.fit(GUESS, gyroscope(), FREE, progress=lambda *report: reports.append(report))
@@ -111,6 +210,40 @@ def test_a_fit_that_does_not_converge_is_returned_with_a_warning():
     with pytest.warns(UserWarning, match="did not converge"):
         fit = kr.fit(HEAVY, gyroscope(), FREE, max_evaluations=3)
     assert not fit.has_converged and fit.evaluations <= 8 and "best so far" in str(fit)
+
+
+@pytest.mark.parametrize("friction, pieces", [(0.0, None), (0.0, 2), (1e-12, None)])
+def test_a_start_that_takes_too_many_steps_is_refused(monkeypatch, friction, pieces):
+    calls = []
+    for module in ("residuals", "search_session"):
+        monkeypatch.setattr(f"kreisel._fit.{module}.STEPS_MOST", 1000)
+    monkeypatch.setattr(
+        "kreisel._fit.residuals.solve", lambda *a, **k: calls.append(a) or kr.solve(*a, **k)
+    )
+    fast = HEAVY.replace(velocity=(0.0, 0.0, 1e5), friction=friction)
+    record = kr.Record(np.linspace(0.0, 1.0, 20), {"energy": np.ones(20)}, 1.0)
+    with pytest.raises(
+        kr.Error, match=r"the largest number of steps was reached: .* in 1000 steps"
+    ):
+        kr.fit(fast, record, "gravity", pieces=pieces)
+    assert len(calls) < 15
+    best = kr.fit(fast.vary(velocity=[(0, 0, 1e5), (0, 0, 1), (0, 0, 2)]), record, "gravity")
+    assert best.evaluations > 0 and np.isfinite(best.cost)
+    assert abs(np.linalg.norm(kr.solve(best.scene, [0.0]).velocity[0])) < 10.0
+
+
+def test_residuals_beyond_the_range_of_doubles_are_refused():
+    record = kr.Record([0.0, 1.0], {"energy": [1e90, 1e90]}, 1e-180)
+    with pytest.raises(ValueError, match="the residuals leave the range of doubles"):
+        kr.fit(HEAVY, record, "gravity")
+
+
+def test_a_motion_that_cannot_be_computed_has_as_many_pieces_as_possible():
+    record = kr.Record(np.linspace(-2.0, 2.0, 50), {"energy": np.ones(50)})
+    rest = HEAVY.replace(velocity=(0, 0, 0), attitude=(1, 0, 0, 0), friction=100.0)
+    with pytest.raises(kr.Error, match="friction"):
+        kr.solve(rest, [-2.0])
+    assert choose_segment_count(convert_scene_to_fit_point(rest), [record]) == 5
 
 
 def test_threads_give_the_same_bits():
@@ -229,6 +362,30 @@ def test_the_command_has_an_option_for_the_accelerometer_point(files):
     assert call(f"{inputs} --point 0,0,0.5").startswith("Fit of 3 parameters to 900 numbers")
     assert "specific_force needs --point" in call(inputs, code=2)
     assert "--point must be 3 numbers" in call(f"{inputs} --point 1,2", code=2)
+
+
+COLUMNS = "--column body_velocity=wx,wy,wz --time time --sigma 0.02"
+
+
+@pytest.mark.filterwarnings("default")  # a warning must appear as a line of the output
+def test_the_command_returns_1_if_the_fit_does_not_converge(files, monkeypatch):
+    monkeypatch.setattr(
+        fit_command, "estimate", lambda *given, **words: kr.fit(*given, **words, max_evaluations=1)
+    )
+    told = call(f"fit {files / 'toss.csv'} {files / 'top.toml'} {COLUMNS}", code=1)
+    assert "Warning: " in told and "Fit of 9 parameters" in told
+
+
+@pytest.mark.parametrize("has_result", [True, False])
+def test_an_interrupted_command_writes_the_best_fit(files, monkeypatch, has_result):
+    best = kr.fit(HEAVY, gyroscope(n=50), "velocity") if has_result else None
+    monkeypatch.setattr(
+        fit_command, "estimate", make_raiser(kr.FitInterrupted("the fit was interrupted", best))
+    )
+    line = f"fit {files / 'toss.csv'} {files / 'top.toml'} {COLUMNS} --csv {files / 'out.csv'}"
+    told = call(line, code=130)
+    assert told == (f"{best}\n" if best else "") + "Error: the fit was interrupted\n"
+    assert (files / "out.csv").exists() is has_result
 
 
 @pytest.mark.parametrize(

@@ -117,6 +117,23 @@ def test_a_fit_at_the_bound_of_friction_is_reported():
     assert fit.nonlinearity < 100.0
 
 
+def test_a_fit_at_the_bound_of_damping_is_reported():
+    t = np.linspace(0.0, 3.0, 100)
+    body = kr.Body.symmetric(1.0, 1.0, 0.6, 0.0, unphysical=True)
+    top = kr.Scene(body, body_velocity=(0.0, 0.0, 5.0), damping=0.1)
+    fit = kr.fit(top, kr.Record(t, {"spin": 5.0 + 0.02 * t}, 0.1), ("velocity", "damping"))
+    assert tuple(fit.scene.damping) == (0.0, 0.0, 0.0)
+    assert fit.at_bound == (
+        "damping_1 = damping_2 = damping_3 is zero: negative damping is excluded",
+    )
+
+
+def test_a_delay_is_not_told_from_the_phase_of_shaking():
+    scene = HEAVY.replace(shaking=SHAKING)
+    fit = kr.fit(scene, gyroscope(scene, n=80, free="delay"), ("start", "shaking"))
+    assert fit.unidentified == (HEADING, "the delay against the start: a shift in time")
+
+
 @pytest.mark.parametrize(
     "words, start",
     [
@@ -221,12 +238,22 @@ def test_multiple_shooting_keeps_the_shaking_phase():
     assert np.abs(pieces.path.body_velocity - single.path.body_velocity).max() < 1e-3
 
 
-@pytest.mark.parametrize("words", [{"turning": TURNING}, {"shaking": SHAKING}, {"friction": 0.5}])
-def test_derivatives_of_shooting_gaps_are_right(words):
+@pytest.mark.parametrize(
+    "words, start, first",
+    [
+        ({"turning": TURNING}, ["start"], 0.0),
+        ({"shaking": SHAKING}, ["start"], 0.0),
+        ({"friction": 0.5}, ["start"], 0.0),
+        ({}, ["attitude"], -0.5),
+        ({"turning": TURNING}, ["velocity"], -0.5),
+    ],
+)
+def test_derivatives_of_shooting_gaps_are_right(words, start, first):
     scene = HEAVY.replace(body=ROTOR, **words)
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
+    record = kr.Record(record.t + first, {"body_velocity": record.series[0].values}, 0.05)
     parameters = FreeParameters(
-        scene, expand_free_names(("start", "moments", "rotor", *words)), [record]
+        scene, expand_free_names((*start, "moments", "rotor", *words)), [record]
     )
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
     pieces = model.build_segment_starts(parameters.start)
@@ -306,10 +333,11 @@ def test_undetermined_directions_are_named():
     assert heading == "the heading: a rotation of the start and of turning about the vertical"
 
 
-def test_records_before_a_start_that_friction_holds_are_refused():
+@pytest.mark.parametrize("name", ["body_velocity", "energy"])
+def test_records_before_a_start_that_friction_holds_are_refused(name):
     late = kr.solve(HEAVY.replace(friction=3.0), [4.0]).end
-    before = kr.solve(HEAVY.replace(friction=3.0), np.linspace(2.0, 6.0, 50)).body_velocity
-    record = kr.Record(np.linspace(-2.0, 2.0, 50), {"body_velocity": before}, 0.02)
+    before = getattr(kr.solve(HEAVY.replace(friction=3.0), np.linspace(2.0, 6.0, 50)), name)
+    record = kr.Record(np.linspace(-2.0, 2.0, 50), {name: before}, 0.02)
     with pytest.raises(ValueError, match=r"before the start at t = 0, where friction holds"):
         kr.fit(late, record, ("start", "friction"), max_evaluations=30)
 

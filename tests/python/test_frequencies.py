@@ -5,6 +5,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._analysis import turns
 from kreisel._analysis.frequencies import _find_strongest_spectral_lines
 from tops import FREE, GENERAL, LAGRANGE
 
@@ -118,6 +119,27 @@ def test_frequencies_of_free_bodies():
         assert largest_relative_error(kr.frequencies(path), exact) < 1e-12
 
 
+@pytest.mark.parametrize("momentum", [(3.0, 0.5, 0.4), (-2.0, 1.0, 1.0)])
+@pytest.mark.parametrize("rotor", [1.5, -1.5])
+def test_frequencies_of_free_symmetric_bodies_with_a_rotor(rotor, momentum):
+    """Compare with the precession |m| / I1 about m of a body with a rotor along its axis."""
+    body = kr.Body(1.0, (1.0, 2.0, 2.0), (0, 0, 0), rotor=(rotor, 0.0, 0.0))
+    scene = kr.Scene(body, body_momentum=momentum, attitude=(0.8, 0.4, -0.2, 0.4))
+    path = kr.solve(scene, np.linspace(0.0, 200.0, 4096), "taylor")
+    found, size = kr.frequencies(path), float(np.linalg.norm(momentum))
+    side = math.copysign(1.0, momentum[0] * rotor) * math.copysign(1.0, rotor)
+    assert found.precession == pytest.approx(size / 2.0, rel=1e-12)
+    spin = side * (momentum[0] - rotor - momentum[0] / 2.0)
+    assert found.spin == pytest.approx(spin, rel=1e-12)
+
+
+def test_a_free_body_with_a_tilted_rotor_has_no_mean_rates():
+    body = kr.Body(1.0, (1.0, 2.0, 2.0), (0, 0, 0), rotor=(0.5, 0.1, 0.0))
+    path = kr.solve(kr.Scene(body, (3.0, 0.5, 0.4)), np.linspace(0.0, 20.0, 100))
+    with pytest.raises(ValueError, match="if its rotor is not along its axis of symmetry"):
+        kr.frequencies(path)
+
+
 def test_frequencies_of_exact_paths_are_those_of_the_closed_form():
     exact, path = solve_periods(LAGRANGE, method="exact")
     frequencies = kr.frequencies(path, 20)
@@ -169,6 +191,15 @@ def test_undetermined_rates_are_nan():
         and frequencies.nutation > 1.0
     )
     assert np.isfinite(frequencies.lines).all() and frequencies.rest < 1e-3
+
+
+def test_turns_that_halving_does_not_resolve_leave_the_rates_undetermined(monkeypatch):
+    path = kr.solve(kr.scenes.cusps, np.linspace(0.0, 200.0, 100), "taylor")
+    exact = kr.exact(kr.scenes.cusps)
+    assert kr.frequencies(path).precession == pytest.approx(exact.precession, rel=1e-9)
+    monkeypatch.setattr(turns, "_ROUNDS", 1)
+    found = kr.frequencies(path)
+    assert math.isnan(found.precession) and math.isnan(found.spin)
 
 
 def test_steady_and_resting_axes_have_no_nutation():

@@ -3,6 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._results.error_estimate import has_cheap_exact_form
 from tops import TILT, matrix, unit
 
 EPS = 2.0**-52
@@ -147,3 +148,10 @@ def test_slightly_tilted_and_upright_tops_have_a_closed_form():
     for upright in ((1, 0, 0, 0), (0, 1, 0, 0), (0.6, 0, 0, 0.8)):
         stands = kr.Scene(body, momentum=(0, 0, 0.5), attitude=upright)
         assert kr.exact(stands).period == np.inf and kr.exact(stands)(1e3).nutation[0] in (0, np.pi)
+
+
+@pytest.mark.parametrize("across, is_exact", [(0.0, True), (1e-17, False), (-1e-17, False)])
+def test_a_rotor_beside_the_axis_has_no_exact_closed_form(across, is_exact):
+    body = kr.Body(1.0, (2.0, 2.0, 0.5), (0, 0, 1), rotor=(across, 0.0, 1.0))
+    top = kr.Scene(body, momentum=(0.1, 0.0, 1.0), attitude=unit((0.9, 0.3, 0.1, 0.3)))
+    assert body.kind == "lagrange" and has_cheap_exact_form(top) is is_exact

@@ -6,6 +6,9 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import events
+from kreisel._model.broadcasting import BatchParameter
+from kreisel._model.ensemble_data import make_invalid_member_error
+from kreisel._options import methods
 from kreisel._results.path import ROUNDING, make_stop_exception
 from tops import GENERAL, LAGRANGE
 
@@ -203,3 +206,35 @@ def test_a_tolerance_equal_to_rounding_is_not_below_rounding():
         path = SimpleNamespace(tol=tol)
         error = make_stop_exception("ERR_STEP", path, "it reached t = 1")
         assert ("below the rounding" in str(error)) == is_below and f"tol = {tol!r}" in str(error)
+
+
+@pytest.mark.parametrize("name", ["gsl_rk8pd", "gsl_bsimp"])
+def test_a_build_without_gsl_explains_its_missing_methods(name):
+    with pytest.raises(KeyError, match="is not in this build: it needs the GNU Scientific Library"):
+        methods.Methods()[name]
+
+
+def raise_for_several(tops):
+    if tops.size > 1:
+        raise ValueError("not together")
+
+
+def test_errors_without_a_cause_name_the_member():
+    """Test the last resort for members that are refused together, but valid alone."""
+    words = [BatchParameter("gravity", np.array([1.0, 2.0]), ())]
+    errors = [
+        words[0].make_error_for_value_at((1,), lambda name, value: value),
+        make_invalid_member_error(GENERAL.body, words, lambda body, gravity: body, (2,), (1,)),
+        kr.Bodies([1.0, 2.0], np.eye(3), com=(0, 0, 0))._make_invalid_body_error(
+            lambda gravity: SimpleNamespace(_block=gravity), words, (1,)
+        ),
+    ]
+    assert [str(error) for error in errors] == [
+        "gravity[1] = 2.0 is invalid",
+        "top[1]: not a top",
+        "body[1]: not a body",
+    ]
+    assert {type(error) for error in errors} == {ValueError}
+    source, common = kr.Source.grid(GENERAL, gravity=[1.0, 2.0, 3.0]), ValueError("not together")
+    error = source._find_error_of_first_invalid_top(raise_for_several, np.arange(3), common)
+    assert error is common

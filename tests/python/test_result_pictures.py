@@ -1,5 +1,7 @@
 """Tests of the figures that show sections, spectra, chaos indicators and tables."""
 
+import dataclasses
+import math
 import sys
 
 import kreisel as kr
@@ -104,6 +106,21 @@ def test_a_chaotic_spectrum_has_lines_without_numbers():
     assert len(axes.texts) < 3
 
 
+def test_a_top_at_rest_has_a_spectrum_without_lines():
+    top = kr.Scene(kr.Body.symmetric(1.0, 1.0, 0.5, 1.0, unphysical=True), momentum=(0, 0, 0))
+    found = kr.frequencies(kr.solve(top, np.linspace(0.0, 50.0, 200)))
+    axes = found.plot()
+    assert axes.get_title().startswith("0 lines, rest ") and not axes.texts
+    assert "dashed" in axes.get_title() and found.nutation == found.precession == 0.0
+    none = dataclasses.replace(found, precession=math.nan).plot()
+    assert none.lines == [] or not len(none.lines)
+    assert "dashed" not in none.get_title()
+    steady = dataclasses.replace(
+        kr.frequencies(kr.solve(TOP, np.linspace(0, 9, 99)), 5), nutation=0.0
+    )
+    assert len(steady.plot().lines[0].get_xdata()) == 5 and not steady.plot().texts
+
+
 @pytest.mark.parametrize("indicate", [kr.lyapunov, kr.megno, kr.oli])
 def test_curves_show_the_data_of_the_indicator(indicate):
     indicator = indicate(TOPS, -200.0)
@@ -132,6 +149,26 @@ def test_maps_show_the_value_of_each_top():
     assert places == {(columns[i] * 1.0, 0.5 + 0.5 * rows[i]) for i in range(len(rows))}
     short_indicator = kr.megno(tops, 1e3, max_steps=5)
     assert short_indicator.failed.size == 6 and short_indicator.plot().collections
+
+
+def test_maps_over_unsorted_values_have_numbered_axes():
+    tops = TOP.vary(gravity=np.array([[0.5], [1.5], [1.0]]), spin=[1.0, 0.0])
+    axes = kr.lyapunov(tops, 20.0).plot()
+    assert axes.get_ylim() == (-0.5, 2.5) and axes.get_xlim() == (-0.5, 1.5)
+
+
+def test_maps_without_doubt_have_no_dots():
+    tops = kr.scenes.thesis.vary(gravity=np.array([[0.5], [1.0]]), spin=[8.0, 9.0])
+    told = kr.megno(tops, 5000.0)
+    assert not np.any(told.is_doubtful)
+    axes = told.plot()
+    assert not len(axes.lines) and axes.get_title() == ""
+
+
+def test_a_curve_of_one_point_has_no_scale_bar():
+    axes = Figure().add_subplot()
+    solids.draw_start_and_scale_bar(np.ones((5, 3)), axes, "m")
+    assert [note.get_text() for note in axes.texts] == ["start"] and len(axes.lines) == 1
 
 
 def test_indicators_of_three_dimensions_are_not_drawn():

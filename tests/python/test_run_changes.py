@@ -545,3 +545,12 @@ def test_another_thread_cannot_change_a_run_during_a_call():
         is_refused.set()
         thread.join()
     assert run.scene == TOP
+
+
+def test_a_momentum_beyond_the_range_of_doubles_is_refused():
+    light = kr.Body(1e-3, (1e10,) * 3, (0, 0, 0), unphysical=True)
+    run = kr.start(kr.Scene(light, (1e300, 0.0, 0.0)))
+    heavy = kr.Body(1.0, (1e20,) * 3, (0, 0, 0))
+    with pytest.raises(ValueError, match="the momentum after the change exceeds the range"):
+        run.change(body=heavy, keep="velocity")
+    assert run.scene.body == light and run.scene.momentum == (1e300, 0.0, 0.0)

@@ -216,6 +216,23 @@ def test_invalid_header_entries_are_refused(word, file, parts):
             check_refusal(file, parts | {"head.npy": text(json.dumps(head | {word: value}))})
 
 
+def test_a_later_format_is_refused(file, parts):
+    later = parts | {"head.npy": text(json.dumps(head_of(parts) | {"format": 2}))}
+    check_refusal(file, later, "its format 2 belongs to a later version of kreisel")
+
+
+@pytest.mark.parametrize("by", ["start", [], ["gravity", "start"], ["start", "start"], ["x"]])
+def test_invalid_columns_of_tangents_are_refused(file, by):
+    kr.solve(TOP, [0.0, 1.0], tangents=("start", "gravity")).save(file)
+    with zipfile.ZipFile(file) as archive:
+        parts = {info.filename: archive.read(info) for info in archive.infolist()}
+    head = head_of(parts)
+    assert head["tangents"]["by"] == ["start", "gravity"]
+    head["tangents"]["by"] = by
+    wrong = parts | {"head.npy": text(json.dumps(head))}
+    check_refusal(file, wrong, "its tangents have the invalid columns")
+
+
 @pytest.mark.parametrize("value", [None, "x", -1, True, [1], 10**400])
 @pytest.mark.parametrize("i", range(4))
 def test_invalid_stats_are_refused(i, value, file, parts):

@@ -2,12 +2,15 @@
 
 import json
 import os
+import pickle
 
 import kreisel as kr
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
 import pytest
 from ensembles import MIXED
-from kreisel._sweep import store, sweep_plan
+from kreisel._sweep import checksum, store, sweep_plan
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, run_sweep, start_python
 
 GRID = "t = 1\nscene = 'thesis'\n[grid]\ngravity = [1, 2]\n"
@@ -109,6 +112,76 @@ def test_a_part_of_another_plan_stays_untouched(tmp_path):
     assert kr.read_sweep(other, partial=True).present == []
 
 
+def make_parquet(about):
+    """Return a Parquet file with the description `about` of a part."""
+    table = pa.table({"top": [0]}).replace_schema_metadata(
+        {"kreisel": about, "checksum": checksum.PLACEHOLDER}
+    )
+    out = pa.BufferOutputStream()
+    parquet.write_table(table, out)
+    return out.getvalue().to_pybytes()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        checksum.PLACEHOLDER.encode(),
+        b"PAR1" + checksum.PLACEHOLDER.encode() + b"\xff" * 20 + b"\x14\x00\x00\x00PAR1",
+        make_parquet("[1]"),
+        make_parquet("no JSON"),
+    ],
+    ids=["no Parquet", "no metadata", "a list", "no JSON"],
+)
+def test_a_file_that_is_no_part_stays_untouched(tmp_path, data):
+    run_sweep(tmp_path, parts=range(0))
+    file, whole = (
+        tmp_path / "part-000001.parquet",
+        bytes(checksum.fill_in_checksum(bytearray(data))),
+    )
+    file.write_bytes(whole)
+    found = kr.read_sweep(tmp_path)
+    assert found.verify() == {"done": [], "foreign": [1], "missing": [0, 2, 3, 4]}
+    with pytest.raises(FileExistsError, match="is part None of the plan None, in the place of"):
+        run_sweep(tmp_path)
+    with pytest.raises(ValueError, match=r"part-000001\.parquet is damaged, or not a part of this"):
+        found.part(1)
+    assert file.read_bytes() == whole
+
+
+def test_a_column_that_a_part_lacks_is_named(tmp_path):
+    found = run_sweep(tmp_path, parts=range(1))
+    with pytest.raises(ValueError, match="it has no nothing, spinn"):
+        found._store.read_part(0, ["top", "spinn", "nothing"])
+
+
+def test_a_part_that_disappears_is_not_counted(tmp_path, monkeypatch):
+    found = run_sweep(tmp_path, parts=range(2))
+    monkeypatch.setattr(type(found._store), "list_existing_parts", lambda _: [0, 1, 2])
+    assert found.verify() == {"done": [0, 1], "missing": [2, 3, 4]}
+
+
+def test_a_folder_whose_plan_was_replaced_is_refused(tmp_path):
+    found = run_sweep(tmp_path / "runs", parts=range(0))
+    kept = pickle.dumps(found)
+    (tmp_path / "runs").rename(tmp_path / "old")
+    other = run_sweep(tmp_path / "runs", REDUCED | {"tol": 1e-9}, parts=range(0))
+    store._open_cached_store.cache_clear()
+    message = f"runs has the plan {other.hash[:16]} now, not {found.hash[:16]}"
+    with pytest.raises(ValueError, match=message):
+        pickle.loads(kept)
+
+
+@pytest.mark.parametrize("name", ["part_size", "parameters", "t"])
+def test_a_plan_without_a_field_is_refused(tmp_path, name):
+    run_sweep(tmp_path, parts=range(0))
+    content = json.loads((tmp_path / "plan.json").read_text())
+    del content["plan"][name]
+    content["hash"] = sweep_plan.hash_plan(content["plan"])
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    with pytest.raises(ValueError, match=f"it is not a plan of a sweep: '{name}'"):
+        kr.read_sweep(tmp_path)
+
+
 READ_ONLY = """
 import os, sys
 import kreisel as kr, pyarrow.parquet
@@ -144,6 +217,10 @@ def test_a_plan_can_be_stored_without_hard_links(tmp_path, monkeypatch):
     monkeypatch.setattr(store.os, "link", none)
     run_sweep(tmp_path / "runs", parts=range(1))
     assert list_files(tmp_path / "runs") == ["part-000000.parquet", "plan.json"]
+    (tmp_path / "first").write_text("of another process")
+    assert not store._write_file_if_missing(tmp_path / "first", b"late")
+    assert (tmp_path / "first").read_text() == "of another process"
+    assert list_files(tmp_path) == ["first", "runs"]
 
 
 def test_the_parent_of_the_folder_must_exist(tmp_path):

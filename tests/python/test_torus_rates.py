@@ -6,6 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import quaternion
+from kreisel._analysis import torus_rates
 from tops import unit
 
 KOWALEWSKI, CHAPLYGIN = 2.0, 4.0  # ratios of the moments
@@ -111,3 +112,34 @@ def test_quasi_periods_end_where_rounding_errors_begin():
     for wrong in (0, -1, 1.5, "2", math.nan):
         with pytest.raises((TypeError, ValueError), match="n must be"):
             top.find_quasi_periods(wrong)
+
+
+@pytest.mark.parametrize("name", ["_GRIDS", "_refine_zero_by_newton"])
+def test_motions_whose_zeros_are_not_found_are_analysed_by_frequency(monkeypatch, name):
+    scene = OVER_THE_POLE[0]
+    path = exact_path(scene, np.linspace(0.0, 600.0, 6001))
+    found = kr.frequencies(path)
+    values = {"_GRIDS": (64,), "_refine_zero_by_newton": lambda *_: np.full(2, np.nan)}
+    monkeypatch.setattr(torus_rates, name, values[name])
+    seen = kr.frequencies(path)
+    assert found.exact and not seen.exact
+    assert seen.nutation == pytest.approx(found.nutation, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "signal, is_found",
+    [
+        (lambda a, b: (a - 0.5) + 1j * (b - 0.51), True),
+        (lambda a, b: a - 0.5 + 0.0 * b, False),  # zero along a curve
+        (lambda a, b: (a - 0.6) + 1j * (b - 0.6), False),  # in another cell
+        (lambda a, b: (a - 0.5) ** 3 + 1j * (b - 0.51), False),  # slow convergence
+    ],
+)
+def test_zeros_are_found_in_their_cell(monkeypatch, signal, is_found):
+    class Axis:
+        def __init__(self, form, turns):
+            self.z = signal(*turns.T)
+
+    monkeypatch.setattr(torus_rates, "_compute_body_axis_at_torus_angles", Axis)
+    zero = torus_rates._refine_zero_by_newton(None, np.array([0.505, 0.505]), 64)
+    assert np.allclose(zero, [0.5, 0.51], atol=1e-9) if is_found else np.isnan(zero).all()

@@ -185,8 +185,7 @@ class RunSummaryPrinter:
     def print_output(self) -> None:
         """Print the summary to standard output."""
         path = self._last
-        if path is None:
-            return
+        assert path is not None  # every run has a state
         stats = path.stats
         ran = f"{stats.steps} steps, {stats.evaluations} evaluations"
         click.echo(f"{self._table.rows} states by {path.method}: {ran}")

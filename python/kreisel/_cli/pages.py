@@ -31,10 +31,7 @@ def view(scene: Scene, file: str | None) -> None:
     parse_output_files([("view --save", file)])
     with convert_errors_to_usage_errors(()):
         page = open_view(scene, open=False)
-    try:
-        text = page.html
-    except FileNotFoundError as error:
-        raise click.ClickException(str(error)) from None
+    text = page.html
     if file == "-":
         click.echo(text, nl=False)
     elif file:

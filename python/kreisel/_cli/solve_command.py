@@ -228,6 +228,8 @@ def _iterate_path_pieces(
 ) -> Iterator[Path]:
     """Return an iterator over the parts of a path, starting at the current time of the run."""
     check_resolvable_horizon(run.scene, t.end, run.step)
+    if run.ended:
+        raise UsageError(f"the run has ended at t = {run.t!r}, where a terminal event occurred")
     rest = t if run._fresh else t.select_later_times(run.t)
     if not rest.grids:
         raise UsageError(f"the run has already reached t = {run.t!r}: give a later --t")

@@ -29,7 +29,7 @@ from .rotations import (
 )
 
 _STEPS = 4  # a trial may take this many times the steps of the guesses
-STEPS_MOST = 10**6
+STEPS_MOST = 10**6  # steps of a guess, and of a trial before the path of any guess is known
 _FEWEST_STEPS = 1000
 
 
@@ -227,8 +227,8 @@ class ResidualModel:
         """Compute the path forwards or backwards in time from the initial state."""
         if not tangents:
             return solve(scene, t, "taylor", max_steps=STEPS_MOST)
-        names = cast(TangentSpec, tangents)
-        return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
+        names, most = cast(TangentSpec, tangents), self._max_steps or STEPS_MOST
+        return solve(scene, t, "taylor", max_steps=most, tangents=names)
 
     def _differentiate_scene_attributes(self, point: FitPoint) -> Array:
         """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""

@@ -120,8 +120,6 @@ def inertia_at_fixed_point(
     if (inertia is None) == (inertia_about_com is None):
         correction = "not none" if inertia_about_com is None else "not both"
         raise ValueError(f"give exactly one of inertia and inertia_about_com, {correction}")
-    if inertia_about_com is None:
-        return validate_inertia_tensor("inertia", inertia)
     tensor = validate_inertia_tensor("inertia_about_com", inertia_about_com)
     return add_point_mass_inertia(
         tensor, as_positive("mass", mass), np.array(as_three_floats("com", com))

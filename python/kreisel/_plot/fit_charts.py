@@ -49,8 +49,7 @@ def plot_fit_panels(panels: list[PlottableFitSeries]) -> FigureAxes:
         for k in range(panel.residuals.shape[1]):
             colour = _COLOURS[k % len(_COLOURS)]
             lower.plot(panel.t, panel.residuals[:, k], ".", ms=3, color=colour)
-            if k < panel.values.shape[1]:
-                upper.plot(panel.t, panel.values[:, k], ".", ms=3, color=colour)
+            upper.plot(panel.t, panel.values[:, k], ".", ms=3, color=colour)
         if panel.values.shape == panel.residuals.shape:
             fitted = panel.values + panel.residuals * panel.sigma
             for k in range(fitted.shape[1]):

@@ -43,7 +43,7 @@ class SweepPlan:
     part_size: int
     options: EnsembleOptions
     times: Array
-    sample: tuple[Places, Ensemble] | None = None
+    sample: tuple[Places, Ensemble]
 
     @cached_property
     def states(self) -> int:
@@ -116,10 +116,9 @@ class SweepPlan:
 
         The ensemble on which the plan was validated is reused if it consists of the same tops.
         """
-        if self.sample is not None:
-            places, ensemble = self.sample
-            if len(places) == len(tops) and (places[0], places[-1]) == (tops[0], tops[-1]):
-                return ensemble
+        places, ensemble = self.sample
+        if len(places) == len(tops) and (places[0], places[-1]) == (tops[0], tops[-1]):
+            return ensemble
         return self.source[tops.start : tops.stop]
 
     def compute_results_of_tops(
