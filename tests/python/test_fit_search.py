@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cli_helpers import call, make_raiser
 from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, gyroscope, ratios
+from kreisel._cli import fit_command
 from kreisel._fit.initial_guess import guess_parameters_from_records
 from kreisel._fit.multiple_shooting import choose_segment_count
 from kreisel._fit.parameters import FreeParameters, convert_scene_to_fit_point, expand_free_names
