@@ -145,7 +145,15 @@ def test_a_step_search_without_times_has_no_states():
     assert len(at) == count == 0
 
 
-def test_ctrl_c_after_the_last_top_is_not_hidden(monkeypatch):
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda progress: kr.solve(TOPS, 1.0, executor=CopyingExecutor(), progress=progress),
+        lambda progress: kr.megno(TOPS, 1.0, threads=2, progress=progress),
+    ],
+    ids=["solve", "megno"],
+)
+def test_ctrl_c_after_the_last_top_is_not_hidden(monkeypatch, run):
     monkeypatch.setattr(executor, "PROGRESS_SECONDS", 0.0)
 
     def interrupt_at_end(part):
@@ -153,5 +161,5 @@ def test_ctrl_c_after_the_last_top_is_not_hidden(monkeypatch):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt) as stopped:
-        kr.solve(TOPS, 1.0, executor=CopyingExecutor(), progress=interrupt_at_end)
+        run(interrupt_at_end)
     assert type(stopped.value) is KeyboardInterrupt
