@@ -10,13 +10,15 @@ from numpy.typing import ArrayLike
 from .._utils.validation import as_bool
 from . import shapes
 
-N = TypeVar("N")  # a number as the user passes it: a float, or for arrays of bodies an ArrayLike
-S = TypeVar("S")  # a validated number or vector: a float or a tuple, or a BatchParameter
+Number = TypeVar(
+    "Number"
+)  # a number as the user passes it: a float, or for arrays of bodies an ArrayLike
+Size = TypeVar("Size")  # a validated number or vector: a float or a tuple, or a BatchParameter
 
 ShapeFunction = Callable[..., shapes.ShapeMoments[Any] | shapes.CuboidMoments[Any]]
 
 
-class ShapeConstructors(Generic[N, S]):
+class ShapeConstructors(Generic[Number, Size]):
     """Constructors of homogeneous bodies, shared by Body and Bodies.
 
     For Body, lengths, masses and densities are numbers, and vectors have three components. For
@@ -25,7 +27,12 @@ class ShapeConstructors(Generic[N, S]):
 
     @classmethod
     def cuboid(
-        cls, half: ArrayLike, pivot: ArrayLike, density: N | None = None, *, mass: N | None = None
+        cls,
+        half: ArrayLike,
+        pivot: ArrayLike,
+        density: Number | None = None,
+        *,
+        mass: Number | None = None,
     ) -> Self:
         """Build a homogeneous cuboid from its half-edge lengths [L] and its density or mass.
 
@@ -40,18 +47,18 @@ class ShapeConstructors(Generic[N, S]):
         if mass is not None and density is not None:
             raise ValueError("give mass or density of the cuboid, not both")
         if mass is None and density is None:
-            density = cast(N, 1.0)
+            density = cast(Number, 1.0)
         return cls._build_from_shape(shapes.cuboid, (edges,), pivot, mass, density)
 
     @classmethod
     def cylinder(
         cls,
-        radius: N,
-        height: N,
+        radius: Number,
+        height: Number,
         pivot: ArrayLike,
         *,
-        mass: N | None = None,
-        density: N | None = None,
+        mass: Number | None = None,
+        density: Number | None = None,
     ) -> Self:
         """Build a solid cylinder whose symmetry axis is the third axis.
 
@@ -68,13 +75,13 @@ class ShapeConstructors(Generic[N, S]):
     @classmethod
     def tube(
         cls,
-        inner: N,
-        outer: N,
-        height: N,
+        inner: Number,
+        outer: Number,
+        height: Number,
         pivot: ArrayLike,
         *,
-        mass: N | None = None,
-        density: N | None = None,
+        mass: Number | None = None,
+        density: Number | None = None,
     ) -> Self:
         """Build a hollow cylinder whose symmetry axis is the third axis.
 
@@ -90,7 +97,7 @@ class ShapeConstructors(Generic[N, S]):
         return cls._build_from_shape(shapes.tube, sizes, pivot, mass, density)
 
     @classmethod
-    def disk(cls, radius: N, pivot: ArrayLike, *, mass: N) -> Self:
+    def disk(cls, radius: Number, pivot: ArrayLike, *, mass: Number) -> Self:
         """Build a thin disk perpendicular to the third axis from its radius [L] and mass [M].
 
         pivot  the fixed point, relative to the centre [L]
@@ -106,7 +113,7 @@ class ShapeConstructors(Generic[N, S]):
         return cls._build_from_shape(shapes.disk, sizes, pivot, mass, None)
 
     @classmethod
-    def rod(cls, length: N, pivot: ArrayLike, *, mass: N) -> Self:
+    def rod(cls, length: Number, pivot: ArrayLike, *, mass: Number) -> Self:
         """Build a thin straight rod along the third axis from its length [L] and mass [M].
 
         pivot  the fixed point, relative to the middle of the rod [L]. A rod has no moment of
@@ -122,11 +129,11 @@ class ShapeConstructors(Generic[N, S]):
     @classmethod
     def sphere(
         cls,
-        radius: N,
+        radius: Number,
         pivot: ArrayLike,
         *,
-        mass: N | None = None,
-        density: N | None = None,
+        mass: Number | None = None,
+        density: Number | None = None,
         shell: bool = False,
     ) -> Self:
         """Build a solid sphere from its radius [L] and its mass [M] or density [M L^-3].
@@ -140,7 +147,12 @@ class ShapeConstructors(Generic[N, S]):
 
     @classmethod
     def ellipsoid(
-        cls, half: ArrayLike, pivot: ArrayLike, *, mass: N | None = None, density: N | None = None
+        cls,
+        half: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: Number | None = None,
+        density: Number | None = None,
     ) -> Self:
         """Build a solid ellipsoid from its semi-axes [L] and its mass [M] or density [M L^-3].
 
@@ -152,12 +164,12 @@ class ShapeConstructors(Generic[N, S]):
     @classmethod
     def cone(
         cls,
-        radius: N,
-        height: N,
+        radius: Number,
+        height: Number,
         pivot: ArrayLike,
         *,
-        mass: N | None = None,
-        density: N | None = None,
+        mass: Number | None = None,
+        density: Number | None = None,
     ) -> Self:
         """Build a solid circular cone with its tip at the origin and its base at `height` [L].
 
@@ -173,20 +185,20 @@ class ShapeConstructors(Generic[N, S]):
         return cls._build_from_shape(shapes.cone, sizes, pivot, mass, density)
 
     @classmethod
-    def _validate_positive(cls, name: str, value: N) -> S:
+    def _validate_positive(cls, name: str, value: Number) -> Size:
         raise NotImplementedError
 
     @classmethod
-    def _validate_non_negative(cls, name: str, value: N) -> S:
+    def _validate_non_negative(cls, name: str, value: Number) -> Size:
         raise NotImplementedError
 
     @classmethod
-    def _validate_half_lengths(cls, half: ArrayLike) -> S:
+    def _validate_half_lengths(cls, half: ArrayLike) -> Size:
         """Validate three positive half-edge lengths or semi-axes."""
         raise NotImplementedError
 
     @classmethod
-    def _validate_tube_radii(cls, inner: N, outer: N) -> tuple[S, S]:
+    def _validate_tube_radii(cls, inner: Number, outer: Number) -> tuple[Size, Size]:
         """Validate the radii of a tube, 0 <= inner <= outer."""
         raise NotImplementedError
 
@@ -194,10 +206,10 @@ class ShapeConstructors(Generic[N, S]):
     def _build_from_shape(
         cls,
         compute_shape: ShapeFunction,
-        sizes: Sequence[S],
+        sizes: Sequence[Size],
         pivot: ArrayLike,
-        mass: N | None,
-        density: N | None,
+        mass: Number | None,
+        density: Number | None,
         **options: bool,
     ) -> Self:
         """Build homogeneous bodies with the shape compute_shape(*sizes, **options)."""
