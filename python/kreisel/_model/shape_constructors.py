@@ -13,7 +13,7 @@ from . import shapes
 Number = TypeVar(
     "Number"
 )  # a number as the user passes it: a float, or for arrays of bodies an ArrayLike
-Size = TypeVar("Size")  # a validated number or vector: a float or a tuple, or a BatchParameter
+Size = TypeVar("Size")  # the type of a validated number or vector
 
 ShapeFunction = Callable[..., shapes.ShapeMoments[Any] | shapes.CuboidMoments[Any]]
 
