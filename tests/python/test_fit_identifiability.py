@@ -158,6 +158,12 @@ CASES = {
         "moments rotor lever",
         [FACTOR.format("damping, rotor and lever")],
     ),
+    "factor of tied moments": (
+        top(**SYMMETRIC, damping=0.1),
+        "body_velocity",
+        "velocity moments damping com",
+        [FACTOR.format("damping and com")],
+    ),
     "ratios of the moments": (
         top(**FREE_BODY, damping=(0.1, 0.2, 0.3)),
         "body_velocity",
@@ -170,16 +176,7 @@ CASES = {
         "moments rotor",
         [RATIOS.format("damping and rotor")],
     ),
-    "no ratio with fixed damping": (
-        top(**FREE_BODY, damping=0.1), "body_velocity", "velocity moments", [],
-    ),
-    "no ratio with a fixed rotor": (
-        top(**FREE_BODY, rotor=(0.3, 0.5, 1.0)), "body_velocity", "velocity moments", [],
-    ),
-    "no ratio with fixed friction": (
-        top(com=(0.01, 0.0, 0.4), friction=0.3), "body_velocity", "moments gravity", [],
-    ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
@@ -245,7 +242,8 @@ def test_a_delay_of_some_instruments_is_no_shift_in_time():
 
 
 @pytest.mark.parametrize(
-    "turning, is_heading", [((0, 0, 1), False), ((1e-4, 0, 1), False), ((2e-3, 0, 1), True)]
+    "turning, is_heading",
+    [((0, 0, 0), False), ((0, 0, 1), False), ((1e-4, 0, 1), False), ((2e-3, 0, 1), True)],
 )
 def test_a_vertical_turning_has_no_heading(turning, is_heading):
     scene = top(turning=turning)
@@ -309,3 +307,57 @@ def test_a_rotation_of_tied_directions_leaves_the_others():
     )
     assert sentences[:2] == (HEADING, SPIN_ANGLE) and len(sentences) == 4
     assert sum("gravity" in sentence for sentence in sentences) == 1
+
+
+@pytest.mark.parametrize("size, is_heading", [(1e7, True), (1e9, False)])
+def test_changes_without_effect_on_the_parameters_are_skipped(size, is_heading):
+    """A unit rotation is 1e-7 or 1e-9 of the natural size."""
+    parameters = FreeParameters(top(), ("attitude",), [])
+    sentences = identifiability.describe_undetermined_directions(
+        parameters, parameters.start, np.full(3, size), np.eye(3), ["x", "y", "z"]
+    )
+    assert (sentences[:2] == (HEADING, SPIN_ANGLE)) == is_heading and len(sentences) == 3
+
+
+def test_symmetries_after_one_without_effect_are_described():
+    """Tied damping has no difference across the axis, the direction before those of the axes."""
+    scene = top(**{**SPHERE, "velocity": (0.0, 0.0, 5.0)}, damping=0.1)
+    parameters = FreeParameters(scene, ("attitude", "damping", "axes"), [])
+    blind = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])[:, None] / np.sqrt(2.0)
+    assert identifiability.describe_undetermined_directions(
+        parameters, parameters.start, np.ones(7), blind, list("abcdefg")
+    ) == (AXES,)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"damping": (0.0, 0.1, 0.0)},
+        {"friction": 0.3},
+        {"rotor": (0.0, 0.5, 0.0)},
+        {"rotor": (0.0, 0.5, 0.0), "gravity": 0.0},
+    ],
+)
+def test_moments_have_a_scale_beside_a_fixed_torque_or_rotor(words):
+    gravity = words.pop("gravity", 9.81)
+    for scene, count in ((top(), 1 + bool(gravity)), (top(**words), 0)):
+        parameters = FreeParameters(
+            scene.replace(gravity=gravity), ("moments", "com", "gravity"), []
+        )
+        sentences = dict(identifiability._yield_unobservable_changes(parameters, parameters.start))
+        assert sum("the scale of the moments" in one for one in sentences) == count
+
+
+@pytest.mark.parametrize("com, axis", [((0.3, -0.4, 1.2), (3, -4, 12)), ((0, 0, 0), (0, 0, 13))])
+def test_the_axis_is_the_unit_vector_to_the_centre_of_mass(com, axis):
+    parameters = FreeParameters(top(com=com), ("attitude", "velocity"), [])
+    first, second = (
+        change
+        for sentence, change in identifiability._yield_unobservable_axial_changes(
+            parameters, parameters.start
+        )
+        if sentence == SPIN_ANGLE
+    )
+    unit = np.array(axis) / 13.0
+    assert first == pytest.approx([*unit, 0.0, 0.0, 0.0])
+    assert second == pytest.approx([*unit, *np.cross((3.0, 2.0, 12.0), unit)])

@@ -99,8 +99,7 @@ def _average_tied_components(columns: Array, values: Array) -> Array:
 
 def _has_gravity_or_shaking_torque(point: FitPoint) -> bool:
     amplitude, rate, _ = point.shaking
-    pull = abs(point.gravity) + abs(amplitude) * rate**2
-    return bool(point.mass * pull * np.linalg.norm(point.com))
+    return bool((point.gravity or amplitude * rate) and point.com.any())
 
 
 def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
