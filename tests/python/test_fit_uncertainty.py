@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from kreisel._fit import noise, uncertainty
 from kreisel._fit.residuals import assign_residual_rows
+from kreisel._fit.rotations import multiply_quaternions
 from kreisel._fit.uncertainty import FitCovariance
 
 T = np.arange(40.0)
@@ -183,13 +184,12 @@ class Parabola:
 )
 def test_nonlinearity_is_the_deviation_from_a_parabola(curvature, distance, most, expected):
     model = Parabola(curvature, distance, most)
-    spectrum = FitCovariance(
-        np.array((4.0, 1.0)), np.array(((0.0, 0.25), (0.1, 0.0))), np.zeros((2, 0))
-    )
-    found = uncertainty.measure_cost_nonlinearity(
-        model, np.array((0.0, 0.3)), np.array((0.0, 0.3)), spectrum, 1.0
-    )
-    assert found == pytest.approx(expected, abs=1e-12)
+    start = np.array((0.0, 0.3))
+    for sign in (1.0, -1.0):
+        factor = np.array(((0.0, 0.25 * sign), (0.1, 0.0)))
+        spectrum = FitCovariance(np.array((4.0, 1.0)), factor, np.zeros((2, 0)))
+        found = uncertainty.measure_cost_nonlinearity(model, start, start, spectrum, 1.0)
+        assert found == pytest.approx(expected, abs=1e-12)
 
 
 def test_nonlinearity_is_measured_at_the_enlarged_error():
@@ -233,6 +233,8 @@ def test_noise_of_attitudes_is_that_of_their_rotation_vectors():
     tilted = q.copy()
     tilted[:, 1:3] = q[:, 3:] * (0.6, 0.0)
     tilted[:, 3] = 0.8 * q[:, 3]
+    base = np.array((0.6, 0.8, 0.0, 0.0))  # does not change steps in the frame of the body
+    tilted = multiply_quaternions(base, tilted)
     [found] = noise.estimate_initial_sigmas((kr.Record(T[:12], {"q": tilted}),))
     # The differences of the components are 0.08 times (0.6, 0, 0.8); their median is the smaller.
     assert found.shape == (12, 3) and found == pytest.approx(1.4826 * 0.048 / SIX)
