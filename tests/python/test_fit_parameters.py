@@ -41,6 +41,8 @@ def get_scales(free, scene=None, span=2.0, records=()):
         # Here they are (0.4995, 0.0005, 0.5005) and (0.5, 0, 0.5).
         ("moments", {"moments": (0.501, 1.0, 0.5)}, {"moments": (1.0, 0.05, 1.0)}),
         ("moments", {"moments": (0.5, 1.0, 0.5)}, {"moments": (1.0, 5e-4)}),
+        # (0.001, 0.001, 0.5), of which the first two stay equal.
+        ("moments", {"moments": (0.501, 0.501, 0.002)}, {"moments": (0.1, 0.501)}),
         ("com", {}, {"com": 1.3}),
         ("lever", {}, {"lever": 1.3}),
         ("com", {"com": (0.0, 0.0, 0.0)}, {"com": 1.0}),
@@ -79,6 +81,18 @@ def test_scales_of_instruments():
     assert found["scale", "spin"].tolist() == [1.0] and found["mounting", ""].tolist() == [1.0] * 3
     assert found["delay", ""] == pytest.approx([1.0 / 3.0])
     assert parameters.size == 3 + 4 + 4 + 3 + 1
+    start = {
+        (name, label): value.tolist()
+        for (name, _, label), value in parameters.start.instruments.items()
+    }
+    assert start == {
+        ("bias", "spin"): [0.0],
+        ("bias", "body_velocity"): [0.0] * 3,
+        ("scale", "spin"): [1.0],
+        ("scale", "body_velocity"): [1.0] * 3,
+        ("mounting", ""): [1.0, 0.0, 0.0, 0.0],
+        ("delay", ""): [0.0],
+    }
 
 
 def test_steps_change_each_parameter_and_stop_at_its_bound():
@@ -211,6 +225,8 @@ def test_the_point_of_a_scene_has_its_numbers():
     assert point.relative_angular_velocity(q, m) == pytest.approx(point.rate)
     assert point.is_support_turning
     assert not replace(point, turning=np.zeros(3)).is_support_turning
+    assert replace(point, turning=np.array((0.0, 0.5, 0.0))).is_support_turning
+    assert replace(point, shaking=np.array((0.05, 7.0, 0.0))).shift_shaking_phase(0.0)
 
 
 def test_moments_are_at_least_tiny():
@@ -291,3 +307,11 @@ def test_names_and_units_of_parameters():
     ]
     assert names == [row[0] for row in rows] and units == [row[1] for row in rows]
     assert values == pytest.approx([row[2] for row in rows])
+
+
+def test_the_lever_is_along_the_centre_of_mass():
+    parameters = make_parameters("lever", make_scene(com=(0.03, -0.04, 0.12)))
+    assert parameters.lever == pytest.approx(np.array((3.0, -4.0, 12.0)) / 13.0)
+    there = parameters.add_step_within_bounds(parameters.start, np.array([0.13]))
+    assert there.com == pytest.approx((0.06, -0.08, 0.24))
+    assert not make_parameters("mass", make_scene(com=(0.0, 0.0, 0.0))).lever.any()
