@@ -442,3 +442,10 @@ def test_invalid_rows_of_a_file_are_numbered(tmp_path):
         file.write_text(text)
         with pytest.raises(ValueError, match=message):
             kr.Record.from_csv(file)
+
+
+def test_records_are_read_only():
+    record = kr.Record(T, {"specific_force": W}, 0.1, point=(1.0, 2.0, 3.0))
+    [series] = record.series
+    for array in (record.t, series.values, series.measured, series.sigma, record.point):
+        assert not array.flags.writeable

@@ -8,6 +8,7 @@ import pytest
 from fits import HEAVY, SIGMA, SYMMETRIC, gyroscope
 from kreisel._fit import fit_result
 from kreisel._fit.parameters import FreeParameters, expand_free_names
+from kreisel._fit.residuals import ResidualModel
 
 T = np.linspace(0.0, 2.0, 60)
 
@@ -33,6 +34,14 @@ def test_errors_of_single_parameters_are_their_errors(fit):
     values, errors = fit.error_of(lambda scene: np.outer(scene.body.moments, (1.0, -2.0)))
     assert values.shape == errors.shape == (3, 2)
     assert errors[:, 1] == pytest.approx(2.0 * errors[:, 0])
+
+
+def test_steps_of_derivatives_are_small_against_the_natural_sizes(fit):
+    """The derivative of sin(2000 d) by the damping d needs steps much smaller than 1 / 2000."""
+    name = "damping_1 = damping_2 = damping_3"
+    _, error = fit.error_of(lambda scene: np.sin(2000.0 * scene.damping[0]))
+    slope = 2000.0 * abs(np.cos(2000.0 * fit.values[name]))
+    assert error == pytest.approx(slope * fit.error[name], rel=1e-4)
 
 
 def test_errors_of_moment_ratios_are_those_of_the_ratios(fit):
@@ -73,7 +82,7 @@ def test_residuals_and_sigmas_have_the_shapes_of_the_records(fit):
     assert residuals["body_velocity"].shape == (60, 3) and residuals["spin"].shape == (60,)
     is_missing = np.isnan(residuals["body_velocity"])
     assert is_missing[3:5, 1].all() and is_missing.sum() == 2
-    assert (sigma["body_velocity"][~is_missing] == SIGMA).all()
+    assert sigma["body_velocity"] == SIGMA
     assert sigma["spin"][:, 0].tolist() == np.linspace(0.1, 0.2, 60).tolist()
 
 
@@ -163,3 +172,33 @@ def test_scattered_scenes_follow_the_seed(fit):
         fit.scatter(0)
     with pytest.raises(ValueError, match="seed must be at least 0"):
         fit.scatter(1, seed=-1)
+
+
+def test_sigmas_are_unknown_where_nothing_was_measured():
+    nutation = np.degrees(kr.solve(HEAVY, T).nutation)
+    nutation[4] = np.nan
+    values = {"nutation": nutation, "spin": np.full(60, np.nan)}
+    for given in (0.5, np.linspace(0.5, 0.6, 60)):
+        record = kr.Record(T, values, given, degrees=True)
+        [sigma] = kr.fit(HEAVY, record, "velocity").sigma
+        expected = np.where(np.isnan(nutation), np.nan, given)
+        if np.ndim(given):
+            assert np.allclose(sigma["nutation"][:, 0], expected, equal_nan=True)
+        else:
+            assert sigma["nutation"] == pytest.approx(0.5) and np.ndim(sigma["nutation"]) == 0
+        assert sigma["spin"].shape == (60, 1) and np.isnan(sigma["spin"]).all()
+
+
+@pytest.mark.parametrize("sigma", [0.5, None])
+def test_evaluations_count_the_computed_motions(monkeypatch, sigma):
+    count = 0
+    compute = ResidualModel._solve_both_time_directions
+
+    def compute_and_count(*arguments):
+        nonlocal count
+        count += 1
+        return compute(*arguments)
+
+    monkeypatch.setattr(ResidualModel, "_solve_both_time_directions", compute_and_count)
+    record = kr.Record(T, {"spin": kr.solve(HEAVY, T).spin + 0.1 * np.sin(40.0 * T)}, sigma)
+    assert kr.fit(HEAVY.replace(gravity=9.0), record, ("velocity", "gravity")).evaluations == count
