@@ -177,7 +177,7 @@ def test_scattered_scenes_follow_the_seed(fit):
 def test_sigmas_are_unknown_where_nothing_was_measured():
     nutation = np.degrees(kr.solve(HEAVY, T).nutation)
     nutation[4] = np.nan
-    values = {"nutation": nutation, "spin": np.full(60, np.nan)}
+    values = {"nutation": nutation, "energy": np.full(60, np.nan)}
     for given in (0.5, np.linspace(0.5, 0.6, 60)):
         record = kr.Record(T, values, given, degrees=True)
         [sigma] = kr.fit(HEAVY, record, "velocity").sigma
@@ -186,7 +186,7 @@ def test_sigmas_are_unknown_where_nothing_was_measured():
             assert np.allclose(sigma["nutation"][:, 0], expected, equal_nan=True)
         else:
             assert sigma["nutation"] == pytest.approx(0.5) and np.ndim(sigma["nutation"]) == 0
-        assert sigma["spin"].shape == (60, 1) and np.isnan(sigma["spin"]).all()
+        assert sigma["energy"] == 1.0  # unknown
 
 
 @pytest.mark.parametrize("sigma", [0.5, None])
