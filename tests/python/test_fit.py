@@ -422,6 +422,9 @@ def test_a_fit_prints_a_table(fit):
         "unit",
     ]
     assert table.loc["com_x", "unit"] == "L"
+    assert table["value"].tolist() == list(fit.values.values())
+    assert table["error"].tolist() == list(fit.error.values())
+    assert table["unit"].tolist() == list(fit.units) and table.index.name == "parameter"
 
 
 def test_a_fit_can_be_plotted(fit):

@@ -1,8 +1,11 @@
 """Tests of the derivatives of fit residuals against finite differences."""
 
+from dataclasses import replace
+
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._fit import residuals
 from kreisel._fit.measurable import MEASURABLE, SEEN_FROM_BODY
 from kreisel._fit.parameters import FreeParameters, expand_free_names
 from kreisel._fit.residuals import ResidualModel
@@ -159,3 +162,82 @@ def test_derivatives_at_a_pole_are_finite():
     sigmas = [series.sigma for series in record.series]
     model = ResidualModel(parameters, [record], sigmas)
     assert np.isfinite(model.evaluate_residuals(parameters.start).jacobian).all()
+
+
+@pytest.mark.parametrize("name", ["q", "body_velocity", "spin_angle", "frame"])
+def test_derivatives_by_axes_are_right_where_they_are_principal(name):
+    model, _ = make_model(name, make_scene("principal axes"), ("attitude", "com", "axes"))
+    check_jacobian(model, model.parameters.start)
+
+
+@pytest.mark.parametrize(
+    "t, end, span",
+    [
+        ([1.0, 4.0], None, 4.0),
+        ([-1.0, 4.0], None, 5.0),
+        ([-3.0, -2.0], None, 3.0),
+        ([1.0, 4.0], 6.0, 6.0),
+        ([0.0], None, 1e-300),
+    ],
+)
+def test_the_span_reaches_from_the_start_to_all_times(t, end, span):
+    record = kr.Record(t, {"spin": np.ones(len(t))}, 0.1)
+    parameters = FreeParameters(make_scene("turned"), ("velocity",), [record])
+    assert ResidualModel(parameters, [record], [record.series[0].sigma], end).span == span
+
+
+def test_trials_may_take_four_times_the_steps_of_the_guess(monkeypatch):
+    limits, steps = [], []
+
+    def solve(*arguments, max_steps, **words):
+        path = kr.solve(*arguments, max_steps=max_steps, **words)
+        limits.append(max_steps)
+        steps.append(path.stats.steps)
+        return path
+
+    monkeypatch.setattr(residuals, "solve", solve)
+    model, point = make_model("apex", make_scene("turned"), ("start",))
+    for has_jacobian in (True, True, False, True):
+        model.evaluate_residuals(point, has_jacobian)
+    assert model.evaluations == 4 and len(limits) == 8  # backwards and forwards
+    own = 1000 + 4 * max(steps[:2])
+    assert limits[:2] == limits[4:6] == [10**6] * 2 and limits[2:4] == [own] * 2
+    assert limits[6:] == [max(own, 1000 + 4 * max(steps[4:6]))] * 2
+
+
+def test_a_motion_that_cannot_be_computed_has_infinite_residuals():
+    model, point = make_model("apex", make_scene("turned"), ("start",))
+    found = model.evaluate_residuals(replace(point, mass=np.nan))
+    assert np.isinf(found.residuals).all() and found.residuals.shape == (27,)
+    assert found.jacobian.shape == (27, model.parameters.size) and not found.jacobian.any()
+
+
+def test_rows_of_residuals_follow_the_series():
+    """Measurements at equal times of two records have rows of their own, 0 where they are NaN."""
+    scene = make_scene("turned")
+    path = kr.solve(scene, [0.0, 1.0, 2.0])
+    spin = np.add(path.spin, (0.1, np.nan, -0.3))
+    records = [
+        kr.Record(path.t, {"spin": spin, "apex_y": path.apex[:, 1] + 0.2}, 0.1),
+        kr.Record([1.0, 1.0], {"apex": path.apex[[1, 1]] - 0.1}, 0.5),
+    ]
+    sigmas = [series.sigma for record in records for series in record.series]
+    parameters = FreeParameters(scene, ("velocity",), records)
+    model = ResidualModel(parameters, records, sigmas)
+    assert [(rows.record, rows.begin, rows.shape) for rows in model.rows] == [
+        *((0, 0, (3, 1)), (0, 3, (3, 1)), (1, 6, (2, 3))),
+    ]
+    assert model.size == 12 and model.measured.tolist() == [True, False, *[True] * 10]
+    found = model.evaluate_residuals(parameters.start).residuals
+    assert found == pytest.approx([-1.0, 0.0, 3.0, *[-2.0] * 3, *[0.2] * 6])
+
+
+@pytest.mark.parametrize("lean, is_at_pole", [(0.5e-9, True), (2e-9, False)])
+def test_angles_at_a_pole_have_no_derivative(lean, is_at_pole):
+    q = (np.cos(0.5 * lean), np.sin(0.5 * lean), 0.0, 0.0)
+    scene = kr.scenes.sleeping.replace(attitude=q)
+    record = kr.Record([0.0], {"precession_angle": [0.1]}, 0.1)
+    parameters = FreeParameters(scene, ("attitude",), [record])
+    model = ResidualModel(parameters, [record], [record.series[0].sigma])
+    jacobian = model.evaluate_residuals(parameters.start).jacobian
+    assert np.isfinite(jacobian).all() and jacobian.any() != is_at_pole

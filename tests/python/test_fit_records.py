@@ -5,6 +5,7 @@ import numpy as np
 import pandas
 import pytest
 from fits import GUESS, HEAVY, SIGMA, gyroscope
+from kreisel._fit.records import _PARTS, slice_record
 
 T = [0.0, 0.1, 0.2]
 W = [[1.0, 2.0, 3.0]] * 3
@@ -233,3 +234,218 @@ def test_a_lever_needs_a_centre_of_mass():
     free = kr.scenes.dzhanibekov
     with pytest.raises(ValueError, match="com is the fixed point: use com instead"):
         kr.fit(free, gyroscope(free, n=20), "lever")
+
+
+@pytest.mark.parametrize(
+    "quantity, values, scale, size",
+    [
+        ("spin", [1.0, 3.0, np.nan], 1.0, np.sqrt(5.0)),
+        ("spin", [2.0, 2.0, 2.0], 2.0, 2.0),
+        ("spin", [-2.0, -2.0, np.nan], 2.0, 2.0),
+        ("spin", [0.0, 0.0, 0.0], 1.0, 1.0),
+        # the variances of the components are 1, 0 and 4, of two rows
+        ("apex", [[1.0, 5.0, 1.0], [3.0, 5.0, 5.0], [np.nan] * 3], np.sqrt(5 / 3), np.sqrt(86 / 6)),
+        ("nutation", [0.1, 0.2, 0.3], 1.0, 1.0),
+        ("q", [[1.0, 0.0, 0.0, 0.0]] * 3, 1.0, 1.0),
+    ],
+)
+def test_the_scale_of_a_series_is_its_deviation_and_the_size_its_mean_square(
+    quantity, values, scale, size
+):
+    [series] = kr.Record(T, {quantity: values}).series
+    assert series.typical_value_scale == pytest.approx(scale)
+    assert series.size == pytest.approx(size)
+    assert series.residuals_per_row == (3 if quantity in ("q", "apex") else 1)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"spin": [1e100, 0.0, 1.0]},
+        {"spin": [1e-100, 0.0, 0.0]},
+        {"nutation": [4.0 * np.pi, 0.0, 1.0]},
+        {"spin": [500.0, 1.0, 2.0]},
+        {"q": [[1.0009, 0.0, 0.0, 0.0]] * 3},
+        {"q": [[np.nan, 9.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [np.nan] * 4]},
+    ],
+)
+def test_values_at_a_limit_are_accepted(values):
+    [series] = kr.Record(T, values).series
+    if series.is_attitude:
+        norms = np.linalg.norm(series.values[series.measured.all(axis=1)], axis=1)
+        assert norms == pytest.approx(1.0, abs=1e-15)
+        assert (series.measured == series.measured[:, :1]).all()
+
+
+@pytest.mark.parametrize(
+    "values, message",
+    [
+        ({"spin": [1.1e100, 0.0, 1.0]}, "choose units"),
+        ({"spin": [0.9e-100, 0.0, 0.0]}, "choose units"),
+        ({"nutation": [-12.6, 0.0, 1.0]}, r"nutation is up to 12\.6, which is more than two turns"),
+        (
+            {"q": [[1.0, 0.0, 0.0, 0.0], [0.0, 0.9989, 0.0, 0.0], [2.0, 0, 0, 0]]},
+            r"q\[1\] is 0\.99",
+        ),
+    ],
+)
+def test_values_beyond_a_limit_are_refused(values, message):
+    with pytest.raises(ValueError, match=message):
+        kr.Record(T, values)
+
+
+def test_times_may_repeat_and_the_first_decrease_is_named():
+    assert kr.Record([0.0, 0.0, 1.0], {"spin": T}).size == 3
+    with pytest.raises(ValueError, match=r"but t\[2\] = 1\.0 follows t\[1\] = 2\.0"):
+        kr.Record([0.0, 2.0, 1.0, 0.0], {"spin": [0.0] * 4})
+    with pytest.raises(ValueError, match=r"not an array of shape \(1, 3\)"):
+        kr.Record([T], {"spin": T})
+
+
+@pytest.mark.parametrize(
+    "quantity, factor",
+    [("nutation", 1.0), ("spin", 1.0), ("body_acceleration", 1.0), ("apex", 0.0), ("q", -1.0)],
+)
+def test_degrees_convert_angles_and_their_rates(quantity, factor):
+    """Quaternions have no unit, but their sigma is an angle."""
+    values = {"q": [[0.0, 1.0, 0.0, 0.0]] * 3, "nutation": T, "spin": T}.get(quantity, W)
+    radian = np.pi / 180.0 if factor else 1.0
+    [series] = kr.Record(T, {quantity: values}, 0.5, degrees=True).series
+    unit = radian if factor >= 0.0 else 1.0
+    assert series.values == pytest.approx(np.reshape(values, (3, -1)) * unit)
+    assert series.sigma == pytest.approx(np.full((3, series.residuals_per_row), 0.5 * radian))
+    assert series.unit == pytest.approx(radian)
+    [plain] = kr.Record(T, {quantity: values}, 0.5).series
+    assert plain.unit == 1.0 and (plain.sigma == 0.5).all()
+    many = kr.Record([0.0], {"nutation": [720.0 * 5.0]}, degrees=True)
+    assert many.series[0].values == pytest.approx(20.0 * np.pi)
+
+
+def test_sigma_is_broadcast_to_the_values():
+    rows = [[1.0, 2.0, 3.0]] * 2
+    for sigma, expected in (
+        (0.1, np.full((2, 3), 0.1)),
+        ([0.1, 0.2], [[0.1] * 3, [0.2] * 3]),
+        ([0.1, 0.2, 0.3], [[0.1, 0.2, 0.3]] * 2),
+        ({"apex": [[0.1], [0.2]]}, [[0.1] * 3, [0.2] * 3]),
+    ):
+        [series] = kr.Record(T[:2], {"apex": rows}, sigma).series
+        assert series.sigma.tolist() == np.array(expected).tolist()
+    [square] = kr.Record(T, {"apex": W}, [0.1, 0.2, 0.3]).series
+    assert square.sigma.tolist() == [[0.1, 0.2, 0.3]] * 3  # of the components, as in numpy
+    [one] = kr.Record(T[:1], {"spin": [2.0]}, [0.1]).series
+    assert one.sigma.tolist() == [[0.1]]
+    [first, second] = kr.Record(T, {"apex": W, "spin": T}, {"spin": 0.2}).series
+    assert first.sigma is None and (second.sigma == 0.2).all()
+
+
+def test_sizes_and_descriptions_count_measured_numbers():
+    q = [[1.0, 0.0, 0.0, 0.0], [np.nan] * 4, [0.0, 1.0, 0.0, 0.0]]
+    apex = np.where(np.eye(3) > 0.0, np.nan, W)
+    record = kr.Record([0.5, 1.0, 2.5], {"q": q, "apex": apex}, 0.1, free=("delay", "bias"))
+    assert record.size == 6 + 6 and record.missing == 3 + 3
+    assert repr(record) == (
+        "<kreisel.Record: 3 times, t = 0.5 .. 2.5; q, apex; 12 numbers, 6 left out; "
+        "free bias, delay>"
+    )
+
+
+@pytest.mark.parametrize(
+    "values, free, is_valid",
+    [
+        ({"body_velocity": W}, "mounting", True),
+        ({"q": [[1.0, 0, 0, 0]] * 3}, ("mounting", "delay"), True),
+        ({"body_velocity_x": T}, "mounting", False),
+        ({"q": [[1.0, 0, 0, 0]] * 3}, "scale", False),
+        ({"q": [[1.0, 0, 0, 0]] * 3, "spin": T}, ("scale", "bias"), True),
+        ({"body_velocity_x": T, "body_vertical": W}, "mounting", True),
+    ],
+)
+def test_properties_need_a_quantity_that_shows_them(values, free, is_valid):
+    if is_valid:
+        assert set(kr.Record(T, values, free=free).free) == set(np.atleast_1d(free))
+    else:
+        with pytest.raises(ValueError, match="mounting"):
+            kr.Record(T, values, free=free)
+
+
+def test_a_slice_of_a_record_has_its_rows_and_its_clock():
+    record = kr.Record(
+        [1.0, 2.0, 3.0, 4.0],
+        {"spin": [5.0, 6.0, np.nan, 8.0], "nutation": [0.1] * 4},
+        {"spin": [0.1, 0.2, 0.3, 0.4]},
+        free="delay",
+    )
+    part = slice_record(record, 1, 3, 0.5)
+    assert part.t.tolist() == [1.5, 2.5] and part.free == ("delay",) and part.point is None
+    spin, nutation = part.series
+    assert spin.values[:, 0].tolist() == [6.0, 0.0] and nutation.sigma is None
+    assert spin.measured[:, 0].tolist() == [True, False] and spin.sigma[:, 0].tolist() == [0.2, 1.0]
+    assert slice_record(record, 0, 2).t.tolist() == [1.0, 2.0]
+
+
+def test_columns_of_components_are_joined_if_all_are_present(tmp_path):
+    file = tmp_path / "record.csv"
+    head = "t, apex_y ,apex_x,apex_z,velocity_x,spin,frame_Tx,q_w,q_x,q_y,q_z"
+    file.write_text(f"\n{head}\n\n0,2,1,3,4,5,0.5,1,0,0,0\n , , \n0.5,,1,3,4,5,0.5,0,0,0,1\n")
+    record = kr.Record.from_csv(file)
+    series = {one.name: one for one in record.series}
+    assert list(series) == ["apex", "velocity_x", "spin", "frame_Tx", "q"]
+    assert record.t.tolist() == [0.0, 0.5]
+    assert series["apex"].values.tolist() == [[1.0, 2.0, 3.0], [1.0, 0.0, 3.0]]
+    assert series["apex"].measured.tolist() == [[True] * 3, [True, False, True]]
+    assert series["velocity_x"].part == 0 and series["q"].values[1].tolist() == [0, 0, 0, 1]
+
+
+def test_elements_of_the_frame_stay_single(tmp_path):
+    parts = [name for name, (quantity, _) in _PARTS.items() if quantity == "frame"]
+    file = tmp_path / "record.csv"
+    file.write_text(",".join(["t", *parts]) + "\n" + ",".join(["0", *"123456789"]) + "\n")
+    record = kr.Record.from_csv(file)
+    assert [one.name for one in record.series] == parts
+    assert [one.values[0, 0] for one in record.series] == list(range(1, 10))
+
+
+@pytest.mark.parametrize(
+    "columns, error, message",
+    [
+        (3, TypeError, "columns must map quantities to names of columns"),
+        ({"apex": ("x", 3, "z")}, TypeError, "a column must have a name, not 3"),
+        ({"apex": ("x", "y", "w")}, ValueError, "unknown column 'w'"),
+    ],
+)
+def test_columns_are_names_in_the_table(columns, error, message):
+    frame = pandas.DataFrame({"t": T, "x": T, "y": T, "z": T})
+    with pytest.raises(error, match=message):
+        kr.Record.from_pandas(frame, columns)
+    with pytest.raises(TypeError, match="a column of times must have a name, not None"):
+        kr.Record.from_pandas(frame, None, None)
+
+
+def test_the_column_of_times_has_any_name():
+    frame = pandas.DataFrame({"time": [1.0, 2.0], "t": [5.0, 6.0], "x": [0.1, 0.2]})
+    for table in (frame, frame.set_index("time"), frame.set_index("t").assign(time=[1.0, 2.0])):
+        record = kr.Record.from_pandas(table, {"spin": "x"}, t="time")
+        assert record.t.tolist() == [1.0, 2.0] and record.series[0].values[:, 0].tolist() == [
+            0.1,
+            0.2,
+        ]
+
+
+def test_invalid_rows_of_a_file_are_numbered(tmp_path):
+    file = tmp_path / "record.csv"
+    for text, message in (
+        ("t,spin\n0,1\n1,two\n", "row 2 has 'two', which is not a number$"),
+        ("t,spin\n0,1\n1\n", "row 2 has 1 fields instead of 2"),
+        ('t,spin\n0,"1,5"\n', "row 1 has '1,5', which is not a number; write decimal points"),
+    ):
+        file.write_text(text)
+        with pytest.raises(ValueError, match=message):
+            kr.Record.from_csv(file)
+
+
+def test_records_are_read_only():
+    record = kr.Record(T, {"specific_force": W}, 0.1, point=(1.0, 2.0, 3.0))
+    [series] = record.series
+    for array in (record.t, series.values, series.measured, series.sigma, record.point):
+        assert not array.flags.writeable

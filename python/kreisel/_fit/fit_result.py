@@ -57,7 +57,8 @@ class Fit(ReadOnlyArrays):
     residuals     for each record {quantity: (n, ...) model minus measurement, in standard
                   deviations}; NaN where nothing was measured. q has 3 components, a rotation
                   vector in principal-axis components
-    sigma         for each record {quantity: standard deviation}, given or estimated
+    sigma         for each record {quantity: standard deviation}, given or estimated; a number if
+                  all are equal, otherwise an array, NaN where nothing was measured
     chi2          sum of the squared residuals
     dof           degrees of freedom: the number of residuals minus the number of parameters
     residual_correlation  mean correlation of neighbouring residuals
@@ -341,9 +342,11 @@ def _group_residuals_and_sigmas_by_series(
         residual_tables[rows.record][rows.series.name] = (
             values[:, 0] if values.shape[1] == 1 else values
         )
-        deviation = rows.sigma / rows.series.unit
-        is_constant = bool((deviation == deviation[0, 0]).all())
-        sigma[rows.record][rows.series.name] = deviation[0, 0] if is_constant else deviation
+        deviation, mask = rows.sigma / rows.series.unit, rows.measured_mask
+        known = deviation[mask if mask.any() else ...].ravel()
+        sigma[rows.record][rows.series.name] = (
+            known[0] if (known == known[0]).all() else np.where(mask, deviation, np.nan)
+        )
     return residual_tables, sigma
 
 

@@ -99,8 +99,7 @@ def _average_tied_components(columns: Array, values: Array) -> Array:
 
 def _has_gravity_or_shaking_torque(point: FitPoint) -> bool:
     amplitude, rate, _ = point.shaking
-    pull = abs(point.gravity) + abs(amplitude) * rate**2
-    return bool(point.mass * pull * np.linalg.norm(point.com))
+    return bool((point.gravity or amplitude * rate) and point.com.any())
 
 
 def _yield_unobservable_scalings(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
@@ -168,16 +167,15 @@ def _yield_unobservable_axial_changes(
     }
     sentence = "the moment about the axis against the spin: only their product counts"
     yield from _yield_change_if_all_free(p, sentence, spin)
+    if p.can_vary("damping"):
+        drag = p.damping.T @ (point.damping * unit)
+        yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": drag})
     sentence = "the rotor against the spin: only the momentum about the axis counts"
     rotor_change = {"velocity": -unit, "rotor": point.moments[k] * unit}
     yield from _yield_change_if_all_free(p, sentence, rotor_change)
     sentence = "the rotor against the moment about its axis: only the momentum counts"
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
     yield from _yield_change_if_all_free(p, sentence, heavier)
-    if p.can_vary("damping"):
-        drag = _average_tied_components(p.damping, point.damping * unit)
-        yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": drag})
-        yield from _yield_change_if_all_free(p, sentence, {**spin, "damping": 2.0 * drag})
     difference = np.array([0.0, 1.0, -1.0])
     sentence = "damping across the axis, one way against the other: only their mean counts"
     yield from _yield_change_if_all_free(

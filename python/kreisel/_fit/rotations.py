@@ -56,7 +56,7 @@ def compute_rotation_vectors(q: Array) -> Array:
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.sqrt((q[..., 1:] ** 2).sum(axis=-1, keepdims=True))
     angle = 2.0 * np.arctan2(sine, q[..., :1])
-    factor: Array = np.where(sine > 1e-9, angle / np.where(sine > 0.0, sine, 1.0), 2.0)
+    factor: Array = np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 2.0)
     return factor * q[..., 1:]
 
 
@@ -104,7 +104,7 @@ def inverse_left_jacobian(v: Array) -> Array:
     """Return the matrices L that satisfy log(exp(d) exp(v)) = v + L d for small vectors d."""
     angle = np.sqrt((v * v).sum(axis=-1))[..., None, None]
     k = cross_matrix(v)
-    safe = np.where(angle > _SMALL, angle, 1.0)
+    safe = np.maximum(angle, _SMALL)
     factor = 1.0 / safe**2 - 0.5 / (safe * np.tan(0.5 * safe))
     inverse: Array = np.eye(3) - 0.5 * k + np.where(angle > _SMALL, factor, 1.0 / 12.0) * (k @ k)
     return inverse

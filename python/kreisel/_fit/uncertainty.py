@@ -69,7 +69,7 @@ class FitCovariance:
         length = np.linalg.norm(scaled, axis=1)
         covariance = projection @ projection.T + blind_part @ blind_part.T
         errors = np.sqrt(np.diag(covariance))
-        is_lost = (np.linalg.norm(blind_part, axis=1) > _LOST * length) & (length > 0.0)
+        is_lost = np.linalg.norm(blind_part, axis=1) > _LOST * length
         errors = np.where(is_lost, np.inf, errors)
         covariance[is_lost, :] = covariance[:, is_lost] = np.nan
         covariance[is_lost, is_lost] = np.inf

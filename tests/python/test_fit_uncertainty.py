@@ -1,0 +1,284 @@
+"""Tests of the covariances of fits, of the statistics of residuals, and of estimated noise."""
+
+from types import SimpleNamespace
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel._fit import noise, uncertainty
+from kreisel._fit.residuals import assign_residual_rows
+from kreisel._fit.rotations import multiply_quaternions
+from kreisel._fit.uncertainty import FitCovariance
+
+T = np.arange(40.0)
+SIX = np.sqrt(6.0)
+
+
+def make_model(values, parameters=0, sigma=None):
+    """Return the parts of a residual model that statistics need."""
+    first = next(iter(values.values()))
+    record = kr.Record(T[: len(first)], values, sigma)
+    sigmas = noise.estimate_initial_sigmas((record,))
+    rows = assign_residual_rows([record], sigmas)
+    measured = np.concatenate([one.measured_mask.ravel() for one in rows])
+    return SimpleNamespace(
+        rows=rows, measured=measured, parameters=SimpleNamespace(size=parameters)
+    )
+
+
+def compute_statistics(residuals, parameters=2, loss="linear", is_sigma_known=True):
+    residuals = np.array(residuals)
+    model = make_model({"spin": np.ones(len(residuals))}, parameters, 0.1)
+    return uncertainty.compute_residual_statistics(model, residuals, loss, is_sigma_known)
+
+
+EXPECTED = [2.0, 1.0, -2.0, 0.0, 2.0, -1.0, 1.0, -2.0, 0.0, 1.0]  # chi2 is 20
+
+
+@pytest.mark.parametrize(
+    "residuals, is_sigma_known, inflation",
+    [
+        # With 8 degrees of freedom, chance explains 1 + 3 sqrt(2 / 8) = 2.5 of each.
+        (EXPECTED, True, 1.0),
+        ([*EXPECTED[:3], 0.1, *EXPECTED[4:]], True, np.sqrt(20.01 / 8.0)),
+        (EXPECTED, False, np.sqrt(2.5)),
+        (np.multiply(0.1, EXPECTED), False, 0.1 * np.sqrt(2.5)),
+    ],
+)
+def test_errors_grow_if_residuals_exceed_chance(residuals, is_sigma_known, inflation):
+    found = compute_statistics(residuals, is_sigma_known=is_sigma_known)
+    assert found.dof == 8 and found.chi2 == pytest.approx(np.dot(residuals, residuals))
+    assert found.variance == pytest.approx(found.chi2 / 8.0)
+    assert found.inflation == pytest.approx(inflation)
+    assert compute_statistics(residuals, parameters=12).dof == 1
+
+
+def test_the_soft_loss_weights_large_residuals_less():
+    residuals = np.array((0.5, -1.0, 3.0, -2.0, 3.5, 0.0, -7.0, 1.0))
+    found = compute_statistics(residuals, loss="soft")
+    assert found.chi2 == pytest.approx(0.25 + 1.0 + 9.0 + 4.0 + 1.0)
+    square = (residuals**2 / (1.0 + residuals**2)).sum()
+    slope = np.mean(1.0 / np.sqrt(1.0 + residuals**2) ** 3)
+    assert found.dof == 6 and found.variance == pytest.approx(square / 6.0 / slope**2)
+    assert found.inflation == pytest.approx(np.sqrt(found.variance))
+    small = compute_statistics(0.1 * residuals, loss="soft")
+    assert small.variance < 1.0 and small.inflation == 1.0
+    # Residuals of equal size c have the variance c^2 (1 + c^2)^2, here 1.37.
+    above = compute_statistics(np.tile((0.75, -0.75), 4), loss="soft", parameters=0)
+    assert above.inflation == pytest.approx(0.75 * 1.5625)
+
+
+@pytest.mark.parametrize(
+    "correlation, factor",
+    [
+        (0.5, 1.0),  # 3 / sqrt(36): not beyond chance
+        (0.51, 1.51 / 0.49),
+        (0.95, 1.95 / 0.05),
+        (0.99, 1.99 * 36.0),  # at most as many as there are residuals
+        (-0.9, 1.0),
+    ],
+)
+def test_correlations_beyond_chance_enlarge_the_errors(monkeypatch, correlation, factor):
+    monkeypatch.setattr(
+        uncertainty, "_correlate_neighbouring_residuals", lambda rows, residuals: correlation
+    )
+    found = compute_statistics(np.tile((2.0, -2.0), 18), parameters=4, is_sigma_known=False)
+    assert found.variance == 144.0 / 32.0 and found.correlation == correlation
+    assert found.inflation == pytest.approx(np.sqrt(144.0 / 32.0 * factor))
+
+
+def correlate(column):
+    centred = column - column.mean()
+    return sum(a * b for a, b in zip(centred[1:], centred, strict=False)) / (centred @ centred)
+
+
+def test_correlations_are_means_over_columns_of_enough_residuals():
+    rng = np.random.default_rng(2)
+    values = np.ones((8, 3))
+    values[6:, 1] = values[5:, 2] = np.nan  # 8, 6 and 5 residuals
+    model = make_model({"apex": values}, sigma=0.1)
+    residuals = rng.normal(size=(8, 3))
+    residuals[2, 0], residuals[4, 1] = 5.0, -7.0
+    limited = np.clip(residuals, -3.0, 3.0)
+    expected = (correlate(limited[:, 0]) + correlate(limited[:6, 1])) / 2.0
+    found = uncertainty._correlate_neighbouring_residuals(model.rows, residuals.ravel())
+    assert found == pytest.approx(expected)
+
+
+def test_directions_are_determined_if_one_sigma_is_less_than_their_natural_size():
+    jacobian, natural = np.diag((8.0, 1.0, 0.25)), np.array((0.5, 2.0, 2.0))
+    found = uncertainty.classify_fit_directions(jacobian, natural, 1.5, 3)
+    assert np.abs(found.factor) == pytest.approx(np.diag((0.375, 0.75, 0.0))[:, :2])
+    assert np.abs(found.blind) == pytest.approx(np.array([[0.0], [0.0], [1.0]]))
+    assert uncertainty.classify_fit_directions(jacobian, natural, 2.0, 3).blind.shape == (3, 2)
+    assert uncertainty.classify_fit_directions(jacobian, natural, 1.99, 3).blind.shape == (3, 1)
+    assert found.natural.tolist() == natural.tolist()
+
+
+@pytest.mark.parametrize("small, count", [(2.0, 0), (0.5, 1)])
+def test_singular_values_at_the_rounding_error_are_none(small, count):
+    jacobian = np.diag((1e9, small))
+    found = uncertainty.classify_fit_directions(jacobian, np.ones(2), 0.1, 2)
+    assert found.blind.shape == (2, count)
+
+
+@pytest.mark.parametrize("part, count", [(0.9e-3, 0), (1.1e-3, 1)])
+def test_blind_changes_of_further_columns_need_a_part_in_the_parameters(part, count):
+    """The rows of the Jacobian matrix are orthogonal to the blind direction (part, 0, 1)."""
+    jacobian = 1e3 * np.array(((1.0, 0.0, -part), (0.0, 1.0, 0.0)))
+    found = uncertainty.classify_fit_directions(jacobian, np.ones(3), 1.0, 2)
+    assert found.blind.shape == (2, count) and found.factor.shape == (2, 2)
+    assert np.abs(found.blind) == pytest.approx(np.array([[1.0], [0.0]])[:, :count])
+
+
+def test_errors_are_propagated_by_gradients():
+    natural = np.array((2.0, 0.5, 1.0))
+    factor = np.array(((0.1, 0.02), (0.0, 0.3), (0.0, 0.0)))
+    covariance = FitCovariance(natural, factor, np.array([[0.0], [0.0], [1.0]]))
+    gradient = np.array(((1.0, 2.0, 0.0), (0.0, 1.0, 0.04), (0.0, 1.0, 0.06), (0.0, 0.0, 0.0)))
+    found, errors = covariance.propagate_errors(gradient)
+    rows = gradient[:2] * natural
+    expected = rows @ (factor @ factor.T + np.diag((0.0, 0.0, 1.0))) @ rows.T
+    assert found[:2, :2] == pytest.approx(expected)
+    assert errors[:2] == pytest.approx(np.sqrt(np.diag(expected)))
+    assert np.isinf(errors[2]) and np.isinf(found[2, 2]) and errors[3] == 0.0
+    assert np.isnan(found[2, [0, 1, 3]]).all() and np.isnan(found[[0, 1, 3], 2]).all()
+    drawn = covariance.draw_random_parameter_changes(np.random.default_rng(3), 4000)
+    scatter = np.diag(natural) @ factor @ factor.T @ np.diag(natural)
+    assert np.cov(drawn.T) == pytest.approx(scatter, abs=2e-3)
+    assert drawn.shape == (4000, 3) and not drawn[:, 2].any()
+
+
+class Parabola:
+    """A model with the residuals x + curvature x^2, y at the point (x, y), for x within a bound."""
+
+    def __init__(self, curvature, distance=np.inf, most=np.inf):
+        self.curvature, self.distance, self.most = curvature, distance, most
+
+    def compute_distances_to_bounds(self, point):
+        return np.array((self.distance, np.inf))
+
+    def add_step_within_bounds(self, point, step):
+        return point + step
+
+    def evaluate_residuals(self, point, has_jacobian=True):
+        assert not has_jacobian
+        x, y = point
+        residuals = np.array((x + self.curvature * x**2, y)) if x < self.most else [np.inf, y]
+        return SimpleNamespace(residuals=np.array(residuals))
+
+
+@pytest.mark.parametrize(
+    "curvature, distance, most, expected",
+    [
+        # (x + c x^2)^2 / x^2 - 1 at x = 1 and -1, where the residual y does not count
+        (0.0, np.inf, np.inf, 0.0),
+        (0.1, np.inf, np.inf, 1.1**2 - 1.0),
+        (-0.1, np.inf, np.inf, 1.1**2 - 1.0),
+        (0.1, 0.5, np.inf, 1.1**2 - 1.0),
+        (-0.1, 0.5, np.inf, 1.0 - 0.9**2),
+        (-0.1, 2.0, np.inf, 1.1**2 - 1.0),
+        (-0.1, 1.0, np.inf, 1.1**2 - 1.0),
+        (0.1, np.inf, 0.5, np.inf),
+    ],
+)
+def test_nonlinearity_is_the_deviation_from_a_parabola(curvature, distance, most, expected):
+    model = Parabola(curvature, distance, most)
+    start = np.array((0.0, 0.3))
+    for sign in (1.0, -1.0):
+        factor = np.array(((0.0, 0.25 * sign), (0.1, 0.0)))
+        spectrum = FitCovariance(np.array((4.0, 1.0)), factor, np.zeros((2, 0)))
+        found = uncertainty.measure_cost_nonlinearity(model, start, start, spectrum, 1.0)
+        assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_nonlinearity_is_measured_at_the_enlarged_error():
+    """At x = 2, the cost (x + c x^2)^2 exceeds 4 by the factor (1 + 2 c)^2."""
+    spectrum = FitCovariance(np.ones(2), np.array(((2.0,), (0.0,))), np.zeros((2, 0)))
+    start = np.zeros(2), np.zeros(2)
+    found = uncertainty.measure_cost_nonlinearity(Parabola(0.1), *start, spectrum, 2.0)
+    assert found == pytest.approx(1.2**2 - 1.0)
+    none = FitCovariance(np.ones(2), np.zeros((2, 0)), np.eye(2))
+    assert uncertainty.measure_cost_nonlinearity(Parabola(0.1), *start, none, 2.0) == 0.0
+
+
+def alternate(n, size):
+    return size * (-1.0) ** np.arange(n)
+
+
+@pytest.mark.parametrize(
+    "name, values, expected",
+    [
+        # The second differences of an alternating sequence are 4 times its size.
+        ("spin", 3.0 * np.arange(20.0) + alternate(20, 0.1), 1.4826 * 0.4 / SIX),
+        ("spin", 3.0 * np.arange(6.0) + alternate(6, 0.1), 1.4826 * 0.4 / SIX),
+        ("spin", 3.0 * np.arange(5.0) + alternate(5, 0.0), 0.3 * np.sqrt(2.0)),
+        ("spin", np.full(9, 2.5), 2.5e-12),
+        ("spin", 5.0 + alternate(20, 1.0), 1.0),
+        ("precession_angle", alternate(30, 0.01) + 0.9 * np.arange(30.0) % 6.2832 - 3.1, None),
+    ],
+)
+def test_noise_is_estimated_from_second_differences(name, values, expected):
+    [found] = noise.estimate_initial_sigmas((kr.Record(T[: len(values)], {name: values}),))
+    assert found.shape == (len(values), 1) and (found == found[0]).all()
+    expected = 1.4826 * 0.04 / SIX if expected is None else expected
+    assert found[0, 0] == pytest.approx(expected, rel=1e-3 if name != "spin" else 1e-9, abs=0.0)
+
+
+def test_noise_of_attitudes_is_that_of_their_rotation_vectors():
+    """Attitudes turn about z by 0.8 rad from row to row, and alternate by 0.02 rad."""
+    angle = 0.8 * np.arange(12.0) + alternate(12, 0.02)
+    zero = np.zeros(12)
+    q = np.column_stack((np.cos(angle / 2.0), zero, zero, np.sin(angle / 2.0)))
+    tilted = q.copy()
+    tilted[:, 1:3] = q[:, 3:] * (0.6, 0.0)
+    tilted[:, 3] = 0.8 * q[:, 3]
+    base = np.array((0.6, 0.8, 0.0, 0.0))  # does not change steps in the frame of the body
+    tilted = multiply_quaternions(base, tilted)
+    [found] = noise.estimate_initial_sigmas((kr.Record(T[:12], {"q": tilted}),))
+    # The differences of the components are 0.08 times (0.6, 0, 0.8); their median is the smaller.
+    assert found.shape == (12, 3) and found == pytest.approx(1.4826 * 0.048 / SIX)
+
+
+def test_given_noise_is_used_and_missing_rows_are_left_out():
+    values = np.column_stack([3.0 * T[:20] + alternate(20, 0.1)] * 3)
+    values[7, 1] = np.nan
+    record = kr.Record(
+        T[:20], {"spin": np.ones(20), "body_velocity": values}, {"spin": np.linspace(1, 2, 20)}
+    )
+    given, estimated = noise.estimate_initial_sigmas((record,))
+    assert given[:, 0].tolist() == np.linspace(1, 2, 20).tolist()
+    assert estimated == pytest.approx(1.4826 * 0.4 / SIX)
+
+
+@pytest.mark.parametrize("parameters, share", [(0, 1.0), (5, 0.75), (30, 0.05)])
+def test_noise_is_estimated_from_residuals(parameters, share):
+    """Of 20 residuals, 6 belong to a series of known noise and 14 to another; 7 are missing."""
+    values = np.ones((7, 3))
+    values[:, 1] = np.nan
+    model = make_model(
+        {"nutation": [0.5] * 6 + [np.nan], "apex": values}, parameters, {"nutation": 0.3}
+    )
+    residuals = np.linspace(-1.0, 2.0, 28)
+    sample = residuals[7:].reshape(7, 3)[:, [0, 2]].ravel()
+    old = model.rows[1].sigma
+    for loss, factor in (
+        ("linear", np.sqrt((sample**2).sum() / (14.0 * share))),
+        ("soft", 1.4826 * np.median(np.abs(sample))),
+    ):
+        known, found = noise.estimate_sigmas_from_residuals(model, residuals, loss)
+        assert (known[:6] == 0.3).all() and found == pytest.approx(factor * old)
+    exact = noise.estimate_sigmas_from_residuals(model, 0.0 * residuals, "linear")
+    assert exact[1] == pytest.approx(1e-12, rel=1e-9, abs=0.0)
+
+
+def test_noise_of_a_series_without_measurements_stays():
+    model = make_model({"spin": [1.0, 2.0], "nutation": [np.nan] * 2}, 7)
+    for loss in ("linear", "soft"):
+        _, nutation = noise.estimate_sigmas_from_residuals(
+            model, np.array((0.3, 0.4, 9.0, 9.0)), loss
+        )
+        assert nutation is model.rows[1].sigma
+    lone = make_model({"spin": [1.0, np.nan], "nutation": [0.5, 0.5]}, 7, {"nutation": 0.1})
+    found, _ = noise.estimate_sigmas_from_residuals(lone, np.full(4, 0.3), "linear")
+    assert found == pytest.approx(lone.rows[0].sigma * 0.3 * np.sqrt(3.0))
