@@ -184,7 +184,7 @@ def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> list[MotionSamples
     angle = np.median(
         np.linalg.norm(compute_rotation_vectors(_compute_relative_rotations(q, 1)), axis=1)
     )
-    stride = int(np.clip(round(_TURN / max(float(angle), 1e-9)), 1, len(t) // 4))
+    stride = min(max(round(_TURN / max(float(angle), 1e-9)), 1), len(t) // 4)
     turns = compute_rotation_vectors(_compute_relative_rotations(q, stride))
     rate = turns / (t[stride:] - t[:-stride])[:, None]
     middle = 0.5 * (t[stride:] + t[:-stride])
@@ -249,7 +249,7 @@ def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space
 
 def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
     """Return the attitude and the angular velocity of a motion at the time t."""
-    k = int(np.clip(np.searchsorted(motion.t, t), 1, len(motion.t) - 1))
+    k = min(max(int(np.searchsorted(motion.t, t)), 1), len(motion.t) - 1)
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)
     window = slice(max(k - 2, 0), k + 3)
     rate = motion.rate[window].mean(axis=0)
