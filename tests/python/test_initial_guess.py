@@ -417,6 +417,15 @@ def test_smoothing_keeps_local_cubics(power):
     assert np.allclose(first, apex[0], atol=1e-11) and np.allclose(last, apex[-1], atol=1e-11)
 
 
+def test_smoothing_fits_a_cubic_to_nine_samples():
+    t, apex = 0.25 * np.arange(20), np.random.default_rng(0).normal(size=(20, 3))
+    values, changes = initial_guess._smooth_apex_by_local_cubics(ApexSamples(t, apex))
+    for row in range(4, 16):
+        window = slice(row - 4, row + 5)
+        cubic = np.polyfit(t[window] - t[row], apex[window], 3)
+        assert np.allclose(values[row], cubic[3]) and np.allclose(changes[row], cubic[2])
+
+
 @pytest.mark.parametrize("precession, mean", [(0.05, 0.4), (-0.03, -0.2)])
 def test_frequencies_of_the_nutation_give_spin_and_torque(precession, mean):
     """Compare with the formulas for a trace of two lines of known frequencies at even steps."""

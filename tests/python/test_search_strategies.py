@@ -152,6 +152,8 @@ def test_the_number_of_pieces_decides_what_is_tried(monkeypatch):
 
     class Model:
         def __init__(self, parameters, records, sigmas, count):
+            assert parameters is session.parameters and records is session.records
+            assert sigmas[0] is session.sigmas[0]
             self.count = count
 
         def data_starts(self, point, motion):
