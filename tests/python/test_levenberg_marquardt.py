@@ -6,7 +6,7 @@ from kreisel._fit import levenberg_marquardt as lm
 from kreisel._fit.residuals import ResidualEvaluation
 
 
-class ScriptedModel:
+class ScriptModel:
     """A model of one parameter whose evaluations return given residuals one after another.
 
     A point is the number of steps that lead to it.
@@ -133,7 +133,7 @@ def find_step(model, damping, cost, limit=100, ftol=0.0, jacobian=((1.0,),), res
     ],
 )
 def test_the_damping_changes_by_a_factor(residuals, damping, expected):
-    model = ScriptedModel(*residuals)
+    model = ScriptModel(*residuals)
     minimum, found = find_step(model, damping, 1.0)
     assert found == pytest.approx(expected, rel=1e-12)
     assert minimum.cost == residuals[-1] ** 2 and not minimum.has_converged
@@ -157,7 +157,7 @@ def test_the_damping_changes_by_a_factor(residuals, damping, expected):
 )
 def test_failing_steps_end(damping, words, expected):
     """Compare the dampings that are tried before a search for a better point is given up."""
-    model = ScriptedModel(*[20.0] * 9)
+    model = ScriptModel(*[20.0] * 9)
     minimum, last = find_step(model, damping, **{"cost": 1.0, **words})
     assert minimum is None and model.evaluations == len(expected)
     assert last == expected[-1] * (16.0 if "limit" in words else 1.0)
@@ -166,31 +166,31 @@ def test_failing_steps_end(damping, words, expected):
 def test_only_determined_directions_have_an_expected_gain():
     jacobian, residuals = np.diag((1.0, 1e-8)), (2.0, 1e9)
     words = {"jacobian": jacobian, "residuals": residuals, "ftol": 2.0}
-    model = ScriptedModel(*[20.0] * 9)
+    model = ScriptModel(*[20.0] * 9)
     assert find_step(model, 1.0, 100.0, **words) == (None, 1.0)
 
 
 @pytest.mark.parametrize("residual", [np.nan, np.inf, 1e200])
 def test_a_search_from_a_point_without_a_cost_ends_at_once(residual):
-    model = ScriptedModel(residual)
+    model = ScriptModel(residual)
     minimum, costs = minimize(model, 9)
     assert minimum.cost == np.inf and not minimum.has_converged
     assert costs == [] and model.evaluations == 1
 
 
 def test_a_search_without_noise_ends_at_once(monkeypatch):
-    minimum, costs = minimize(ScriptedModel((1e-12, 1e-12)), 9)
+    minimum, costs = minimize(ScriptModel((1e-12, 1e-12)), 9)
     assert minimum.has_converged and costs == [minimum.cost]
     monkeypatch.setattr(lm, "_NOISELESS", 0.25)
-    minimum, _ = minimize(ScriptedModel((0.5, 0.5, 0.5, 0.5)), 9)
+    minimum, _ = minimize(ScriptModel((0.5, 0.5, 0.5, 0.5)), 9)
     assert minimum.has_converged and minimum.cost == 1.0
-    model = ScriptedModel((0.5, 0.5, 0.5, 0.6), (0.5,) * 4)
+    model = ScriptModel((0.5, 0.5, 0.5, 0.6), (0.5,) * 4)
     minimum, _ = minimize(model, 9)
     assert minimum.has_converged and model.evaluations == 2
 
 
 def test_the_first_step_is_hardly_damped():
-    model = ScriptedModel(3.0, 2.0, jacobian=0.5, natural=4.0)
+    model = ScriptModel(3.0, 2.0, jacobian=0.5, natural=4.0)
     minimum, costs = minimize(model, 2)
     assert minimum.point == 1 and not minimum.has_converged and costs == [9.0, 4.0]
     assert model.steps == pytest.approx([-6.0 / (1.0 + 1e-6)], rel=1e-12)
@@ -208,7 +208,7 @@ def test_the_first_step_is_hardly_damped():
     ],
 )
 def test_a_search_ends_at_its_limit_or_tolerance(residuals, limit, ftol, count, has_converged):
-    model = ScriptedModel(*residuals)
+    model = ScriptModel(*residuals)
     minimum, _ = minimize(model, limit, ftol)
     assert model.evaluations == count and minimum.has_converged == has_converged
 
@@ -229,7 +229,7 @@ def scale_residuals(factor, changes):
     ],
 )
 def test_slow_searches_far_from_the_records_end(factor, changes, count):
-    model = ScriptedModel(*scale_residuals(factor, changes))
+    model = ScriptModel(*scale_residuals(factor, changes))
     minimum, costs = minimize(model, len(changes) + 1)
     assert model.evaluations == len(costs) == count
     assert minimum.has_converged == (count < len(changes) + 1 or changes[3] == 0.5)
@@ -238,7 +238,7 @@ def test_slow_searches_far_from_the_records_end(factor, changes, count):
 def test_a_gain_of_one_hundredth_is_not_slow(monkeypatch):
     monkeypatch.setattr(lm, "_SLOW_MOST", 0)
     for last, count in (((100.0, 0.0), 3), ((100.1, 0.0), 2)):  # the cost before is 10100
-        model = ScriptedModel((100.0, 10.0), last, (1.0, 0.0))
+        model = ScriptModel((100.0, 10.0), last, (1.0, 0.0))
         minimize(model, 3)
         assert model.evaluations == count
 

@@ -139,59 +139,65 @@ def test_a_fit_in_pieces_must_be_better(monkeypatch, cost, factor, is_new):
         assert not session.best.has_converged and len(session.best.natural) == 9
 
 
-def test_the_number_of_pieces_decides_what_is_tried(monkeypatch):
-    """Compare the number of pieces with the least number, and with those that are tried first."""
-    counts, near = {}, []
+class PiecesModel:
+    """A model of segments whose starts are the gravity of the point from which they come."""
+
+    def __init__(self, parameters, records, sigmas, count):
+        self.parameters, self.records, self.sigmas = parameters, records, sigmas
+        self.count = count
+
+    def data_starts(self, point, motion):
+        return point.gravity
+
+    def build_segment_starts(self, point):
+        return point.gravity
+
+
+TRIAL = "_try_gapped_fit"
+AGREEMENT = "_has_guess_agreeing_with_records"
+
+
+@pytest.mark.parametrize(
+    ("pieces", "least", "counts", "words", "expected"),
+    [
+        (None, 8, (7, 8), {}, [(8, 2.0)]),
+        (None, 8, (8, 9), {}, [(8, 1.0)]),
+        (None, 8, (9, 9), {}, [TRIAL, (9, 1.0)]),
+        (None, 8, (9, 9), {"is_near": False}, [TRIAL]),
+        (None, 8, (9, 20), {"last": 9}, []),
+        (None, 8, (2, 3), {}, []),
+        (20, 2, (5, 5), {}, [(20, 1.0)]),
+        (None, 28, (28, 3), {"has_agreement": True}, [AGREEMENT]),
+        (None, 28, (28, 3), {}, [AGREEMENT, TRIAL, (28, 1.0)]),
+        (4, 2, (5, 5), {"motion": None}, [(4, 9.81)]),
+        (None, 2, (5, 5), {"motion": None}, []),
+    ],
+)
+def test_the_number_of_pieces_decides_what_is_tried(
+    monkeypatch, pieces, least, counts, words, expected
+):
+    """Compare the numbers of pieces of two guesses with the least number that is tried."""
     session = make_session()
-    point = session.parameters.start
-    motion = object()
-    guesses = [Guess(replace(point, gravity=g), motion) for g in (1.0, 2.0)]
+    session._piece_count = words.get("last", 0)
+    start, motion = session.parameters.start, words.get("motion", object())
+    guesses = [Guess(replace(start, gravity=g), motion) for g in (1.0, 2.0)]
     monkeypatch.setattr(
-        search_session, "choose_segment_count", lambda point, records: counts.get(point.gravity, 5)
+        search_session, "choose_segment_count", lambda point, _: counts[int(point.gravity) - 1]
     )
-
-    class Model:
-        def __init__(self, parameters, records, sigmas, count):
-            assert parameters is session.parameters and records is session.records
-            assert sigmas[0] is session.sigmas[0]
-            self.count = count
-
-        def data_starts(self, point, motion):
-            return point.gravity
-
-        def build_segment_starts(self, point):
-            return point.gravity
-
-    monkeypatch.setattr(search_session, "ShootingModel", Model)
-    results = {
-        "_try_gapped_fit": lambda guess, count: near[0],
-        "_has_guess_agreeing_with_records": lambda guesses: near[1],
-    }
-    names = ["_fit_by_multiple_shooting", *results]
-    calls = record_calls(monkeypatch, session, names, results)
-
-    def try_pieces(pieces, least, one, other, is_near=True, has_agreement=False, last=0):
-        session._piece_count, near[:] = last, [is_near, has_agreement]
-        counts.update({1.0: one, 2.0: other})
-        calls.clear()
-        session._try_multiple_shooting(guesses, pieces, least)
-        return [
-            (call[1].count, *call[2:]) if call[0] == names[0] else call[0][:8] for call in calls
-        ]
-
-    tried = "_try_gap"
-    assert try_pieces(None, 8, 7, 8) == [(8, 2.0, 0.5)] and session._piece_count == 8
-    assert try_pieces(None, 8, 8, 9) == [(8, 1.0, 0.5)]
-    assert try_pieces(None, 8, 9, 9) == [tried, (9, 1.0, 0.5)]
-    assert try_pieces(None, 8, 9, 9, is_near=False) == [tried]
-    assert try_pieces(None, 8, 9, 20, last=9) == []
-    assert try_pieces(None, 8, 2, 3) == []
-    assert try_pieces(20, 2, 5, 5) == [(20, 1.0, 0.5)]
-    assert try_pieces(None, 28, 28, 3, has_agreement=True) == ["_has_gue"]
-    assert try_pieces(None, 28, 28, 3) == ["_has_gue", tried, (28, 1.0, 0.5)]
-    guesses[:] = [Guess(point, None)]
-    assert try_pieces(4, 2, 5, 5) == [(4, point.gravity, 0.5)]
-    assert try_pieces(None, 2, 5, 5) == []
+    monkeypatch.setattr(search_session, "ShootingModel", PiecesModel)
+    results = {TRIAL: words.get("is_near", True), AGREEMENT: words.get("has_agreement", False)}
+    calls = record_calls(monkeypatch, session, ["_fit_by_multiple_shooting", *results], results)
+    session._try_multiple_shooting(guesses, pieces, least)
+    found = []
+    for name, first, *rest in calls:
+        if name != "_fit_by_multiple_shooting":
+            found.append(name)
+            continue
+        found.append((first.count, rest[0]))
+        assert rest[1] == 0.5 and first.parameters is session.parameters
+        assert first.records is session.records and first.sigmas[0] is session.sigmas[0]
+        assert session._piece_count == (first.count if motion else 0)
+    assert found == expected
 
 
 @pytest.mark.parametrize("count, size", [(20, 17), (10, 33), (80, 5)])
