@@ -238,6 +238,15 @@ def test_motions_are_in_the_order_of_their_knowledge():
     assert (first.attitude == motions[0].attitude[:7]).all()
 
 
+@pytest.mark.parametrize("count", [7, 8])
+@pytest.mark.parametrize("name", ["q", "velocity", "body_velocity"])
+def test_a_motion_has_at_least_eight_samples(name, count):
+    path = kr.solve(HEAVY, np.linspace(0.0, 0.1, count))
+    record = make_record(path.t, **{name: getattr(path, name)})
+    motions = motion_data.reconstruct_motions([record], convert_scene_to_fit_point(HEAVY))
+    assert len(motions) == (count == 8)
+
+
 @pytest.mark.parametrize(
     ("present", "time", "row"),
     [((0, 1, 2, 3), 2.2, 2), ((0, 3), 1.4, 0), ((0, 3), 1.6, 3), ((2,), 0.0, 2), ((), 0.0, None)],

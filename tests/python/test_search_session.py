@@ -128,11 +128,13 @@ def test_progress_counts_all_paths_and_reports_chi2_per_degree():
 )
 def test_a_search_keeps_the_nearer_of_equal_minima(monkeypatch, cost, has_converged, is_new):
     session = make_session()
-    old = session.best = make_best(session, 1.0, has_converged)
-    calls = prescribe_minima(monkeypatch, session, cost)
+    old = session.best = make_best(session, 4.0, has_converged)
+    calls = prescribe_minima(monkeypatch, session, 4.0 * cost)
     monkeypatch.setattr(session, "_fit_growing_time_spans", lambda point, agreement: point)
     session._search_from_point(session.parameters.start, 2.0)
-    assert (session.best is not old) == is_new and session.best.cost == (cost if is_new else 1.0)
+    assert (session.best is not old) == is_new and session.best.cost == (
+        4.0 * cost if is_new else 4.0
+    )
     [(model, _, search)] = calls
     assert model is session.model and search[:3] == ("linear", 500, 1e-10)
 
@@ -201,8 +203,8 @@ def find_time(relative, t=None, width=1, sigma=0.01):
         (100, 50, 0.9, 48),  # one of three
         (200, 50, 0.9, 47),  # one of four
         (200, 50, -9.0, 47),  # residuals count as at most 1
-        (2000, 700, 0.9, 680),  # five of 25
-        (1299, 700, 0.9, 680),  # five of 25
+        (2000, 700, 0.95, 680),  # five of 25
+        (1299, 700, 0.95, 680),  # five of 25
         (200, 50, 0.3, np.inf),
     ],
 )
@@ -211,6 +213,12 @@ def test_large_residuals_are_averaged(count, first, size, time, sigma):
     relative = np.zeros(count)
     relative[first:] = size
     assert find_time(relative, sigma=sigma) == time
+
+
+def test_two_outliers_are_no_disagreement():
+    relative = np.zeros(2000)
+    relative[700:702] = 50.0
+    assert find_time(relative) == np.inf
 
 
 def test_large_residuals_are_found_in_the_order_of_their_distance_from_the_start():

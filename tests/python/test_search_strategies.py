@@ -242,7 +242,13 @@ def test_another_spin_must_fit_as_well(monkeypatch, cost, other, change, has_ali
     best = session.best = make_best(session, cost)
     start = session.parameters.start
     aliases = [[replace(start, rate=start.rate + np.array((0.0, 0.0, 30.0)))], []]
-    monkeypatch.setattr(search_session, "list_spin_aliases_of_point", lambda *_: aliases.pop(0))
+
+    def list_aliases(parameters, point, records):
+        assert parameters is session.parameters and records is session.records
+        assert point is session.best.point
+        return aliases.pop(0)
+
+    monkeypatch.setattr(search_session, "list_spin_aliases_of_point", list_aliases)
     monkeypatch.setattr(session, "_can_determine_velocity", lambda best: True)
     found = start.rate + np.array((0.0, 0.0, 30.0 * change))
     calls = prescribe_minima(monkeypatch, session, other, rate=found)

@@ -99,7 +99,7 @@ def compute_apex_samples(records: Sequence[Record], point: FitPoint) -> list[Ape
         if directions is not None:
             t, apex = directions
             grid = np.linspace(t[0], t[-1], len(t))
-            apex = np.stack([np.interp(grid, t, apex[:, k]) for k in range(3)], axis=-1)
+            apex = np.stack([np.interp(grid, t, apex[:, k]) for k in range(3)], axis=1)
             samples.append(ApexSamples(grid, apex / np.linalg.norm(apex, axis=1)[:, None]))
     return samples
 
@@ -115,7 +115,7 @@ def _compute_measured_apex_directions(
         t = record.t[is_measured[:, 0]]
         x, y = (table[name].values[is_measured[:, 0], 0] for name in ("apex_x", "apex_y"))
         side = np.sign((rotation_matrix(point.attitude) @ point.com)[2]) or 1.0
-        e = np.stack((x, y, side * np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))), axis=-1)
+        e = np.stack((x, y, side * np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))), axis=1)
     elif {"nutation", "precession_angle"} <= table.keys():
         is_measured = table["nutation"].measured & table["precession_angle"].measured
         t = record.t[is_measured[:, 0]]
@@ -123,7 +123,7 @@ def _compute_measured_apex_directions(
             table[n].values[is_measured[:, 0], 0] for n in ("nutation", "precession_angle")
         )
         e = np.stack(
-            (np.sin(tilt) * np.sin(turn), -np.sin(tilt) * np.cos(turn), np.cos(tilt)), axis=-1
+            (np.sin(tilt) * np.sin(turn), -np.sin(tilt) * np.cos(turn), np.cos(tilt)), axis=1
         )
     else:
         return None
