@@ -1,10 +1,12 @@
 """Tests of tangents of the closed-form solutions for Kowalewski and Goryachev-Chaplygin tops."""
 
 import pickle
+import re
 
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._solve import torus_tangents
 
 BODIES = {
     ratio: kr.Body(1.0, (ratio, ratio, 1.0), (1.0, 0.0, 0.0), unphysical=True)
@@ -195,3 +197,174 @@ def test_method_exact_refuses_unsupported_tangent_requests():
         kr.solve(KOWALEWSKI, 1.0, "exact", tangents="start", want=["energy"])
     with pytest.raises(ValueError, match="computes no tangents"):
         kr.solve(kr.Ensemble.of([KOWALEWSKI]), 1.0, "exact", tangents="start")
+
+
+def find_weights(order):
+    """Return the weights of the quotients (f(k h) - f(-k h)) / (2 k h) of a central difference.
+
+    Polynomials of odd degrees below `order` are differentiated exactly.
+    """
+    k = np.arange(1.0, order // 2 + 1.0)
+    return np.linalg.solve(
+        [k ** (2 * j) for j in range(order // 2)], [1.0, *[0.0] * (order // 2 - 1)]
+    )
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+@pytest.mark.parametrize("step", [0.3, 0.02])
+def test_differences_are_of_order_8_and_their_error_of_order_6(factor, step):
+    """Prescribe momenta and attitudes that are powers of a component of the initial momentum."""
+    size, units = KOWALEWSKI._rotation_rate * 2.0, KOWALEWSKI._rotation_rate * 2.0
+    group = torus_tangents._list_parameter_perturbations(KOWALEWSKI, "start")[1]
+    assert group.size == size and group.columns == 3 and group.largest == np.inf
+    power = 9
+    start = np.array(KOWALEWSKI.momentum)
+
+    def compute_states(scene, times):
+        states = np.zeros((len(times), 8))
+        states[:, 0], states[:, 1] = times, 1.0
+        x = (np.array(scene.momentum) - start) / size
+        states[:, 2:5] = factor * (x + x**power)  # half the rotation
+        states[:, 5:8] = factor * units * (x + x**power)
+        return states
+
+    times = np.array((0.0, 5.0))
+    states = compute_states(KOWALEWSKI, times)
+    best, miss = torus_tangents._compute_central_differences(
+        KOWALEWSKI, states, group, step, compute_states
+    )
+    h = 2.0 ** np.floor(np.log2(step * size)) / size
+    k = np.arange(1, 5)
+    quotients = factor * (1.0 + (k * h) ** (power - 1))
+    expected, other = find_weights(8) @ quotients, find_weights(6) @ quotients[:3]
+    assert np.allclose(best[:, 3:], expected * units / size * np.eye(3), rtol=1e-10)
+    assert np.allclose(best[:, :3], 2.0 * expected / size * np.eye(3), rtol=1e-10)
+    expected, other = np.sqrt(5.0) * expected, np.sqrt(5.0) * other
+    error = abs(expected - other) / max(abs(expected), 1.0)
+    assert np.allclose(miss, error, rtol=1e-6, atol=1e-12 * factor)
+
+
+def test_attitudes_change_by_twice_the_vector_of_their_quotient():
+    rng = np.random.default_rng(0)
+    one = rng.normal(size=(5, 4))
+    one /= np.linalg.norm(one, axis=1)[:, None]
+    small = 1e-3 * rng.normal(size=(5, 3))
+    turns = np.column_stack((np.sqrt(1.0 - (small**2).sum(axis=1)), small))
+    other = np.array(kr.quaternion.multiply(tuple(one.T), tuple(turns.T))).T
+    other[::2] *= -1.0
+    found = torus_tangents._compute_rotation_between(one, other)
+    assert np.allclose(found, 2.0 * small, atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_starts_and_gravity_are_changed_by_known_amounts(axis):
+    one = torus_tangents._change_attitude(KOWALEWSKI, axis, -0.01)
+    other = torus_tangents._change_attitude(KOWALEWSKI, axis, 0.02)
+    turn = torus_tangents._subtract_start_attitudes(one, other)
+    assert np.allclose(turn, 2.0 * np.sin(0.015) * np.eye(3)[axis], atol=1e-15)
+    one = torus_tangents._change_momentum(KOWALEWSKI, axis, 0.25)
+    change = torus_tangents._subtract_start_momenta(KOWALEWSKI, one)
+    assert np.allclose(change, 0.25 * np.eye(3)[axis], atol=1e-15)
+    one = torus_tangents._change_gravity(KOWALEWSKI, axis, 0.5)
+    assert one.gravity == 1.5
+    assert torus_tangents._subtract_gravities_of_scenes(KOWALEWSKI, one).tolist() == [0.5]
+
+
+@pytest.mark.parametrize("gravity", [9.81, -9.81])
+def test_steps_of_gravity_keep_its_sign(gravity):
+    body = kr.Body(2.0, (3.0, 3.0, 1.5), (0.3, 0.4, 0.0), unphysical=True)
+    scene = kr.Scene(body, (0.3, 1.1, 0.8), ATTITUDE, gravity=gravity)
+    [group] = torus_tangents._list_parameter_perturbations(scene, "gravity")
+    assert group.size == pytest.approx(scene._rotation_rate**2 * 3.0 / (2.0 * 0.5))
+    assert group.largest == 9.81 / 8.0 and group.columns == 1
+    attitude, momentum = torus_tangents._list_parameter_perturbations(LEVEL, "start")
+    assert (attitude.size, attitude.largest, attitude.columns) == (1.0, np.inf, 3)
+    assert momentum.size == LEVEL._rotation_rate * 4.0 and momentum.columns == 2
+
+
+def test_steps_shrink_with_time(monkeypatch):
+    """Compare the steps at turns by angles up to 1, 8, 64 and 512, of at most two times each."""
+    calls = []
+
+    def differentiate(scene, states, group, step, compute_states):
+        calls.append((step, states[:, 0].tolist()))
+        return np.full((len(states), 6, 3), step), states[:, 0] ** 2
+
+    monkeypatch.setattr(torus_tangents, "_differentiate_with_best_steps", differentiate)
+    monkeypatch.setattr(torus_tangents, "_MOST", 2)
+    group = torus_tangents._list_parameter_perturbations(KOWALEWSKI, "start")[0]
+    unit = 1.0 / KOWALEWSKI._rotation_rate
+    times = unit * np.array((0.0, 7.9, -0.9, 8.1, 1.1, 0.5, -500.0, -63.0))
+    states = np.zeros((8, 8))
+    states[:, 0] = times
+    compute = torus_tangents._compute_tangent_matrix_columns
+    columns, rest = compute(KOWALEWSKI, states, group, None)
+    first = 2.0**-3.5
+    expected = [
+        (first, times[[0, 2]]),
+        (first, times[[5]]),
+        (first / 8.0, times[[1, 4]]),
+        (first / 64.0, times[[3, 7]]),
+        (first / 512.0, times[[6]]),
+    ]
+    assert len(calls) == 5 and rest == (500.0 * unit) ** 2
+    for (step, part), (size, members) in zip(calls, expected, strict=True):
+        assert step == pytest.approx(size) and part == members.tolist()
+    powers = np.array((0, 1, 0, 2, 1, 0, 3, 2))
+    assert np.allclose(columns, (first * 8.0**-powers)[:, None, None] * np.ones((6, 3)))
+    empty, rest = compute(KOWALEWSKI, states[:0], group, None)
+    assert empty.shape == (0, 6, 3) and rest == 0.0
+
+
+@pytest.mark.parametrize(
+    ("misses", "steps", "rest"),
+    [
+        # misses of two times at each step; the first step is settled
+        ([(1e-12, 1e-11)], 1, (1e-12, 1e-11)),
+        ([(1e-12, 1e-9), (1e-13,)], 2, (1e-12, 1e-13)),
+        ([(1e-9, 1e-9), (1e-8, 1e-10), (1e-10,), (1e-9,)], 3, (1e-9, 1e-10)),
+        ([(1e-9, 1e-9), (1e-9, 1e-9)], 2, (1e-9, 1e-9)),
+        ([(9e-2, 8e-3), (7e-3, 6e-4), (5e-4, 4e-5), (1e-5, 1e-6)], 4, (1e-5, 1e-6)),
+        ([None, (1e-12, 1e-12)], 2, (1e-12, 1e-12)),
+        ([(1e-4, 1e-12), None, (1e-3,)], 3, (1e-4, 1e-12)),
+        ([(1.1e-4, 1e-12), (1e-3,)], 2, "do not change smoothly"),
+        ([None, None, None, None], 4, "no closed form here"),
+    ],
+)
+def test_the_most_accurate_of_several_steps_counts(monkeypatch, misses, steps, rest):
+    calls = []
+
+    def differentiate(scene, states, group, step, compute_states):
+        calls.append(step)
+        miss = misses[len(calls) - 1]
+        if miss is None:
+            raise ValueError("no closed form here")
+        assert len(miss) == len(states)
+        return np.full((len(states), 6, 3), step), np.array(miss)
+
+    monkeypatch.setattr(torus_tangents, "_compute_central_differences", differentiate)
+    group = torus_tangents._list_parameter_perturbations(KOWALEWSKI, "start")[0]
+    states = np.zeros((2, 8))
+    words = torus_tangents._differentiate_with_best_steps, KOWALEWSKI, states, group, 0.5, None
+    if isinstance(rest, str):
+        with pytest.raises(ValueError, match=f"neighbouring tops.*{rest}"):
+            words[0](*words[1:])
+    else:
+        columns, found = words[0](*words[1:])
+        assert tuple(found) == rest
+        for row in range(2):
+            number = next(
+                k for k, miss in enumerate(misses) if miss is not None and rest[row] in miss
+            )
+            assert (columns[row] == 0.5 * 0.25**number).all()
+    assert calls == [0.5 * 0.25**k for k in range(steps)]
+
+
+@pytest.mark.parametrize("factor, is_refused", [(0.999, False), (1.001, True)])
+def test_the_latest_time_is_a_thousand_million_radians(factor, is_refused):
+    times = np.array((0.0, -factor * 1e9 / KOWALEWSKI._rotation_rate, 3.0))
+    if not is_refused:
+        return torus_tangents.check_tangent_times(KOWALEWSKI, times)
+    limit = f"{1e9 / KOWALEWSKI._rotation_rate:.3g}"
+    with pytest.raises(ValueError, match=f"at most {re.escape(limit)} in size"):
+        torus_tangents.check_tangent_times(KOWALEWSKI, times)

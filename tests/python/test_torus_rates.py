@@ -143,3 +143,91 @@ def test_zeros_are_found_in_their_cell(monkeypatch, signal, is_found):
     monkeypatch.setattr(torus_rates, "_compute_body_axis_at_torus_angles", Axis)
     zero = torus_rates._refine_zero_by_newton(None, np.array([0.505, 0.505]), 64)
     assert np.allclose(zero, [0.5, 0.51], atol=1e-9) if is_found else np.isnan(zero).all()
+
+
+@pytest.mark.parametrize("slope", [(3.0 + 1.0j, -2.0 + 4.0j), (1.0j, 5.0 + 0.0j)])
+def test_newton_steps_of_linear_functions_arrive_at_once(monkeypatch, slope):
+    """Prescribe a linear z, for which a Newton step with right differences misses by rounding."""
+    calls = []
+
+    class Axis:
+        def __init__(self, form, turns):
+            calls.append(turns)
+            self.z = (turns - (0.5, 0.51)) @ np.array(slope)
+
+    monkeypatch.setattr(torus_rates, "_compute_body_axis_at_torus_angles", Axis)
+    zero = torus_rates._refine_zero_by_newton(None, np.array([0.505, 0.505]), 64)
+    assert np.allclose(zero, [0.5, 0.51], atol=1e-13) and len(calls) <= 4
+    first = calls[0] - (0.505, 0.505)
+    assert np.allclose(first * 1e6, [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)], atol=1e-8)
+
+
+@pytest.mark.parametrize("distance, is_found", [(1.4, True), (1.6, False)])
+def test_zeros_are_near_their_cell(monkeypatch, distance, is_found):
+    class Axis:
+        def __init__(self, form, turns):
+            x, y = (turns - 0.5).T
+            self.z = x - distance / 64.0 + 1j * y
+
+    monkeypatch.setattr(torus_rates, "_compute_body_axis_at_torus_angles", Axis)
+    zero = torus_rates._refine_zero_by_newton(None, np.array([0.5, 0.5]), 64)
+    assert np.isfinite(zero).all() == is_found
+
+
+def evaluate_waves(waves, n=40, offset=0.3):
+    """Return sums of waves {(k, l): amplitude} at the points of a grid on the torus."""
+    a, b = np.meshgrid(*[(np.arange(n) + offset) / n] * 2, indexing="ij")
+    return sum(c * np.exp(2j * np.pi * (k * a + m * b)) for (k, m), c in waves.items())
+
+
+@pytest.mark.parametrize(
+    ("waves", "windings"),
+    [
+        ({(2, -1): 1.0, (0, 3): 0.4}, (2.0, -1.0)),  # no zeros
+        ({(0, 0): 1.0, (5, 2): 0.9}, (0.0, 0.0)),
+        ({(1, 0): 1.0, (0, 1): 1.0, (0, 0): 1.0}, (1 / 3, 1 / 3)),  # by symmetry
+        ({(2, 1): 1.0, (1, 2): 1.0, (1, 1): 1.0}, (4 / 3, 4 / 3)),
+        ({(2, 0): 1.0, (0, -1): 1.0, (0, 0): 1.0}, (2 / 3, -1 / 3)),
+        # The triangle with sides 3, 4 and 5: each wave has its angle over pi (Bohl and Weyl).
+        (
+            {(1, 0): 3.0, (0, 1): 4.0j, (0, 0): 5.0},
+            (np.arcsin(0.6) / np.pi, np.arcsin(0.8) / np.pi),
+        ),
+    ],
+)
+def test_mean_windings_of_three_waves_agree_with_the_angles_of_their_triangle(waves, windings):
+    """Compare with Bohl's theorem on the mean motion of a sum of three waves."""
+    cells, index = torus_rates._find_grid_cells_with_zeros(evaluate_waves(waves))
+    assert index.sum() == 0 and set(np.abs(index)) <= {1.0}
+    assert bool(len(cells)) == (not float(windings[0]).is_integer())
+    zeros = []
+    for cell in cells:
+        angles = (cell + 0.8) / 40.0
+        for _ in range(20):
+            z = sum(c * np.exp(2j * np.pi * np.dot(k, angles)) for k, c in waves.items())
+            one, two = (
+                sum(
+                    2j * np.pi * k[i] * c * np.exp(2j * np.pi * np.dot(k, angles))
+                    for k, c in waves.items()
+                )
+                for i in range(2)
+            )
+            matrix = np.array(((one.real, two.real), (one.imag, two.imag)))
+            angles = angles - np.linalg.solve(matrix, (z.real, z.imag))
+        assert (np.abs(angles - (cell + 0.8) / 40.0) < 0.8 / 40.0).all()
+        zeros.append(angles - 0.3 / 40.0)
+    found = torus_rates._compute_windings_along_torus_angles(
+        evaluate_waves(waves), np.reshape(zeros, (-1, 2)), index
+    )
+    assert np.allclose(found, windings, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("orders", "rate"),
+    [((2, 1), 7.0), ((2, -1), 1.0), ((-3, 1), 3.0), ((0, 3), 9.0), ((4, 0), 8.0), ((3, -3), 3.0)],
+)
+def test_the_nutation_is_the_strongest_harmonic_of_the_height(orders, rate):
+    height = 3.0 + evaluate_waves({orders: 1.0, (1, 1): 0.3}, 8).real
+    signals = torus_rates._BodyAxisAtTorusAngles(None, None, height)
+    found = torus_rates._find_rate_of_strongest_harmonic(signals, np.array((2.0, 3.0, 50.0)))
+    assert found == pytest.approx(rate)

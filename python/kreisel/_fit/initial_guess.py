@@ -13,7 +13,7 @@ products c_i v_j, where c is the centre of mass and v is the unknown vertical. T
 support is neglected if the only instrument is a gyroscope. The trace e of the apex of a symmetric
 top satisfies
 
-    L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
+    L (e x e^) = h - a L e + k int g e3 x e dt + s (L (t e) - int e dt),    e^ = e' + O x e,
 
 with a = (I3 W3 + h3) / I1 at t = 0, k = M |c| / I1, and s = +-f / I1 until friction stops the spin.
 """
@@ -390,7 +390,9 @@ def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexSamples) 
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
     columns = [-axial_column[:, :, None], integral[:, :, None], identity]
     if parameters.can_vary("friction") or base.friction:
-        columns.append(((t - t[0])[:, None] * apex - apex_integral)[:, :, None])
+        weighted = (t - t[0])[:, None] * apex
+        weighted += np.cross(turning, _integrate_by_trapezoids(t, weighted))
+        columns.append((weighted - apex_integral)[:, :, None])
     matrix = np.concatenate(columns, axis=2)
     solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), rhs.ravel(), rcond=None)[0]
     slowing = float(solution[5]) if len(solution) > 5 else 0.0
@@ -420,7 +422,7 @@ def _estimate_spin_and_torque_ratios(
         len(trace.t),
         _estimate_mean_precession_rate(trace) + turning,
     )
-    mean = float(np.clip(height.mean(), -1.0, 1.0))
+    mean = min(max(float(height.mean()), -1.0), 1.0)
     lines = np.abs(np.fft.rfft((height - mean) * np.hanning(n), _PADDING * n))
     lines[: 2 * _PADDING] = 0.0  # slower lines are trends
     is_peak = (lines[1:-1] > lines[:-2]) & (lines[1:-1] >= lines[2:])

@@ -153,7 +153,7 @@ class _DampedSteps:
 
     def compute_damped_step(self, damping: float) -> Array:
         divisor = self.values + damping * self.scale
-        part = np.where(self.is_seen, self.along / np.where(self.is_seen, divisor, 1.0), 0.0)
+        part = np.divide(self.along, divisor, out=np.zeros_like(divisor), where=self.is_seen)
         step: Array = -self.natural * (self.vectors @ part)
         return step
 

@@ -99,7 +99,7 @@ def compute_apex_samples(records: Sequence[Record], point: FitPoint) -> list[Ape
         if directions is not None:
             t, apex = directions
             grid = np.linspace(t[0], t[-1], len(t))
-            apex = np.stack([np.interp(grid, t, apex[:, k]) for k in range(3)], axis=-1)
+            apex = np.stack([np.interp(grid, t, apex[:, k]) for k in range(3)], axis=1)
             samples.append(ApexSamples(grid, apex / np.linalg.norm(apex, axis=1)[:, None]))
     return samples
 
@@ -115,7 +115,7 @@ def _compute_measured_apex_directions(
         t = record.t[is_measured[:, 0]]
         x, y = (table[name].values[is_measured[:, 0], 0] for name in ("apex_x", "apex_y"))
         side = np.sign((rotation_matrix(point.attitude) @ point.com)[2]) or 1.0
-        e = np.stack((x, y, side * np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))), axis=-1)
+        e = np.stack((x, y, side * np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))), axis=1)
     elif {"nutation", "precession_angle"} <= table.keys():
         is_measured = table["nutation"].measured & table["precession_angle"].measured
         t = record.t[is_measured[:, 0]]
@@ -123,7 +123,7 @@ def _compute_measured_apex_directions(
             table[n].values[is_measured[:, 0], 0] for n in ("nutation", "precession_angle")
         )
         e = np.stack(
-            (np.sin(tilt) * np.sin(turn), -np.sin(tilt) * np.cos(turn), np.cos(tilt)), axis=-1
+            (np.sin(tilt) * np.sin(turn), -np.sin(tilt) * np.cos(turn), np.cos(tilt)), axis=1
         )
     else:
         return None
@@ -184,7 +184,7 @@ def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> list[MotionSamples
     angle = np.median(
         np.linalg.norm(compute_rotation_vectors(_compute_relative_rotations(q, 1)), axis=1)
     )
-    stride = int(np.clip(round(_TURN / max(float(angle), 1e-9)), 1, len(t) // 4))
+    stride = min(max(round(_TURN / max(float(angle), 1e-9)), 1), len(t) // 4)
     turns = compute_rotation_vectors(_compute_relative_rotations(q, stride))
     rate = turns / (t[stride:] - t[:-stride])[:, None]
     middle = 0.5 * (t[stride:] + t[:-stride])
@@ -249,7 +249,7 @@ def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space
 
 def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
     """Return the attitude and the angular velocity of a motion at the time t."""
-    k = int(np.clip(np.searchsorted(motion.t, t), 1, len(motion.t) - 1))
+    k = min(max(int(np.searchsorted(motion.t, t)), 1), len(motion.t) - 1)
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)
     window = slice(max(k - 2, 0), k + 3)
     rate = motion.rate[window].mean(axis=0)

@@ -63,7 +63,7 @@ def choose_segment_count(point: FitPoint, records: Sequence[Record]) -> int:
     sizes[3:] = float(np.linalg.norm(point.momentum)) or 1.0
     tangents = path.tangents[0] / sizes[:, None] * sizes
     growth = math.log(max(float(np.linalg.norm(tangents, 2)), 1.0))
-    return int(np.clip(math.ceil(_PER_GROWTH * growth), min(2, most), most))
+    return min(max(math.ceil(_PER_GROWTH * growth), 2), most)
 
 
 class ShootingModel:
@@ -82,8 +82,9 @@ class ShootingModel:
     ) -> None:
         self.parameters, self.gap = parameters, GAPS[0]
         times = np.concatenate([record.t for record in records])
-        self.edges = np.linspace(min(float(times.min()), 0.0), float(times.max()), count + 1)
-        self.edges[np.abs(self.edges).argmin()] = 0.0
+        first, last = min(float(times.min()), 0.0), max(float(times.max()), 0.0)
+        self.edges = np.linspace(first, last, count + 1)
+        self.edges[np.abs(self.edges[:-1]).argmin()] = 0.0  # a piece begins at the start
         self.models: list[ResidualModel] = []
         self.rows: list[Indices] = []
         for k in range(count):
@@ -100,7 +101,7 @@ class ShootingModel:
         parts, segment_sigmas, rows = [], [], []
         series, offset = iter(sigmas), 0
         for record in records:
-            low = int(np.searchsorted(record.t, begin))
+            low = int(np.searchsorted(record.t, begin)) if k else 0
             high = len(record.t) if is_last else int(np.searchsorted(record.t, end))
             parts.append(slice_record(record, low, high, float(begin)))
             for one in record.series:

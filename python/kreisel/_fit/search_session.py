@@ -590,10 +590,10 @@ def _find_time_of_large_residuals(rows: ResidualRows, trial: ResidualEvaluation,
     relative = np.minimum(
         np.abs(rows.select_series_residuals(trial.residuals) * rows.sigma / scale), 1.0
     )
-    error = (relative[is_measured] ** 2).mean(axis=1)
     order = np.argsort(t[is_measured], kind="stable")
-    width = int(np.clip(len(error) // 50, 3, _WINDOW))
+    error = (relative[is_measured] ** 2).mean(axis=1)[order]
+    width = min(max(len(error) // 50, 3), _WINDOW)
     if len(error) > width:
-        error = np.convolve(error[order], np.full(width, 1.0 / width), "valid")
+        error = np.convolve(error, np.full(width, 1.0 / width), "valid")
     indices = np.flatnonzero(np.sqrt(error) > _AGREE)
     return float(t[is_measured][order][indices[0]]) if indices.size else np.inf
