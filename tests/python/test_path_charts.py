@@ -274,6 +274,13 @@ def test_a_wrong_number_of_axes_is_refused(count, paths, message):
         kr.plot([CUSPS] * paths, axes=[make_axes()] * count)
 
 
+def test_a_path_without_states_is_refused_beside_others():
+    empty = kr.solve(kr.scenes.cusps, [])
+    for paths in ([CUSPS, empty], [empty, CUSPS]):
+        with pytest.raises(ValueError, match="a path without states cannot be drawn"):
+            charts.plot_paths([(path, None) for path in paths], None, True, "T")
+
+
 def test_a_picture_of_one_chart_has_a_figure():
     axes = make_axes()
     assert charts.FigureAxes([axes]).figure is axes.figure

@@ -104,6 +104,8 @@ def test_a_tube_is_closed_and_has_the_volume_of_its_section(thickness, monkeypat
     assert along == pytest.approx(np.arange(6.0))
     assert np.sum(vectors[0] * (sides.mean(axis=1) - centre.mean(axis=0))) * turn > 0.0
     assert (first[:, 0] == centre[0]).all() and (last[:, 0] == centre[-1]).all()
+    for end, point in (first, centre[0]), (last, centre[-1]):
+        assert (end - point) @ forward == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_tube_fills_its_axes():
@@ -193,6 +195,23 @@ def test_normals_turn_only_as_much_as_the_curve(start):
         expected = axis - (axis @ t) * t
         axis = expected / np.linalg.norm(expected)
         assert one == pytest.approx(axis) and other == pytest.approx(np.cross(t, axis))
+
+
+def test_drawings_are_seen_from_20_degrees_above_by_default():
+    centre = np.linspace((0.0, 1.0, 2.0), (3.0, -1.0, 1.0), 4)
+    normals = np.tile(np.eye(3)[:2], (4, 1, 1))
+    pictures = []
+    for words in ({}, {"elevation": 20.0, "azimuth": 0.0}):
+        axes = make_axes()
+        solids.draw_solid_faces(axes, CUBE, "red", **words)
+        solids.draw_tube(centre, normals, (1.0, 1.0), axes, **words)
+        solids.draw_start_and_scale_bar(centre, axes, "m", **words)
+        outlines = [path.vertices for part in axes.collections for path in part.get_paths()]
+        pictures.append(np.concatenate([*outlines, *(line.get_xydata() for line in axes.lines)]))
+        body, tube = axes.collections
+        assert list(body.get_linewidth()) == [1.0] and len(body.get_paths()) == 2
+        assert tube.get_facecolors()[:, 0].max() == pytest.approx(to_rgb(solids.ORANGE)[0], rel=0.2)
+    assert np.array_equal(*pictures)
 
 
 # Cuboids with the inertia of a body
