@@ -199,19 +199,29 @@ def test_angles_continue_from_piece_to_piece(degrees):
 # Signals and the outcome of a run
 
 
-def test_the_second_signal_has_its_default_effect():
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+@pytest.fixture
+def signal_handlers():
+    """Set the usual handlers of signals, which shells change for programs in the background."""
+    handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    yield handlers
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_the_second_signal_has_its_default_effect(signal_handlers):
     stops = progress.StopSignalHandler(5.0)
     with stops.defer_signals():
-        assert all(signal.getsignal(number) == stops._handle_stop_signal for number in before)
+        for number in signal_handlers:
+            assert signal.getsignal(number) == stops._handle_stop_signal
         assert not stops.asked
-        signal.raise_signal(signal.SIGTERM)
+        stops._handle_stop_signal(signal.SIGTERM, None)
         assert stops.asked and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
         assert signal.getsignal(signal.SIGINT) == stops._handle_stop_signal
         stops.update_progress_bar(5.0)
         with pytest.raises(KeyboardInterrupt):
             stops.update_progress_bar(4.9)
-    assert {number: signal.getsignal(number) for number in before} == before
+    assert {number: signal.getsignal(number) for number in signal_handlers} == signal_handlers
 
 
 @pytest.mark.parametrize("end, t", [(8.0, 2.0), (-8.0, -2.0)])

@@ -83,7 +83,7 @@ def test_the_step_of_a_path_is_used(path, step):
     assert scene["tracks"][0]["step"] == pytest.approx(float(path.t[1]), rel=1e-12)
 
 
-@pytest.mark.parametrize("times", [[0.0], [0.0, 0.1, 0.3], [0.1, 0.2], [0.0, 0.1, 0.2 + 2e-7]])
+@pytest.mark.parametrize("times", [[], [0.0], [0.0, 0.1, 0.3], [0.1, 0.2], [0.0, 0.1, 0.2 + 2e-7]])
 def test_a_path_that_cannot_be_played_is_refused(times):
     with pytest.raises(ValueError, match="equal intervals"):
         kr.view(kr.solve(TOP, times), open=False)
