@@ -196,6 +196,33 @@ def test_angles_continue_from_piece_to_piece(degrees):
     assert np.ptp(plain) <= (360.0 if degrees else 2 * math.pi)
 
 
+@pytest.mark.parametrize("degrees", [False, True])
+def test_pieces_are_joined_at_their_last_angle(degrees, monkeypatch):
+    """Check angles that grow by 0.4 turns from each state to the next."""
+    turn = 360.0 if degrees else 2 * math.pi
+    angles = 0.4 * np.arange(12.0) * turn
+    monkeypatch.setattr(table, "columns", lambda piece, *_: {"spin_angle": np.array(piece)})
+    options = table.AngleOptions(degrees, True)
+    pieces = [options.columns(angles[k : k + 3] % turn, ["spin_angle"]) for k in (0, 3, 6, 9)]
+    assert np.concatenate([piece["spin_angle"] for piece in pieces]) == pytest.approx(angles)
+    assert options.columns(np.zeros(0), ["spin_angle"])["spin_angle"].size == 0
+
+
+@pytest.mark.parametrize("words", [{}, {"digits": 20}, {"want": ["nutation", "apex"]}])
+def test_the_pieces_of_a_path_are_joined(words):
+    path = kr.solve(TOP, np.arange(6.0), method="taylor", events=kr.events.nutation(), **words)
+    collector = outputs.PathCollector()
+    for piece in path[:2], path[2:3], path[3:]:
+        collector.receive_path_piece(piece)
+    whole = collector.whole_path
+    names = words.get("want") or outputs.list_output_quantities(path)
+    assert np.array_equal(whole.t, path.t) and whole.want == path.want
+    for name in names:
+        assert np.array_equal(getattr(whole, name), getattr(path, name))
+    single = outputs.PathCollector([path])
+    assert single.whole_path is path
+
+
 # Signals and the outcome of a run
 
 

@@ -210,7 +210,7 @@ def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     """Rotate all states about the vertical so that the body leans to the side in the picture.
 
     After the rotation, the apex of the first clearly tilted state points to the right of the
-    picture and slightly towards the viewer.
+    picture and slightly towards the viewer. If there is none, the most tilted state is used.
     """
     lean = np.hypot(apex[:, 0], apex[:, 1])
     index = int(np.argmax(lean >= min(_LEAN, float(lean.max()))))
