@@ -345,6 +345,17 @@ def test_a_top_has_a_foot_a_body_and_a_stem(half, height, foot):
     assert np.array_equal(colours.reshape(pieces, 96, 3), np.tile(expected, (pieces, 1, 1)))
 
 
+def test_a_cylinder_has_the_volume_of_its_polygon():
+    faces, _ = solids.build_faces_of_revolution(2.0, 0.5, 0.3, False)
+    areas = 0.5 * np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
+    assert faces.shape == (3 * 96, 4, 3) and np.abs(areas.sum(axis=0)).max() < 1e-12
+    polygon = 0.5 * 96 * np.sin(2 * np.pi / 96) * 2.0**2
+    top = areas[:, 2][faces[..., 2].min(axis=1) > 0.7]
+    bottom = areas[:, 2][faces[..., 2].max(axis=1) < -0.1]
+    assert (top.sum(), bottom.sum()) == pytest.approx((polygon, -polygon))
+    assert (len(top), len(bottom)) == (96, 96)
+
+
 def test_splines_are_bezier_curves_with_slopes_of_their_neighbours():
     knots = np.array([(0.1, 0.0), (0.3, 1.0), (0.35, 1.5), (0.8, 2.5), (0.6, 4.0)])
     curve = np.array(solids._compute_spline_points([tuple(knot) for knot in knots]))
