@@ -251,9 +251,7 @@ def _make_viewer_track(path: Path) -> _ViewerTrackData:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
     is_even = (
-        n > 1
-        and _is_whole_millionths(step)
-        and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
+        _is_whole_millionths(step) and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
     )
     if not is_even:
         raise ValueError(

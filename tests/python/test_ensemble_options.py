@@ -31,3 +31,10 @@ def test_all_processors_are_used_if_affinity_is_unknown(monkeypatch, count, thre
     monkeypatch.delattr(ensemble_options.os, "sched_getaffinity", raising=False)
     monkeypatch.setattr(ensemble_options.os, "cpu_count", lambda: count)
     assert ensemble_options.validate_thread_count(None, None) == threads
+
+
+@pytest.mark.parametrize("limit, expected", [(0, 100), (7, 7), (100, 100), (1000, 100)])
+def test_a_trial_run_takes_no_more_steps_than_the_run(limit, expected):
+    options = ensemble_options.validate_ensemble_options(MANY, "auto", max_steps=limit)
+    limited = options.copy_with_step_limit(100)
+    assert limited.solve.max_steps == expected and options.solve.max_steps == limit

@@ -275,3 +275,10 @@ def test_failures_of_the_core_are_worded(monkeypatch):
     monkeypatch.setattr(turning_points, "exact_turning", lambda _: ("ERR_MEMORY", None, None))
     with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):
         kr.exact(LAGRANGE).least_nutation  # noqa: B018
+
+
+def test_the_turning_points_of_a_scene_are_read_only():
+    points = turning_points.compute_turning_points(LAGRANGE)
+    for name in ("least", "greatest", "t_least", "t_greatest", "critical_spin", "motion_type"):
+        values = getattr(points, name)
+        assert values.shape == (1,) and not values.flags.writeable

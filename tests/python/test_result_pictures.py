@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import sys
+import types
 
 import kreisel as kr
 import numpy as np
@@ -10,8 +11,9 @@ import pytest
 from tops import GENERAL
 
 pytest.importorskip("matplotlib")
-from kreisel._plot import panels, solids
-from matplotlib.colors import to_rgb
+from kreisel._plot import growth_charts, panels, section_chart, solids, spectrum
+from matplotlib import colormaps
+from matplotlib.colors import LogNorm, to_rgb
 from matplotlib.figure import Figure
 
 TOP = kr.scenes.asymmetric
@@ -292,3 +294,210 @@ def test_deuteranopes_can_distinguish_the_colours(colours):
     for i, one in enumerate(simulated_colours):
         for other in simulated_colours[:i]:
             assert np.abs(one - other).max() > 0.3
+
+
+# Charts of numbers without a motion
+
+
+@pytest.mark.parametrize("n, area", [(1, 9.0), (1000, 9.0), (3000, 4.0), (40000, 0.35), (0, 9.0)])
+def test_the_points_of_a_section_share_an_area(n, area):
+    points = np.arange(2.0 * n).reshape(2, n)
+    top = np.zeros(n, dtype=np.int64)
+    axes = section_chart.draw_section_points(None, tuple(points), ("a", "b"), top, None)
+    (dots,) = axes.collections
+    assert list(dots.get_sizes()) == [area] and not np.any(dots.get_linewidths())
+    assert np.array_equal(np.asarray(dots.get_offsets()).T, points) and dots.get_rasterized()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("a", "b")
+    assert tuple(axes.figure.get_size_inches()) == (5.2, 4.4)
+    assert not axes.xaxis.get_tick_params()["gridOn"] and axes.get_legend() is None
+    assert axes.xaxis.label.get_fontsize() == 9
+
+
+@pytest.mark.parametrize("top", [(0, 1, 2, 4), (0, 1), (0, 0)])
+def test_the_colours_of_tops_span_the_visible_part_of_the_map(top):
+    x = np.arange(float(len(top)))
+    axes = section_chart.draw_section_points(None, (x, x), ("a", "b"), np.array(top), None)
+    expected = colormaps["viridis"](0.05 + 0.8 * np.array(top) / max(*top, 1))
+    assert np.array_equal(axes.collections[0].get_facecolors(), expected)
+
+
+def test_the_legend_of_a_section_names_the_classes_that_occur():
+    x = np.arange(4.0)
+    top, classes = np.array([1, 0, 2, 2]), np.array([2, 0, 2], dtype=np.int8)
+    axes = section_chart.draw_section_points(None, (x, x), ("a", "b"), top, classes)
+    expected = [to_rgb(panels.CLASSES[k][1]) for k in (0, 2, 2, 2)]
+    assert axes.collections[0].get_facecolors()[:, :3] == pytest.approx(np.array(expected))
+    legend = axes.get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["regular", "in doubt"]
+    assert [mark.get_color() for mark in legend.get_lines()] == [
+        panels.CLASSES[0][1],
+        panels.CLASSES[2][1],
+    ]
+    assert {(mark.get_marker(), mark.get_markersize()) for mark in legend.get_lines()} == {("o", 4)}
+    assert {text.get_fontsize() for text in legend.get_texts()} == {8}
+    assert legend._ncols == 3 and not legend.get_frame_on()
+    anchor = axes.transAxes.inverted().transform(legend.get_bbox_to_anchor().p0)
+    assert anchor == pytest.approx((0.5, 1.0))
+
+
+def make_spectrum(lines, amplitudes, precession=0.5, nutation=2.0):
+    amplitudes = np.array(amplitudes, dtype=complex)
+    return types.SimpleNamespace(
+        lines=np.array(lines), amplitudes=amplitudes, precession=precession, nutation=nutation,
+        rest=1.25e-5,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("weak, floor", [(1e-3, 1e-4), (10**-2.4, 1e-3), (10**-2.6, 1e-4)])
+def test_the_scale_of_a_spectrum_ends_half_a_decade_beyond_its_lines(weak, floor):
+    lines = make_spectrum([0.5, 2.5, 9.0, -1.5], [0.25j, weak, 0.0, -0.125])
+    axes = spectrum.draw_spectral_lines(lines, None, "s")
+    assert tuple(axes.figure.get_size_inches()) == (6.4, 3.4)
+    assert axes.get_ylim() == pytest.approx((floor, 0.25 * 10**0.5)) and axes.get_yscale() == "log"
+    dots, dashed = axes.lines
+    expected = np.array([(0.5, 0.25), (2.5, weak), (-1.5, 0.125)])
+    assert dots.get_xydata() == pytest.approx(expected)
+    assert (dots.get_marker(), dots.get_markersize(), dots.get_linestyle()) == ("o", 4, "None")
+    (stems,) = axes.collections
+    for stem, (x, y) in zip(stems.get_segments(), expected, strict=True):
+        assert stem == pytest.approx(np.array([(x, floor), (x, y)]))
+    assert list(stems.get_linewidth()) == [1.4]
+    assert (dashed.get_linewidth(), dashed.get_linestyle()) == (1.0, "--")
+    assert dashed.get_zorder() == 1 and axes.margins()[0] == 0.06
+    assert axes.get_title() == "3 lines, rest 1e-05; dashed: mean precession"
+    assert axes.title.get_fontsize() == 9 and axes.xaxis.label.get_fontsize() == 9
+    labels = [text.get_text() for text in axes.texts]
+    assert labels == ["0", "+1", "-1"]
+    for text, place in zip(axes.texts, expected, strict=True):
+        assert text.xy == pytest.approx(tuple(place)) and text.xyann == (0, 4)
+        assert (text.get_fontsize(), text.get_ha(), text.anncoords) == (
+            *(7.5, "center"),
+            "offset points",
+        )
+
+
+def test_lines_have_numbers_within_a_thousandth_of_the_nutation():
+    multiples = np.array([0.0, 1.0009, 2.0011, -2.9991, -3.9989, 0.5])
+    lines = make_spectrum(0.5 + 2.0 * multiples, np.ones(6))
+    labels = [text.get_text() for text in spectrum.draw_spectral_lines(lines, None, "s").texts]
+    assert labels == ["0", "+1", "-3"]
+    for nutation, count in (0.0, 0), (-2.0, 0), (0.25, 6):
+        lines = make_spectrum([0.5 + 0.25 * k for k in range(6)], np.ones(6), nutation=nutation)
+        assert len(spectrum.draw_spectral_lines(lines, None, "s").texts) == count
+
+
+def make_indicator(curve, name="megno", t=(1.0, 10.0), chaotic=False, doubtful=False):
+    curve = np.array(curve, dtype=float)
+    flags = (
+        np.broadcast_to(np.array(flag, dtype=bool), curve.shape[:-1])
+        for flag in (chaotic, doubtful)
+    )
+    return types.SimpleNamespace(
+        name=name, t=np.array(t), curve=curve, threshold=4.0,
+        **dict(zip(("is_chaotic", "is_doubtful"), flags, strict=True)),
+    )  # fmt: skip
+
+
+def test_curves_have_the_colours_and_the_order_of_their_classes():
+    values = [[0.5, 2.0], [0.1, 0.2], [3.0, 4.0], [5.0, 6.0]]
+    indicator = make_indicator(values, "oli", chaotic=[0, 1, 1, 0], doubtful=[0, 0, 1, 0])
+    assert growth_charts.classify_tops_by_chaos(indicator).tolist() == [0, 1, 2, 0]
+    axes = growth_charts.draw_indicator_curves(indicator, None, "s")
+    order = [0, 3, 1, 2]
+    for line, k, index in zip(axes.lines, order, (0, 0, 1, 2), strict=True):
+        expected = [y if y > 0.1 else np.nan for y in values[k]]
+        assert line.get_ydata() == pytest.approx(expected, nan_ok=True)
+        assert line.get_zorder() == pytest.approx(2.0 + 0.1 * index)
+        assert (line.get_color(), line.get_linewidth()) == (panels.CLASSES[index][1], 0.8)
+        assert line.get_alpha() == 1.0 and line.get_marker() in ("", "None")
+    legend = axes.get_legend()
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert labels == ["regular (2)", "chaotic (1)", "in doubt (1)"] and not legend.get_frame_on()
+    assert {text.get_fontsize() for text in legend.get_texts()} == {8}
+    assert [mark.get_linewidth() for mark in legend.get_lines()] == [2.0] * 3
+    assert [mark.get_color() for mark in legend.get_lines()] == [c for _, c in panels.CLASSES]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time [s]", "OLI")
+    assert axes.xaxis.label.get_fontsize() == 9
+
+
+@pytest.mark.parametrize("n, alpha", [(1, 1.0), (20, 1.0), (40, 0.5), (200, 0.15)])
+def test_many_curves_are_transparent(n, alpha):
+    indicator = make_indicator(np.full((n, 1), 2.0), t=[5.0])
+    *curves, threshold = growth_charts.draw_indicator_curves(indicator, None, "s").lines
+    assert len(curves) == n and {line.get_alpha() for line in curves} == {alpha}
+    assert {line.get_marker() for line in curves} == {"o"}
+    assert {line.get_linewidth() for line in curves} == {1.4 if n == 1 else 0.8}
+    assert list(threshold.get_ydata()) == [4.0, 4.0] and threshold.get_zorder() == 1
+    assert (threshold.get_linewidth(), threshold.get_linestyle()) == (0.9, "--")
+    texts = threshold.axes.get_legend().get_texts()
+    assert [text.get_text() for text in texts] == [
+        "regular" if n == 1 else f"regular ({n})",
+        "threshold",
+    ]
+    mark = threshold.axes.get_legend().get_lines()[1]
+    assert (mark.get_linewidth(), mark.get_linestyle()) == (0.9, "--")
+
+
+@pytest.mark.parametrize("name, lowest", [("lyapunov", 0.0), ("megno", 0.1), ("oli", 0.1)])
+def test_values_that_are_too_small_are_left_out_of_the_scale(name, lowest):
+    indicator = make_indicator([[lowest, lowest + 0.01]], name)
+    line = growth_charts.draw_indicator_curves(indicator, None, "s").lines[0]
+    assert line.get_ydata() == pytest.approx([np.nan, lowest + 0.01], nan_ok=True)
+
+
+@pytest.mark.parametrize("end, label", [(-1.0, "time [s], back from the start"), (1.0, "time [s]")])
+def test_the_axis_of_an_indicator_names_the_direction_of_time(end, label):
+    indicator = make_indicator([[2.0, 3.0]], t=(0.0, end))
+    axes = growth_charts.draw_indicator_curves(indicator, None, "s")
+    assert axes.get_xlabel() == label and list(axes.lines[0].get_xdata()) == [0.0, 1.0]
+
+
+GRID = TOP.vary(gravity=np.array([[0.5], [1.0]]), spin=[2.0, 1.0, 0.5])
+
+
+@pytest.mark.parametrize("largest, top", [(3.0, 10.0), (50.0, 50.0), (np.nan, 10.0)])
+def test_the_map_of_a_growth_begins_at_one(largest, top):
+    values = np.array([[0.5, 1.5, largest], [np.nan, 2.0, 0.0]])
+    indicator = make_indicator(
+        np.stack([9.0 + values, values], -1), doubtful=[[0, 1, 0], [0, 0, 1]]
+    )
+    axes = growth_charts.draw_chaos_indicator_map(indicator, GRID, None, "s")
+    field = axes.collections[0]
+    assert isinstance(field.norm, LogNorm) and (field.norm.vmin, field.norm.vmax) == (1.0, top)
+    shown = np.ma.filled(field.get_array(), np.nan)
+    assert shown == pytest.approx(np.where(values < 1.0, 1.0, values), nan_ok=True)
+    (dots,) = axes.lines
+    assert dots.get_xydata().tolist() == [[1.0, 0.5], [0.5, 1.0]]
+    assert (dots.get_markersize(), dots.get_markeredgewidth()) == (1.5, 0.0)
+    assert axes.get_title() == "dots: verdict in doubt" and axes.title.get_fontsize() == 9
+    assert axes.figure.axes[1].get_ylabel() == "MEGNO, t = 10" and field.get_rasterized()
+    assert not axes.xaxis.get_tick_params()["gridOn"] and axes.xaxis.label.get_fontsize() == 9
+
+
+def test_the_map_of_an_exponent_has_a_linear_scale():
+    values = np.array([[-0.5, 1.5, 0.0], [0.25, 2.0, 0.0]])
+    indicator = make_indicator(values[..., None], "lyapunov", t=[4.0])
+    axes = growth_charts.draw_chaos_indicator_map(indicator, GRID, None, "s")
+    field = axes.collections[0]
+    assert np.array_equal(field.get_array(), values) and not len(axes.lines)
+    assert (field.norm.vmin, field.norm.vmax) == (-0.5, 2.0) and axes.get_title() == ""
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ([1.0, 2.0, 4.0], [1.0, 2.0, 4.0]),
+        ([[4.0], [2.0], [-1.0]], [4.0, 2.0, -1.0]),
+        ([1.0, 2.0, 2.0], [0.0, 1.0, 2.0]),
+        ([2.0, 2.0, 1.0], [0.0, 1.0, 2.0]),
+        ([1.0, 3.0, 2.0], [0.0, 1.0, 2.0]),
+        ([1.0, 2.0], [0.0, 1.0, 2.0]),
+        (None, [0.0, 1.0, 2.0]),
+    ],
+)
+def test_only_monotonic_values_are_shown_on_an_axis(values, expected):
+    tops = types.SimpleNamespace(axes=("i", "body_mass"), shape=(2, 3), coords={})
+    if values is not None:
+        tops.coords["body_mass"] = np.array(values)
+    name, axis = growth_charts._get_varied_axis_name_and_values(tops, 1)
+    assert name == "body mass" and axis.tolist() == expected and axis.dtype == np.float64

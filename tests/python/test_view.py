@@ -83,10 +83,65 @@ def test_the_step_of_a_path_is_used(path, step):
     assert scene["tracks"][0]["step"] == pytest.approx(float(path.t[1]), rel=1e-12)
 
 
-@pytest.mark.parametrize("times", [[0.0], [0.0, 0.1, 0.3], [0.1, 0.2], [0.0, 0.1, 0.2 + 2e-7]])
+@pytest.mark.parametrize("times", [[], [0.0], [0.0, 0.1, 0.3], [0.1, 0.2], [0.0, 0.1, 0.2 + 2e-7]])
 def test_a_path_that_cannot_be_played_is_refused(times):
     with pytest.raises(ValueError, match="equal intervals"):
         kr.view(kr.solve(TOP, times), open=False)
+
+
+@pytest.mark.parametrize(
+    ("words", "tol"),
+    [
+        ({}, 1e-5),
+        ({"damping": 0.1}, 1e-15),
+        ({"friction": 0.1}, 1e-15),
+        ({"turning": (0, 0, 1)}, 1e-15),
+    ],
+)
+def test_disturbed_tops_are_integrated_with_a_small_tolerance(words, tol):
+    scene = kr.view(TOP.replace(**words), open=False).scene
+    assert scene["tol"] == tol and scene["methods"] == (["taylor"] if words else ["bobenko_suris"])
+    assert scene["damping"] == words.get("damping", 0.0) and scene["speed"] == 1.0
+
+
+def test_the_data_of_a_viewer_are_those_of_its_scene():
+    body = kr.Body(2.0, (1.0, 1.5, 2.0), (0.1, 0.2, 0.3), rotor=(0.0, 0.0, 0.5))
+    top = kr.Scene(body, momentum=(1, 2, 3), attitude=(0.6, 0.8, 0, 0), gravity=-2.0)
+    scene = kr.view(top, speed=2.5, step=0.5, open=False).scene
+    assert scene["body"]["inertia"] == [1.0, 0, 0, 0, 1.5, 0, 0, 0, 2.0]
+    assert (scene["body"]["mass"], scene["body"]["com"]) == (2.0, (0.1, 0.2, 0.3))
+    assert (scene["momentum"], scene["attitude"]) == ((1, 2, 3), (0.6, 0.8, 0, 0))
+    assert (scene["gravity"], scene["speed"], scene["step"]) == (-2.0, 2.5, [0.5])
+    assert scene["rotor"] == (0.0, 0.0, 0.5) and scene["methods"] == ["taylor"]
+    tilted = kr.Body(1.0, [[2.0, 0.1, 0.2], [0.1, 2.5, 0.3], [0.2, 0.3, 3.0]], (0, 0, 0.1))
+    inertia = kr.view(kr.Scene(tilted, momentum=(1, 2, 3)), open=False).scene["body"]["inertia"]
+    assert inertia == pytest.approx([2.0, 0.1, 0.2, 0.1, 2.5, 0.3, 0.2, 0.3, 3.0])
+
+
+def test_the_states_of_a_path_are_part_of_its_viewer():
+    path = kr.solve(TOP, np.arange(4) * 0.25)
+    track = kr.view(path, open=False).scene["tracks"][0]
+    assert np.frombuffer(base64.b64decode(track["states"])).tolist() == path.states.ravel().tolist()
+    assert (track["name"], track["step"]) == (path.method, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("step", "is_whole"),
+    [
+        (0.5e-6, False),
+        (1e-6, True),
+        (1.0000005e-6, True),
+        (1.000002e-6, False),
+        (7.00001e-6, False),
+        (2147.483647, True),
+        (2**31 * 1e-6, False),
+        (2**32 * 1e-6, False),
+        (0.0, False),
+        (-1e-6, False),
+    ],
+)
+def test_a_step_of_the_viewer_is_a_whole_number_of_millionths(step, is_whole):
+    assert view._is_whole_millionths(step) is is_whole
 
 
 @pytest.fixture

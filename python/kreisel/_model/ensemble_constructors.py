@@ -48,7 +48,6 @@ from .euler_angles import (
 
 Components = tuple[Array, Array, Array]
 _DEGREE = math.pi / 180.0
-_REST = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # state at rest: t, attitude, momentum
 
 
 class EnsembleConstructors(EnsembleBase[S]):
@@ -139,7 +138,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))
-            angles = [values(name, one._block, _REST)[0] for name in names]
+            angles = [values(name, one._block, one._start_state)[0] for name in names]
         else:
             ensemble = cls(body, momentum=(0.0, 0.0, 0.0))
             angles = [ensemble._core_scenes.values(name).reshape(ensemble.shape) for name in names]

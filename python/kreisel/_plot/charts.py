@@ -299,7 +299,9 @@ def _draw_circle_of_latitude(
 ) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     flat = (1.0 - height * height) ** 0.5
-    circle = np.stack([flat * np.cos(angle), flat * np.sin(angle), height + 0.0 * angle], axis=-1)
+    circle = np.stack(
+        [flat * np.cos(angle), flat * np.sin(angle), np.full_like(angle, height)], axis=-1
+    )
     x, y, depth = project_to_view(circle, elevation)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), style, color=colour, linewidth=0.7)
 

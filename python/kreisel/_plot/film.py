@@ -169,7 +169,7 @@ def _find_floor_height(quads: Array, q: Array, apex: Array) -> float:
     """
     corners = np.unique(quads.reshape(-1, 3), axis=0)
     lowest = min(float((corners @ _rotation_matrix(one)[2]).min()) for one in q)
-    return max(min(lowest, float(apex[:, 2].min()), 0.0), -1.0) if lowest < -_LEVEL else 0.0
+    return max(min(lowest, float(apex[:, 2].min())), -1.0) if lowest < -_LEVEL else 0.0
 
 
 def make_film(
@@ -210,10 +210,10 @@ def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     """Rotate all states about the vertical so that the body leans to the side in the picture.
 
     After the rotation, the apex of the first clearly tilted state points to the right of the
-    picture and slightly towards the viewer.
+    picture and slightly towards the viewer. If there is none, the most tilted state is used.
     """
     lean = np.hypot(apex[:, 0], apex[:, 1])
-    index = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
+    index = int(np.argmax(lean >= min(_LEAN, float(lean.max()))))
     if not lean[index] > 0.0:
         return q, apex
     angle = -np.radians(_ASIDE) - np.arctan2(apex[index, 1], apex[index, 0])

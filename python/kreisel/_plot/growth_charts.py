@@ -104,10 +104,9 @@ def draw_chaos_indicator_map(
     (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
     scale: Normalize = Normalize()
     if indicator.name != "lyapunov":
-        growths = np.where(values > 1.0, values, np.nan)
-        largest = float(np.nanmax(growths)) if np.isfinite(growths).any() else 1.0
-        scale = LogNorm(1.0, max(largest, 10.0))
-        values = np.where(np.isnan(values), np.nan, np.maximum(values, 1.0))
+        largest = float(np.max(values, where=np.isfinite(values), initial=10.0))
+        scale = LogNorm(1.0, largest)
+        values = np.maximum(values, 1.0)
     field = chart.pcolormesh(x, y, values, cmap="cividis", norm=scale, rasterized=True)
     doubtful = np.asarray(indicator.is_doubtful)
     if doubtful.any():

@@ -70,7 +70,7 @@ def draw_solid_faces(
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # a visible face has area > 0
     shade = 0.45 + 0.55 * np.clip(0.5 + 0.6 * facing, 0.0, 1.0)
-    colours = np.clip(shade[:, None] * base, 0.0, 1.0)
+    colours = shade[:, None] * base
     outline = {"edgecolors": 0.55 * base, "linewidths": edge} if edge else {"edgecolors": colours}
     solid = PolyCollection(list(np.stack([x, y], axis=-1)), facecolors=colours, **outline)
     axes.add_collection(solid)
