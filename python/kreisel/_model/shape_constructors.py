@@ -10,9 +10,7 @@ from numpy.typing import ArrayLike
 from .._utils.validation import as_bool
 from . import shapes
 
-Number = TypeVar(
-    "Number"
-)  # a number as the user passes it: a float, or for arrays of bodies an ArrayLike
+Number = TypeVar("Number")  # the type of a user's number: float, or ArrayLike for Bodies
 Size = TypeVar("Size")  # the type of a validated number or vector
 
 ShapeFunction = Callable[..., shapes.ShapeMoments[Any] | shapes.CuboidMoments[Any]]
