@@ -539,3 +539,15 @@ def test_a_shadow_consists_of_the_faces_towards_the_lamp():
     assert np.array_equal(outline.vertices[:5], [*square, square[0]])
     assert np.array_equal(outline.vertices[5:], [*kite, kite[0]])
     assert outline.codes.tolist() == 2 * [1, 2, 2, 2, 79]
+
+
+def test_a_face_casts_a_shadow_if_its_corners_run_counterclockwise():
+    faces = np.random.default_rng(5).normal(size=(60, 4, 2))
+    x, y = np.moveaxis(faces, -1, 0)
+    areas = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
+    outline = stage._join_faces_to_outline(faces)
+    assert np.array_equal(outline.vertices.reshape(-1, 5, 2)[:, :4], faces[areas > 0.0])
+    solid = solids.draw_solid_faces(
+        make_axes(), np.stack([x, 0.0 * x, y], axis=-1), "red", elevation=0.0
+    )
+    assert len(solid.get_paths()) == np.count_nonzero(areas > 0.0)
