@@ -242,6 +242,7 @@ def test_a_lever_needs_a_centre_of_mass():
         ("spin", [1.0, 3.0, np.nan], 1.0, np.sqrt(5.0)),
         ("spin", [2.0, 2.0, 2.0], 2.0, 2.0),
         ("spin", [-2.0, -2.0, np.nan], 2.0, 2.0),
+        ("spin", [np.nan, -5.0, np.nan], 5.0, 5.0),
         ("spin", [0.0, 0.0, 0.0], 1.0, 1.0),
         # the variances of the components are 1, 0 and 4, of two rows
         ("apex", [[1.0, 5.0, 1.0], [3.0, 5.0, 5.0], [np.nan] * 3], np.sqrt(5 / 3), np.sqrt(86 / 6)),
@@ -449,3 +450,8 @@ def test_records_are_read_only():
     [series] = record.series
     for array in (record.t, series.values, series.measured, series.sigma, record.point):
         assert not array.flags.writeable
+
+
+def test_free_properties_are_names():
+    with pytest.raises(TypeError, match="free must be names such as 'bias', not 3"):
+        kr.Record(T, {"spin": T}, free=3)

@@ -111,6 +111,7 @@ def make_point(scene, free, **words):
         ),
         (HEAVY, {"densities": (0.4, 0.9e-6, 0.6)}, ["I2 = I1 + I3: the body is a plate normal"]),
         (HEAVY, {"densities": (0.4, 1.1e-6, 0.6)}, []),
+        (HEAVY, {"densities": (0.4, 1e-6, 0.6)}, ["I2 = I1 + I3: the body is a plate normal"]),
         (HEAVY, {"densities": (0.4, 0.4, 0.0)}, ["I3 = I1 + I2: the body is a plate normal to ax"]),
         (SYMMETRIC, {"densities": (0.0, 0.0, 0.6)}, ["the body is a rod: one moment is zero"]),
         (HEAVY, {"friction": 0.0}, ["friction is zero: negative friction is excluded"]),
