@@ -572,9 +572,10 @@ class SearchSession:
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:
-            sensitivities = scaled[rows.residual_slice][rows.measured_mask.ravel()]
-            scale = rows.series.typical_value_scale / float(rows.sigma.mean())
-            if sensitivities.size and sensitivities.max() <= _INSENSITIVE * scale:
+            mask = rows.measured_mask
+            sensitivities = scaled[rows.residual_slice][mask.ravel()]
+            scale = rows.series.typical_value_scale / rows.sigma.mean(where=mask | ~mask.any())
+            if mask.any() and sensitivities.max() <= _INSENSITIVE * scale:
                 raise ValueError(
                     f"{rows.series.name} does not depend on the free parameters "
                     f"({', '.join(self.parameters.free)}): add names to free, or leave it out"
