@@ -242,8 +242,8 @@ static void sum_top(dd c[6][SERIES_ORDER + 1], double span, double out[6])
         out[i] = sum.hi;
     }
 }
-/* Returns the increase of the heading from the initial time to the time `moment`, computed by
- * 5-point Gauss quadrature of L1/|L|^2. */
+/* Returns the change in heading between the initial time and `moment`, computed by 5-point Gauss
+ * quadrature of L1/|L|^2. */
 static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
 {
     static const double place[5] = {0.04691007703066800, 0.23076534494715845, 0.5,

@@ -46,9 +46,9 @@ static double distance_error(const kowalewski_curve *o, int i, int j)
                  digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
-/* Returns the largest relative error of those distances between branch points on whose logarithms
- * the frequencies of the motion depend. These distances are the widths of the gaps next to the
- * arcs, and the distance between two complex roots close to an arc. */
+/* Returns the largest relative error of the distances between branch points. The frequencies of the
+ * motion depend on the logarithms of these distances. These distances are the widths of the gaps
+ * next to the arcs, and the distance between two complex roots close to an arc. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;

@@ -40,7 +40,7 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
     o->sine = s * o->cos_s + c * o->sin_s;
     if ((int64_t)o->n % BOBENKO_SURIS_SEED == 0) sin_cos(o->n * o->s, &o->sine, &o->cosine);
 }
-/* Sets the angle of the twist, a rotation about the symmetry axis in each step, to 2 s. */
+/* Sets the twist angle, by which each step rotates the body about its symmetry axis, to 2 * s. */
 static inline void bobenko_suris_set_twist(bobenko_suris_orbit *o, double s)
 {
     o->s = s;

@@ -28,7 +28,7 @@ _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script
 _TICK = 1e-6  # the viewer counts time in multiples of this [T]
 
 
-class _ViewerBodyData(TypedDict):
+class _ViewerMassProperties(TypedDict):
     mass: float
     inertia: list[float]
     com: Vector
@@ -46,7 +46,7 @@ class _ViewerSceneData(TypedDict):
     version: int
     name: str
     about: str
-    body: _ViewerBodyData
+    body: _ViewerMassProperties
     attitude: Quaternion
     momentum: Vector
     gravity: float
@@ -190,7 +190,7 @@ def _build_viewer_scene(
         "version": 1,
         "name": name or "a scene from Python",
         "about": about.get(name, ""),
-        "body": _build_viewer_body(scene),
+        "body": _build_viewer_mass_properties(scene),
         "attitude": scene.attitude,
         "momentum": scene.momentum,
         "gravity": scene.gravity,
@@ -206,7 +206,7 @@ def _build_viewer_scene(
     }
 
 
-def _build_viewer_body(scene: Scene) -> _ViewerBodyData:
+def _build_viewer_mass_properties(scene: Scene) -> _ViewerMassProperties:
     if scene.body.inertia_rtol:
         raise ValueError(
             "the viewer does not support a tolerance of the inertia: view a body without "

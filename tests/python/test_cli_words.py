@@ -19,7 +19,7 @@ THESIS = kr.scenes.thesis
 
 
 def times(words):
-    """Return the output times of a command with the option --t and the value `words`."""
+    """Return the output times of a command whose option --t has the value `words`."""
     line = f"solve thesis --t {words} --want nutation --csv -"
     return [float(row.split(",")[0]) for row in call(line).splitlines()[1:]]
 

@@ -96,7 +96,8 @@ def test_a_damped_step_solves_the_scaled_normal_equations(is_stiff, damping):
     ],
 )
 def test_parameters_at_their_bounds_do_not_leave_them(distances, residuals, expected):
-    """Compare steps of the residuals (a + b + r, b + s) with and without the parameter a."""
+    """Compare the search steps for the residuals (a + b + r, b + s) with and without the parameter
+    a."""
     jacobian = np.array(((1.0, 1.0), (0.0, 1.0)))
     evaluation = make_evaluation(jacobian, residuals)
     steps = lm._DampedSteps(evaluation, np.ones(2), np.array(distances), False)

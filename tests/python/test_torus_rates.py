@@ -216,7 +216,7 @@ def test_mean_windings_of_three_waves_agree_with_the_angles_of_their_triangle(wa
             angles = angles - np.linalg.solve(matrix, (z.real, z.imag))
         assert (np.abs(angles - (cell + 0.8) / 40.0) < 0.8 / 40.0).all()
         zeros.append(angles - 0.3 / 40.0)
-    found = torus_rates._compute_windings_along_torus_angles(
+    found = torus_rates._compute_mean_windings(
         evaluate_waves(waves), np.reshape(zeros, (-1, 2)), index
     )
     assert np.allclose(found, windings, atol=1e-12)

@@ -1,4 +1,5 @@
-"""Tests of turning supports against SciPy and Taylor series in decimal arithmetic."""
+"""Comparison of tops on turning supports with SciPy and with Taylor series in decimal
+arithmetic."""
 
 import math
 import pickle

@@ -83,8 +83,8 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     # Only the sum of precession and spin is smooth at the upper pole, only the difference at the
     # lower one.
     side = -np.sign(_compute_body_axis_at_torus_angles(form, zeros).height)
-    precession = _compute_windings_along_torus_angles(signals.z, offsets, index) @ rates[:2]
-    spin = _compute_windings_along_torus_angles(signals.about, offsets, side * index) @ rates[:2]
+    precession = _compute_mean_windings(signals.z, offsets, index) @ rates[:2]
+    spin = _compute_mean_windings(signals.about, offsets, side * index) @ rates[:2]
     return TorusRates(
         float(rates[2] + precession), _find_rate_of_strongest_harmonic(signals, rates), float(spin)
     )
@@ -146,7 +146,7 @@ def _refine_zero_by_newton(form: ExactTorus, guess: Array, n: int) -> Array:
     return np.full(2, np.nan)
 
 
-def _compute_windings_along_torus_angles(z: Waves, offsets: Array, index: Array) -> Array:
+def _compute_mean_windings(z: Waves, offsets: Array, index: Array) -> Array:
     """Return the mean winding numbers of z along the two angles of the torus.
 
     `offsets` contains the torus angles of the zeros of z [turns], measured from the first grid

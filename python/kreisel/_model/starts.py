@@ -239,7 +239,7 @@ def _sample_directions(
         rows = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
             samples = _draw_uniform_numbers(seed, trial, begin, int(rows[-1]) + 1)[rows - begin]
-            points, chance = cover.sample_points_in_cells(samples), samples[:, 3] ** 2
+            points, chance = cover.convert_uniform_numbers_to_points(samples), samples[:, 3] ** 2
             is_uniform = chance * (points * points @ surface.moments) <= surface.moments.min()
             is_accepted = is_uniform & (surface.potential(points) <= surface.energy)
             P[rows[is_accepted]], alpha[rows[is_accepted]] = (
@@ -276,7 +276,7 @@ class _SphereCells(NamedTuple):
     tall: Array
     wide: Array
 
-    def sample_points_in_cells(self, samples: Array) -> Array:
+    def convert_uniform_numbers_to_points(self, samples: Array) -> Array:
         """Draw uniformly distributed points in the cells, using three random numbers per point."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], samples[:, 0], side="right")

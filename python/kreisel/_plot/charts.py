@@ -61,11 +61,12 @@ class AngleBetweenPaths(NamedTuple):
 
 
 class FigureAxes(tuple[Axes, ...]):
-    """The matplotlib axes of a figure, three for each path: trace, nutation and precession.
+    """The matplotlib axes of a figure.
 
-    For two paths, an additional chart at the end may show the angle between their attitudes or
-    apexes. Notebooks display the picture. To save the figure to a file, call
-    `picture.figure.savefig("top.png")`.
+    A picture of paths has three axes for each path: trace, nutation and precession. For two paths,
+    an additional chart at the end may show the angle between their attitudes or apexes. A picture
+    of a fit has two axes for each panel. Notebooks display the picture. To save the figure to a
+    file, call `picture.figure.savefig("top.png")`.
     """
 
     __slots__ = ()
@@ -312,7 +313,7 @@ def draw_apex_trace(
     """Draw a trace on the unit sphere, with fainter lines on the far side of the sphere.
 
     The initial state is marked by a dot, and the vertical by an arrow. Dashed circles mark the
-    heights `limits` of the apex.
+    limiting heights of the apex, given by `limits`.
     """
     draw_unit_sphere(axes, elevation)
     for height in limits:

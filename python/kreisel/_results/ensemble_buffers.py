@@ -208,7 +208,7 @@ def run_slice_in_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Compute the motions of a slice of an ensemble in SIMD lanes, and return its buffers.
+    """Compute the motions of a slice of an ensemble in SIMD lanes, and return the output buffers.
 
     The returned arrays are views of `buffers`. `work` can stop the run, and specifies the number of
     threads.

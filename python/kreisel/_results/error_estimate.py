@@ -141,11 +141,11 @@ def estimate_rounding_growth(
 
     The amplification is the change of attitude [rad] divided by the relative rounding error. The
     estimate is based on tangents from the Taylor series, regardless of the method that computed the
-    path. For at most 16 digits, the largest amplification of any single rounding error is returned.
-    For more than 16 digits, all rounding errors are combined as if they were independent. The
-    amplification is infinite if a tangent overflows. Returns the result of the Taylor-series run on
-    which the estimate is based, and the amplification. If the run fails, the states after the
-    failure are missing.
+    path. If at most 16 digits are requested, the largest amplification of a single rounding error
+    is returned. For more than 16 digits, all rounding errors are combined as if they were
+    independent. The amplification is infinite if a tangent overflows. Returns the result of the
+    Taylor-series run on which the estimate is based, and the amplification. If the run fails, the
+    states after the failure are missing.
     """
     directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
     result: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0

@@ -43,7 +43,7 @@ class Reductions(EnsembleResult):
         return f"<kreisel.Reductions of shape {self.shape}, {listing}: {self._format_summary()}>"
 
     def _group_reductions_by_quantity(self) -> dict[str, list[str]]:
-        """Return a mapping from each quantity name to the kinds of its reductions."""
+        """Return a mapping from the name of each quantity to the statistics computed for it."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
             kinds = names.setdefault(one.name, [])

@@ -99,8 +99,8 @@ def read_saved_path_arguments(
 ) -> tuple[PathConstructorArguments, tuple[PathConstructorArguments, Integers, Integers] | None]:
     """Read a path from a file of `size` bytes, together with its events if there are any.
 
-    The events are returned as a tuple: a path of their states, their indices and their directions.
-    Raises ValueError if the file is not an archive written by encode_path_as_archive.
+    The events are returned as a tuple (path, indices, directions), where the path holds their
+    states. Raises ValueError if the file is not an archive written by encode_path_as_archive.
     """
     archive = ArchiveReader(file, size)
     try:

@@ -284,13 +284,13 @@ class ExactTorus(Exact):
     def find_quasi_periods(self, n: int = 4) -> Array:
         """Return `n` quasi-periods: times after which the body returns ever closer to its start.
 
-        The times are returned in an array of shape (n, 3). Each row contains the numbers of turns
-        of the two angles on the torus, and the time [T]. Both numbers of turns are integers, and
-        their ratio is a convergent in the continued-fraction expansion of the frequency ratio. Each
-        row describes a near resonance of the two frequencies on the torus. At each returned time,
-        the body-frame components of the momentum and the vertical are close to their initial
-        values. The returned array has fewer than `n` rows if the ratio of the frequencies is
-        rational, up to rounding errors.
+        The times are returned in an array of shape (n, 3). Each row contains the number of turns of
+        each torus angle, and the quasi-period [T]. Both numbers of turns are integers, and their
+        ratio is a convergent in the continued-fraction expansion of the frequency ratio. Each row
+        describes a near resonance of the two frequencies on the torus. At each returned time, the
+        body-frame components of the momentum and the vertical are close to their initial values.
+        The returned array has fewer than `n` rows if the ratio of the frequencies is rational, up
+        to rounding errors.
 
             >>> import kreisel as kr
             >>> top = kr.exact(kr.scenes.kowalewski)

@@ -558,9 +558,9 @@ def start(
     contains the events that occurred after the end of the previous path. A terminal event ends the
     run, and run.t is then the time of this event.
 
-    If the process is killed before the run is saved, the resumed run repeats the states of the last
-    path. To store each state only once, delete all states later than run.t from the output file
-    before resuming. In this example, that file consists of rows of eight doubles:
+    If the process is killed before the run is saved, the resumed run computes the last path again.
+    To store each state only once, delete all states later than run.t from the output file before
+    resuming. In this example, that file consists of rows of eight doubles:
 
         file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
         run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)

@@ -197,8 +197,8 @@ class SweepResult:
     def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
         """Verify all parts whose files exist.
 
-        Return a mapping from each status to the numbers of the parts with this status, and a list
-        of the numbers of all existing parts.
+        Return a mapping from each status to the indices of its parts, and a list of the indices of
+        all existing parts.
         """
         parts: dict[str, list[int]] = {DONE: []}
         numbers = []

@@ -48,7 +48,7 @@ class SweepTask(Protocol):
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
     def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
-        """Return the validated options and the times with which the task is run for an ensemble.
+        """Return the validated options of the task, and the requested times of the given ensemble.
 
         For a section, the times are the longest allowed waiting times for the next event. Raises
         TypeError or ValueError for an invalid argument.
