@@ -16,8 +16,7 @@ STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_
 
 
 def special_scene(kind, half=0.8):
-    """Return the initial state of the program in Bodack's thesis for the value `half` of its
-    constant C_B."""
+    """Return the initial state of the program in Bodack's thesis with the constant C_B = `half`."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)

@@ -34,12 +34,13 @@ class ShapeConstructors(Generic[Number, Size]):
     ) -> Self:
         """Build a homogeneous cuboid from its half-edge lengths [L] and its density or mass.
 
-        half     half the lengths of the edges along the three axes [L] pivot the fixed point,
-        relative to the centre [L]; it may lie outside the cuboid density [M L^-3], 1 by default;
-        alternatively, mass [M]
+        half     half the lengths of the edges along the three axes [L]
+        pivot    the fixed point, relative to the centre [L]; it may lie outside the cuboid
+        density  [M L^-3], 1 by default; alternatively, mass [M]
 
         >>> import kreisel as kr
-        >>> kr.Bodies.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass array([16., 48.])
+        >>> kr.Bodies.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass
+        array([16., 48.])
         """
         edges = cls._validate_half_lengths(half)
         if mass is not None and density is not None:
@@ -65,7 +66,8 @@ class ShapeConstructors(Generic[Number, Size]):
         pivot  the fixed point, relative to the centre [L]
 
         >>> import kreisel as kr
-        >>> kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, 0), mass=1).moments (4.0, 4.0, 2.0)
+        >>> kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, 0), mass=1).moments
+        (4.0, 4.0, 2.0)
         """
         sizes = cls._validate_positive("radius", radius), cls._validate_positive("height", height)
         return cls._build_from_shape(shapes.cylinder, sizes, pivot, mass, density)
@@ -105,7 +107,8 @@ class ShapeConstructors(Generic[Number, Size]):
         >>> import kreisel as kr
         >>> at = (0, 0, -0.06)
         >>> top = kr.Body.disk(0.05, at, mass=0.5) + kr.Body.rod(0.12, at, mass=0.02)
-        >>> top.kind, round(top.mass, 12) ('lagrange', 0.52)
+        >>> top.kind, round(top.mass, 12)
+        ('lagrange', 0.52)
         """
         sizes = (cls._validate_positive("radius", radius),)
         return cls._build_from_shape(shapes.disk, sizes, pivot, mass, None)
@@ -119,7 +122,8 @@ class ShapeConstructors(Generic[Number, Size]):
                to another body, and Bodies raises ValueError
 
         >>> import kreisel as kr
-        >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments (3.0, 4.0, 1.0)
+        >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
+        (3.0, 4.0, 1.0)
         """
         sizes = (cls._validate_positive("length", length),)
         return cls._build_from_shape(shapes.rod, sizes, pivot, mass, None)
@@ -136,8 +140,8 @@ class ShapeConstructors(Generic[Number, Size]):
     ) -> Self:
         """Build a solid sphere from its radius [L] and its mass [M] or density [M L^-3].
 
-        pivot  the fixed point, relative to the centre [L] shell True: build a thin spherical shell,
-        which needs a mass
+        pivot  the fixed point, relative to the centre [L]
+        shell  True: build a thin spherical shell, which needs a mass
         """
         sizes = (cls._validate_positive("radius", radius),)
         is_shell = as_bool("shell", shell)
@@ -154,7 +158,8 @@ class ShapeConstructors(Generic[Number, Size]):
     ) -> Self:
         """Build a solid ellipsoid from its semi-axes [L] and its mass [M] or density [M L^-3].
 
-        half   the three semi-axes [L] pivot the fixed point, relative to the centre [L]
+        half   the three semi-axes [L]
+        pivot  the fixed point, relative to the centre [L]
         """
         axes = cls._validate_half_lengths(half)
         return cls._build_from_shape(shapes.ellipsoid, (axes,), pivot, mass, density)
@@ -177,7 +182,8 @@ class ShapeConstructors(Generic[Number, Size]):
         pivot  the fixed point, relative to the tip [L]: (0, 0, 0) for a top that spins on its tip
 
         >>> import kreisel as kr
-        >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com (0.0, 0.0, 1.5)
+        >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com
+        (0.0, 0.0, 1.5)
         """
         sizes = cls._validate_positive("radius", radius), cls._validate_positive("height", height)
         return cls._build_from_shape(shapes.cone, sizes, pivot, mass, density)
