@@ -146,6 +146,7 @@ NAN = np.array([1.0, np.nan])
 REFUSED = {
     r"radius\[1\] = nan: radius must be finite": lambda: kr.Bodies.sphere(NAN, (0, 0, 0), mass=1),
     r"height\[0\] = -1.0: height must be pos": lambda: kr.Bodies.cone(1, [-1], (0, 0, 0), mass=1),
+    r"radius\[1\] = 0.0: radius must be pos": lambda: kr.Bodies.disk([1, 0], (0, 0, 0), mass=1),
     r"half\[1\] = \(1.0, 0.0, 1.0\): half must be positive": lambda: kr.Bodies.cuboid(
         [(1, 1, 1), (1, 0, 1)], (0, 0, 0)
     ),
