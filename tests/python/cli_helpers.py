@@ -25,3 +25,24 @@ def make_raiser(error):
 
 def join_lines(text):
     return re.sub(r"\s+", " ", text)
+
+
+def record_console_calls(monkeypatch, *modules):
+    """Replace the consoles of modules, and return a list of their arguments and printed tables."""
+    calls = []
+
+    class StubConsole:
+        def __init__(self, **words):
+            self.words = words
+
+        def print(self, grid):
+            calls.append((self.words, grid))
+
+    for module in modules:
+        monkeypatch.setattr(module, "Console", StubConsole)
+    return calls
+
+
+def list_cells_by_column(grid):
+    """Return the cells of a table of rich, by the header of their column."""
+    return {str(column.header): list(column.cells) for column in grid.columns}

@@ -7,7 +7,7 @@ import click
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, make_raiser
+from cli_helpers import call, list_cells_by_column, make_raiser, record_console_calls
 from click.testing import CliRunner
 from internals import cli
 from kreisel._cli import (
@@ -25,23 +25,7 @@ TOP = kr.scenes.asymmetric
 
 @pytest.fixture
 def console_calls(monkeypatch):
-    """Replace the consoles that print tables, and return their arguments and the tables."""
-    calls = []
-
-    class StubConsole:
-        def __init__(self, **words):
-            self.words = words
-
-        def print(self, grid):
-            calls.append((self.words, grid))
-
-    for module in (lists, compare_command):
-        monkeypatch.setattr(module, "Console", StubConsole)
-    return calls
-
-
-def cells_of(grid):
-    return {str(column.header): list(column.cells) for column in grid.columns}
+    return record_console_calls(monkeypatch, lists, compare_command)
 
 
 # Help
@@ -103,7 +87,7 @@ def test_a_comparison_is_printed_with_text_on_the_left(console_calls, monkeypatc
     assert file.read_text() == kr.Table(rows).to_csv()
     [(words, grid)] = console_calls
     assert words == {"markup": False}
-    assert cells_of(grid) == {
+    assert list_cells_by_column(grid) == {
         "method": ["rk4", "extrap"],
         "step": ["0.1", ""],
         "tol": ["", "1e-09"],

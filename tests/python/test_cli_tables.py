@@ -11,6 +11,7 @@ import click
 import kreisel as kr
 import numpy as np
 import pytest
+from cli_helpers import list_cells_by_column, record_console_calls
 from kreisel._cli import (
     outputs,
     progress,
@@ -25,23 +26,7 @@ TOP = kr.scenes.asymmetric
 
 @pytest.fixture
 def console_calls(monkeypatch):
-    """Replace the consoles that print tables, and return their arguments and the tables."""
-    calls = []
-
-    class StubConsole:
-        def __init__(self, **words):
-            self.words = words
-
-        def print(self, grid):
-            calls.append((self.words, grid))
-
-    for module in (outputs, table):
-        monkeypatch.setattr(module, "Console", StubConsole)
-    return calls
-
-
-def cells_of(grid):
-    return {str(column.header): list(column.cells) for column in grid.columns}
+    return record_console_calls(monkeypatch, outputs, table)
 
 
 class SlowBuffer(io.BytesIO):
@@ -121,7 +106,7 @@ def test_a_summary_shows_twenty_events(count, is_complete, console_calls, capsys
     collector.receive_path_piece(path)
     collector.print_output()
     [(words, grid)] = console_calls
-    cells = cells_of(grid)
+    cells = list_cells_by_column(grid)
     assert words == {"markup": False} and list(cells) == ["event", "t", "direction"]
     assert cells["t"] == [f"{t: .15g}" for t in path.events.t[:20]]
     assert cells["direction"] == [f"{d:+d}" for d in path.events.direction[:20]]
@@ -175,7 +160,7 @@ def test_two_rows_stand_in_columns(console_calls):
     [(words, grid)] = console_calls
     angles = np.degrees(path.nutation)
     assert words == {"markup": False}
-    assert cells_of(grid) == {
+    assert list_cells_by_column(grid) == {
         "": ["t [T]", "nutation [deg]"],
         "first": [" 1", f"{angles[0]: .15g}"],
         "last": [" 2", f"{angles[1]: .15g}"],

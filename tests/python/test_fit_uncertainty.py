@@ -253,7 +253,7 @@ def test_given_noise_is_used_and_missing_rows_are_left_out():
 
 @pytest.mark.parametrize("parameters, share", [(0, 1.0), (5, 0.75), (30, 0.05)])
 def test_noise_is_estimated_from_residuals(parameters, share):
-    """Of 20 residuals, 6 belong to a series of known noise and 14 to another; 7 are missing."""
+    """Test a record in which one of two series has a known standard deviation."""
     values = np.ones((7, 3))
     values[:, 1] = np.nan
     model = make_model(
