@@ -35,7 +35,7 @@ def make_best(session, cost=1.0, has_converged=True, residuals=None, **words):
 
 
 def prescribe_minima(monkeypatch, session, *costs, **changes):
-    """Let each search end at the next of the given costs, and return the list of its arguments."""
+    """Let each search end with the next of the costs, and return the arguments of all searches."""
     calls, rest = [], list(costs)
 
     def minimize(model, point, search):
@@ -49,7 +49,7 @@ def prescribe_minima(monkeypatch, session, *costs, **changes):
 
 
 def record_calls(monkeypatch, session, names, results=None):
-    """Replace methods of a session by ones that write down their names, and return the list."""
+    """Replace methods of a session by functions that append their name to the returned list."""
     calls = []
     for name in names:
 

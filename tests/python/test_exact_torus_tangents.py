@@ -283,7 +283,7 @@ def test_steps_of_gravity_keep_its_sign(gravity):
 
 
 def test_steps_shrink_with_time(monkeypatch):
-    """Compare the steps at turns by angles up to 1, 8, 64 and 512, of at most two times each."""
+    """Compare difference steps for groups of two times, up to angles of 1, 8, 64 and 512 rad."""
     calls = []
 
     def differentiate(scene, states, group, step, compute_states):

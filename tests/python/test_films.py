@@ -330,7 +330,7 @@ def test_the_palette_of_a_gif_contains_the_colours_of_lines_and_text():
 
 
 class StubWriter:
-    """A writer of films that writes the number of its frames."""
+    """A stand-in for the film writer, which writes only the number of frames."""
 
     def __init__(self, fps, embed_frames=None, codec=None):
         self.words = fps, embed_frames, codec

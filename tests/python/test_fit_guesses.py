@@ -16,7 +16,7 @@ NEAR = HEAVY.replace(
 
 
 def guesses(start, record, free=BODY):
-    """Return the guesses of the free parameters from one record."""
+    """Return the initial guesses of the free parameters that are computed from one record."""
     return guess_parameters_from_records(
         FreeParameters(start, expand_free_names(free), [record]), [record]
     )

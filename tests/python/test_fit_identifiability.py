@@ -46,7 +46,7 @@ def make_model(scene, quantity, free, instrument=()):
 
 
 def list_invisible_changes(model):
-    """Return the sentences of the changes that no residual shows, by the Jacobian matrix."""
+    """Return the descriptions of parameter changes that leave the residuals unchanged."""
     parameters, found = model.parameters, []
     jacobian = model.evaluate_residuals(parameters.start).jacobian
     natural = model.estimate_parameter_scales(parameters.start)
@@ -320,7 +320,7 @@ def test_changes_without_effect_on_the_parameters_are_skipped(size, is_heading):
 
 
 def test_symmetries_after_one_without_effect_are_described():
-    """Tied damping has no difference across the axis, the direction before those of the axes."""
+    """Check that the symmetry of the axes is described although that of the damping is absent."""
     scene = top(**{**SPHERE, "velocity": (0.0, 0.0, 5.0)}, damping=0.1)
     parameters = FreeParameters(scene, ("attitude", "damping", "axes"), [])
     blind = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])[:, None] / np.sqrt(2.0)

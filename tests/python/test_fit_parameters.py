@@ -70,7 +70,7 @@ def test_scales_are_the_sizes_of_the_parameters(free, words, expected):
 
 
 def test_scales_of_instruments():
-    """The standard deviation of the spin (1, 3) is 1, the scale of a constant its largest value."""
+    """The spins (1, 3) have the standard deviation 1; a constant has its value as scale."""
     values = {"spin": [1.0, 3.0], "body_velocity": [[0.0, 0.6, 0.8]] * 2}
     record = kr.Record([0.0, 2.0], values, 0.1, free=("bias", "scale", "delay", "mounting"))
     parameters = make_parameters("attitude", records=[record])

@@ -56,7 +56,7 @@ def test_errors_of_moment_ratios_are_those_of_the_ratios(fit):
 
 @pytest.mark.parametrize("distance", [0.0, 0.3, 1.0, 5.0])
 def test_errors_near_a_bound_use_a_shorter_step(fit, distance):
-    """The derivative of a linear function is exact, if the step back ends at the bound."""
+    """The derivative of a linear function is exact if the backward step ends at the bound."""
     k = list(fit.names).index("damping_1 = damping_2 = damping_3")
     step = fit_result._DIFFERENCE * fit._spectrum.natural[k]
     point = replace(fit._point, damping=np.full(3, distance * step))

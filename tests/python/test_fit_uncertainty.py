@@ -15,7 +15,7 @@ SIX = np.sqrt(6.0)
 
 
 def make_model(values, parameters=0, sigma=None):
-    """Return the parts of a residual model that statistics need."""
+    """Return an object with those attributes of a residual model that the noise estimate uses."""
     first = next(iter(values.values()))
     record = kr.Record(T[: len(first)], values, sigma)
     sigmas = noise.estimate_initial_sigmas((record,))

@@ -29,7 +29,7 @@ def make_parameters(scene, free):
 
 
 def change(scene, **words):
-    """Return a scene with other properties and the same initial velocity."""
+    """Return a copy of a scene with changed properties and the same initial angular velocity."""
     return kr.Scene(
         words.pop("body", scene.body),
         attitude=scene.attitude,
@@ -39,7 +39,8 @@ def change(scene, **words):
 
 
 def measure_motion(scene, source, t=T):
-    """Return an exact motion as an instrument of a given kind sees it, and its unknowns.
+    """Return exact measurements of a motion by one kind of instrument, and the unknowns of the
+    guess.
 
     The unknowns are the inertia, the momentum, the lever and the vertical at the first time.
     """
@@ -76,7 +77,7 @@ MOTIONS = [
 
 @pytest.mark.parametrize("source, words", MOTIONS)
 def test_the_momentum_equation_holds_for_a_motion(source, words):
-    """Check the equation at the true values, and that its solution is these values."""
+    """Check that the true values satisfy the momentum equation, and are its only solution."""
     scene = change(HEAVY, **words)
     base = convert_scene_to_fit_point(scene)
     motion, (inertia, momentum, lever, vertical) = measure_motion(scene, source)
@@ -302,7 +303,7 @@ ESTIMATES = _LinearBodyEstimates(np.eye(3), np.zeros(3), np.zeros(3), 0.3, 0.7)
     ],
 )
 def test_the_free_parameters_of_the_body_are_set(free, gravity, factor):
-    """Compare estimates, up to a factor, with the lever or with the sum of the moments."""
+    """Compare the estimates, scaled to the known lever or sum of the moments."""
     parameters = make_parameters(change(HEAVY, gravity=gravity, damping=0.01), free)
     base, moments = parameters.start, np.array((3.0, 4.0, 5.0))
     lever = np.array((2.0, 0.0, -1.0))
@@ -439,7 +440,7 @@ def test_smoothing_fits_a_cubic_to_nine_samples():
 
 @pytest.mark.parametrize("precession, mean", [(0.05, 0.4), (-0.03, -0.2)])
 def test_frequencies_of_the_nutation_give_spin_and_torque(precession, mean):
-    """Compare with the formulas for a trace of two lines of known frequencies at even steps."""
+    """Compare with the formulas for a trace of the apex that consists of two known frequencies."""
     n, pace = 400, 0.5
     rows, turning = np.arange(n), 0.02
     lines = [2.0 * np.pi * m / n for m in (60, 110)]

@@ -220,7 +220,7 @@ def raise_for_several(tops):
 
 
 def test_errors_without_a_cause_name_the_member():
-    """Test the last resort for members that are refused together, but valid alone."""
+    """Test the fallback messages for members that are refused together, but valid one by one."""
     words = [BatchParameter("gravity", np.array([1.0, 2.0]), ())]
     errors = [
         words[0].make_error_for_value_at((1,), lambda name, value: value),

@@ -34,7 +34,7 @@ def assert_same_attitudes(q, expected, tolerance=1e-12):
 
 
 def find_regular_rows(values):
-    """Return the rows near the median of two neighbours on each side, one number at a time."""
+    """Return the rows close to the median of their neighbours, one number at a time."""
     n = len(values)
     is_regular = np.ones(values.shape, dtype=bool)
     for column in range(values.shape[1]):
@@ -278,7 +278,7 @@ def test_a_motion_is_extrapolated_from_its_nearest_sample(t, row):
 
 
 def find_apex(point, t, **values):
-    """Return the traces of the apex that are found in a record."""
+    """Return the traces of the apex that a record contains."""
     return motion_data.compute_apex_samples([make_record(t, **values)], point)
 
 

@@ -140,7 +140,7 @@ def test_a_search_keeps_the_nearer_of_equal_minima(monkeypatch, cost, has_conver
 
 
 def find_horizons(monkeypatch, session, agreements, agreement, cost=1.0):
-    """Return the lengths of the parts of the records that are fitted one after another."""
+    """Return the end times of the growing parts of the records that are fitted in turn."""
     horizons, rest = [], list(agreements)
     monkeypatch.setattr(session, "_build_residual_model_until", horizons.append)
     match = lambda point: (rest.pop(0) if rest else 0.0, cost)  # noqa: E731
@@ -183,7 +183,7 @@ def test_parts_of_the_records_include_their_ends():
 
 
 def find_time(relative, t=None, width=1, sigma=0.01):
-    """Return the time of large residuals, given relative to the spread of the data."""
+    """Return the first time at which residuals, relative to the spread of the data, are large."""
     n = len(relative)
     t = np.arange(float(n)) if t is None else t
     values = np.tile((1.0, -1.0), n)[:n]

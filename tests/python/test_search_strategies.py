@@ -141,7 +141,7 @@ def test_a_fit_in_pieces_must_be_better(monkeypatch, cost, factor, is_new):
 
 
 class PiecesModel:
-    """A model of segments whose starts are the gravity of the point from which they come."""
+    """A model of segments that stores the gravity of a point as the start of its segments."""
 
     def __init__(self, parameters, records, sigmas, count):
         self.parameters, self.records, self.sigmas = parameters, records, sigmas
@@ -177,7 +177,7 @@ AGREEMENT = "_has_guess_agreeing_with_records"
 def test_the_number_of_pieces_decides_what_is_tried(
     monkeypatch, pieces, least, counts, words, expected
 ):
-    """Compare the numbers of pieces of two guesses with the least number that is tried."""
+    """Compare the number of pieces for each of two guesses with the smallest number tried."""
     session = make_session()
     session._piece_count = words.get("last", 0)
     start, motion = session.parameters.start, words.get("motion", object())

@@ -147,7 +147,7 @@ def test_zeros_are_found_in_their_cell(monkeypatch, signal, is_found):
 
 @pytest.mark.parametrize("slope", [(3.0 + 1.0j, -2.0 + 4.0j), (1.0j, 5.0 + 0.0j)])
 def test_newton_steps_of_linear_functions_arrive_at_once(monkeypatch, slope):
-    """Prescribe a linear z, for which a Newton step with right differences misses by rounding."""
+    """Check that one Newton step finds the zero of a linear function up to rounding errors."""
     calls = []
 
     class Axis:
