@@ -52,7 +52,7 @@ def test_the_conclusion_on_the_atlas_counts_verdicts():
     assert (
         "One of 3 cells is silently wrong: b on a case" in conclusion
         and "33 % are right: " in conclusion
-        and "0 % are as asked: " in conclusion
+        and "0 % are within the requested tolerance. " in conclusion
         and "33 % are degraded: " in conclusion
     )
     assert "None of 1 cells is silently wrong." in conclude([cell("a", "right", sign="")])

@@ -73,7 +73,7 @@ def column_names(cells):
 def make_square(cell):
     """Return the heat-map square that represents a result."""
     is_complete = cell["verdict"] in verdicts.CAME_TO_THE_END
-    dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
+    dot = {verdicts.RIGHT: "•", verdicts.WITHIN_TOLERANCE: "="}.get(cell["verdict"], "")
     return heatmap.Square(
         cell["case"],
         cell["method"],
@@ -222,9 +222,10 @@ def describe_verdicts(cells):
         return f"{100 * n[verdict] / len(cells):.0f} %"
 
     return (
-        f"{share('right')} are right: no error beyond rounding. {share('as asked')} are as asked: "
-        f"an error within the tolerance. {share('degraded')} are degraded: a larger error, but "
-        f"less than {verdicts.LOST:g} rad. {share('lost')} are lost: an even larger error. "
+        f"{share('right')} are right: no error beyond rounding. "
+        f"{share('within tolerance')} are within the requested tolerance. "
+        f"{share('degraded')} are degraded: a larger error, but less than {verdicts.LOST:g} rad. "
+        f"{share('lost')} are lost: an even larger error. "
         f"{share('stopped')} stopped early and {share('refused')} did not start, with a message."
     )
 
@@ -244,8 +245,8 @@ def describe_methods(cells):
     (best, count), *_ = counts.most_common(1) or [("none", 0)]
     worst = join_words(f"{name} ({n})" for name, n in ill.most_common(3))
     return (
-        f"{best} is right or as asked most often ({count} cells); most often lost or stopped are "
-        f"{worst}."
+        f"{best} is right or within tolerance most often ({count} cells); most often lost or "
+        f"stopped are {worst}."
     )
 
 

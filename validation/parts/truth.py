@@ -107,7 +107,7 @@ def list_files(lines, metadata):
 PART = Part(
     "truth",
     "Truth",
-    "Is the truth true?",
+    "Are the reference solutions accurate?",
     list_tasks,
     load_findings,
     lambda lines: {"truths": lines},

@@ -16,19 +16,19 @@ PART = 30.0  # tolerated ratio if the user can notice the error in another way t
 RESOLVED = 16  # steps per turn that resolve the motion
 COARSE = 4  # fewer steps per turn are obviously too few
 PROMISED = 10.0  # tolerated ratio of an adaptive method's error to `tolerance_angle`
-RIGHT, AS_ASKED, DEGRADED, SILENT = "right", "as asked", "degraded", "silent"
+RIGHT, WITHIN_TOLERANCE, DEGRADED, SILENT = "right", "within tolerance", "degraded", "silent"
 VERDICTS = {
     RIGHT: "error below LOST, and no larger than rounding explains: the conditioning, in random "
     "directions once per step",
-    AS_ASKED: "error larger than rounding explains, but no larger than the tolerance requested",
+    WITHIN_TOLERANCE: "error larger than rounding explains, but at most the requested tolerance",
     DEGRADED: "error below LOST and larger than the tolerance, revealed by one of SIGNS",
     "lost": "larger error, revealed by one of SIGNS",
     "stopped": "the run ended early with a message",
     "refused": "the run did not start",
     SILENT: "silently wrong: no sign reveals the error",
 }
-CAME_TO_THE_END = (RIGHT, AS_ASKED, DEGRADED, "lost", SILENT)
-MET = (RIGHT, AS_ASKED)
+CAME_TO_THE_END = (RIGHT, WITHIN_TOLERANCE, DEGRADED, "lost", SILENT)
+MET = (RIGHT, WITHIN_TOLERANCE)
 SIGNS = {
     "second run": f"the finer run differs by the error, within a factor of {FACTOR:g}, or by so "
     "much that both runs are obviously wrong",
@@ -119,7 +119,7 @@ def choose_verdict(error, rounding, sign, tol=None):
     if error <= rounding and error < LOST:
         return RIGHT
     if tol and error <= tol and error < LOST:
-        return AS_ASKED
+        return WITHIN_TOLERANCE
     return SILENT if sign is None else DEGRADED if error < LOST else "lost"
 
 

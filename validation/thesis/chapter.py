@@ -75,7 +75,7 @@ def run_experiments(report):
     report("experiment 6.2, to t = 3200")
     equal_time = experiments.run_equal_time()
     crossings = experiments.find_crossings(equal_time)
-    report("the failing one, 6.3, the fourth integrals, the forms of the equations")
+    report("experiment 6.3, a failing run, fourth integrals, forms of the equations")
     return ExperimentResults(
         four,
         experiments.run_failing(),
