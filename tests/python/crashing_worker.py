@@ -10,6 +10,8 @@ from pathlib import Path
 from kreisel._sweep import runner
 from kreisel._sweep.store import SweepStore
 
+WRITE, COMPUTE = SweepStore.write_part, runner.compute_sweep_part
+
 
 def kill_once(flag, moment):
     def end(*_):
@@ -17,19 +19,15 @@ def kill_once(flag, moment):
             Path(flag).touch()
             os.kill(os.getpid(), signal.SIGKILL)
 
-    write, compute = SweepStore.write_part, runner.compute_sweep_part
-
     def first_write(self, i, part):
         if i == 2:
             end()
-        return write(self, i, part)
+        return WRITE(self, i, part)
 
     def first_compute(store, tops, threads, _):
-        return compute(
+        return COMPUTE(
             store, tops, threads, end if tops == store.plan.list_tops_of_part(2) else None
         )
 
-    if moment == "moves":
-        runner.compute_sweep_part = first_compute
-    else:
-        SweepStore.write_part = first_write
+    runner.compute_sweep_part = first_compute if moment == "moves" else COMPUTE
+    SweepStore.write_part = first_write if moment == "writes" else WRITE

@@ -132,8 +132,9 @@ def test_a_trial_file_removed_by_another_process_is_no_error(monkeypatch, tmp_pa
         close(handle)
         os.unlink(name)
 
-    monkeypatch.setattr(atomic_io.os, "close", close_and_unlink)
-    atomic_io.check_file_is_writable(tmp_path / "path.csv")
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic_io.os, "close", close_and_unlink)
+        atomic_io.check_file_is_writable(tmp_path / "path.csv")
     assert list(tmp_path.iterdir()) == []
 
 
