@@ -166,8 +166,8 @@ KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_ve
 /* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
-/* Makes a body from an inertia tensor at the fixed point with rounded elements; the argument
- * `rounded` becomes kr_body.rounded. */
+/* Makes a body from a rounded inertia tensor about the fixed point; `rounded` is stored as
+ * kr_body.rounded. */
 KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                              double rounded, kr_body *body);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
@@ -211,10 +211,10 @@ KR_API kr_status kr_scene_check(const kr_scene *scene);
 /* The table of physical quantities that can be computed from a state. Vectors refer to the space
  * frame, or to the frame of description if their name begins with body_. The Euler angles (z-x-z)
  * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
- * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
- * frame is the frame of description after the shortest rotation that takes its third axis to the
- * apex. A rotation by more than 120 degrees is preceded by a half turn about the first axis. If the
- * apex is vertical, precession_angle and spin_angle are equal up to sign. */
+ * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The shortest
+ * rotation of the frame of description that takes its third axis to the apex gives the body-fixed
+ * frame. A rotation by more than 120 degrees is preceded by a half turn about the first axis. If
+ * the apex is vertical, precession_angle and spin_angle are equal up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -358,9 +358,9 @@ KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
 /* Returns the horizon [T], which is the largest |t| at which doubles can resolve the attitude. The
  * horizon is 2^53 rad divided by the larger of the initial rotation rate and the pendulum
- * frequency. The horizon is INFINITY for a top at rest without torque, and 0 for an invalid scene.
- * Times beyond the horizon are refused with KR_ERR_RESOLUTION. Times within the horizon may be
- * refused if damping accelerates a top backward in time. */
+ * frequency. The result is INFINITY for a top at rest without torque, and 0 for an invalid scene.
+ * Times beyond the horizon are refused with KR_ERR_RESOLUTION. Smaller |t| may also be refused if
+ * damping accelerates the top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
@@ -426,7 +426,7 @@ KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
  * tangents. To push a moving top or change its body, set scene->start to kr_top_state(top). Returns
  * KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
-/* Works like kr_top_set_scene for the initial state scene->start + low of more than 16 digits (see
+/* Works like kr_top_set_scene, but adds the low-order part `low` to the initial state (see
  * kr_top_low). The sum start + low must round to start; low->t must be 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
@@ -437,16 +437,16 @@ KR_API kr_state kr_top_low(const kr_top *top);
 KR_API kr_stats kr_top_stats(const kr_top *top);
 /* Returns the current time of the top [T]. The callback `poll` may call kr_top_time. */
 KR_API double kr_top_time(const kr_top *top);
-/* Returns the name of the instruction set used by taylor, or "" for other methods. Writes the order
+/* Returns the name of the instruction set if the method is taylor, otherwise "". Writes the order
  * of the method to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* Groups of tangents (derivatives of the state), listed as X(parameter, bit, number of columns,
- * name). States are bitwise equal with and without tangents. Rows 1 to 3 give the rotation vector
+ * name). Requesting tangents changes no bit of the states. Rows 1 to 3 give the rotation vector
  * of the attitude in the frame of description [rad], and rows 4 to 6 the momentum in space. The 6
- * columns for START are derivatives with respect to the corresponding components of the initial
- * state. Derivatives with respect to moments, centre of mass, damping and rotor refer to the
- * principal axes. Derivatives with respect to parameters are taken at fixed initial momentum. */
+ * columns of group START are derivatives with respect to the same components at the initial time.
+ * Derivatives with respect to moments, centre of mass, damping and rotor refer to the principal
+ * axes. Derivatives with respect to parameters are taken at fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -531,7 +531,7 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Many tops. A worker integrates any number of tops with one method, one by one or in parallel SIMD
- * lanes. A worker owns the memory that it needs. Each thread needs its own worker. If the method is
+ * lanes. Each worker owns its working memory. Each thread needs its own worker. If the method is
  * NULL, the closed-form solution is used for tops that kr_exact_plan accepts, and taylor for all
  * others. The results for a top depend only on this top and its times, not on other tops, their
  * order, the number of calls, or failures. Results are bitwise equal to those of kr_exact_state or
@@ -564,16 +564,15 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth indicators of a tangent, for undamped tops that taylor integrates with at most 16 digits.
+/* Growth indicators of a tangent, for undamped tops and the method taylor with at most 16 digits.
  * The norm of the tangent is measured in the internal units of the top, and is initially 1. Tangent
  * components along the flow and the rotation about the vertical never grow, and are removed. All
- * growth indicators are accumulated from the initial time. LOG is the logarithm of the tangent's
- * norm; LOG / time is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator, and
+ * growth indicators are accumulated from the initial time. LOG is ln |tangent vector|; LOG / time
+ * is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator, and
  * MAX is the largest LOG value so far. ENERGY and MOMENTUM are the relative errors of the
  * derivatives of the energy and of <m, e3> along the tangent, which are constant. TRUNCATION is the
  * largest ratio of the last retained Taylor term to the norm of the tangent. Steps are shortened if
- * the Taylor series of the tangent would be inaccurate; if that fails, the status is
- * KR_ERR_TANGENT. */
+ * the tangent's Taylor series would be inaccurate; if that fails, the status is KR_ERR_TANGENT. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -675,8 +674,8 @@ KR_API const char *kr_kowalewski_refusal_text(int refusal);
 /* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
  * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
  * most about ten times `certificate`, the largest relative error found when the solution is
- * checked. The solution assumes moments 2 : 2 : 1; `mismatch` is the relative error of this
- * assumption. The resulting attitude error is about `mismatch` times the rotation angle. */
+ * checked. The solution assumes moments of inertia 2 : 2 : 1; `mismatch` is their relative
+ * deviation. The resulting attitude error is about `mismatch` times the rotation angle. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
     size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */
@@ -686,15 +685,15 @@ typedef struct kr_kowalewski {
 /* Returns the size of the memory that kr_kowalewski_plan needs, in bytes. */
 KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution, stores it in `memory`, and sets `out` to its address. The
- * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD if the body is not
- * a Kowalewski top, if it is damped, or if the solution is refused (see `refusal`). Solutions with
+ * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD if the top is
+ * damped, is not a Kowalewski top, or has no usable solution (see `refusal`). Solutions with
  * a `certificate` above `bound` are also refused; bound = 0 means KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Returns the state at two angles [turns] on the invariant torus. During the motion, these angles
- * grow at the rates top->first and top->second. Time and heading keep their initial values. */
+/* Returns the state at two angles [turns] on the invariant torus. During the motion, the torus
+ * angles grow at rates top->first and top->second. The state has the initial time and heading. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states faster than kr_kowalewski_state would, with bitwise equal results. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
@@ -726,9 +725,9 @@ typedef enum kr_chaplygin_refusal {
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
  * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
- * is zero. `certificate` and `mismatch` have the same meaning as in kr_kowalewski, but for moments
- * 4 : 4 : 1. If rounding errors make <m, e3> nonzero, `mismatch` is at least |<m, e3>| / |m|. Near
- * G = 0, the error grows by one rounding error for each radian of rotation about the vertical. */
+ * is zero. `certificate` and `mismatch` are as in kr_kowalewski, but for principal moments 4 : 4 :
+ * 1. If rounding errors make <m, e3> nonzero, `mismatch` is at least |<m, e3>| / |m|. If the
+ * integral G is near 0, each radian of rotation about the vertical adds one rounding error. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     size_t used; /* as in kr_kowalewski */
@@ -749,7 +748,7 @@ KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *to
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);
 
-/* Turning points of the apex of a Lagrange top, or of a free body that is symmetric about the apex.
+/* Turning points of the apex of a Lagrange top or a free body whose apex is on its symmetry axis.
  * The member motion_type is "resting", "circle" (both for free bodies), "sleeping", "hanging",
  * "steady", "separatrix", "pendulum", "rosette" (through the vertical), "loops", "cusps" or
  * "waves". */

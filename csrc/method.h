@@ -76,15 +76,16 @@ typedef struct kr_step_polynomial {
  * the integration method uses. A seed contains the initial deviation, and the derivatives of the
  * coefficients of the equations of motion with respect to a parameter. The derivatives of the
  * moments of inertia and of the damping are symmetric matrices, stored as (xx, yy, zz, yz, zx, xy).
- * Deviations do not affect the motion. However, strongly damped motions require short steps if
- * deviations are computed. */
+ * Computing deviations does not change the computed motion. However, strongly damped motions
+ * require short steps if deviations are computed. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* Time dependence of the change in torque that results from changing a parameter. With STRENGTH,
- * the torque change is proportional to the acceleration g(t); with UNIFORM, it is constant. With
- * AMPLITUDE, RATE or PHASE, the torque change is proportional to the derivative of g(t) with
- * respect to that parameter of the shaking. */
+/* Time dependence of the change in torque that results from changing a parameter. For
+ * KR_TIMING_STRENGTH, the change in torque is proportional to the acceleration g(t); for
+ * KR_TIMING_UNIFORM, it is constant. For KR_TIMING_AMPLITUDE, KR_TIMING_RATE and KR_TIMING_PHASE,
+ * the change in torque is proportional to the derivative of g(t) with respect to the amplitude,
+ * rate or phase of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -93,8 +94,8 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of weight * com by the parameter, divided by gravity in the user's
- * units.
+/* `pull` is the derivative of weight * com with respect to the parameter, divided by gravity in the
+ * user's units.
  * `timing` determines the time dependence of the change in torque. `turning` is the derivative of
  * the support's angular velocity, `apex` that of the apex, and `friction` that of the dry
  * friction. */
@@ -114,10 +115,11 @@ typedef struct kr_tangent_ops {
     /* Returns the number of doubles that n deviations need; their size is a multiple of 64
      * bytes. */
     size_t (*doubles)(int digits, size_t n);
-    /* Initializes n deviations at the current state. On entry, `memory` is filled with zeros. */
+    /* Initializes n deviations (tangent vectors) of a motion at its current state. On entry,
+     * `memory` is filled with zeros. */
     void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
-    /* Propagates all deviations over the last step of the motion. Returns KR_ERR_TANGENT if a
-     * deviation exceeds the range of doubles. */
+    /* Propagates the n infinitesimal deviations from the motion over its last step. Returns
+     * KR_ERR_TANGENT if a deviation exceeds the range of doubles. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
     /* Writes the deviations at the time `clock` within the last step. motion->low.t holds the low
      * word of this time. */
@@ -147,8 +149,9 @@ struct kr_method {
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns the number of additional doubles that the method needs for a scene. Checkpoints omit
-     * these doubles, because `reset` recomputes them from the initial state. NULL: none. */
+    /* Returns the size, in doubles, of the additional memory that the method needs for a scene.
+     * Checkpoints omit these doubles, because `reset` recomputes them from the initial state. NULL:
+     * none. */
     size_t (*extra_doubles)(const kr_scene *scene);
     /* Starts the motion from the attitude and momentum of `start`; the time is ignored. On failure,
      * a method with dense output leaves `work` and `aux` unchanged. */

@@ -1,4 +1,4 @@
-"""The order of the test files, and garbage collection during the tests."""
+"""The order in which test files run, and control of garbage collection during the tests."""
 
 import gc
 

@@ -186,7 +186,7 @@ static int is_valid_search(const kr_event_search *own, int64_t steps)
            own->sign <= 1;
 }
 /* Returns 1 if the events in a checkpoint match the events of `top`. If `take` is nonzero, also
- * restores the search states of the events. */
+ * restores the state of the search for each event. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {

@@ -2,7 +2,8 @@
  * fixed-step method is saved and checked for NaN and infinity every KR_CHECK steps. No failure is
  * missed, because NaN and infinity persist in all later states. After a failure, the steps since
  * the last saved state are repeated to find the last valid state. The state of an adaptive method
- * is checked after every step. A method with dense output checks its steps itself. */
+ * is checked after every step. The states of a method with dense output are checked by the method
+ * itself. */
 #include "top.h"
 
 enum {
@@ -10,7 +11,8 @@ enum {
         1024 /* largest number of steps of a side motion within one step of the main motion */
 };
 
-/* Returns 1 if `state`, given in internal units, is valid in the user's units. */
+/* Returns 1 if `state`, given in internal units, is a valid state after conversion to the user's
+ * units. */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
@@ -23,7 +25,8 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and its work array to `to`, but keeps the pointers `work` and `aux` of `to`. */
+/* Copies a motion and its work array to `to`, but leaves the pointers to->work and to->aux
+ * unchanged. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -84,7 +87,8 @@ static kr_status check_limits(kr_top *top)
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks the current state, saves the motion, and checks the step limit. */
+/* Checks that the current state is valid, saves the motion for recovery, and checks the step
+ * limit. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);

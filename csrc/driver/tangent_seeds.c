@@ -45,7 +45,7 @@ static kr_seed *add_seed(seed_list *to)
     *to->next = zero;
     return to->next++;
 }
-/* Adds the six columns of the tangent matrix for the initial attitude and momentum. */
+/* Appends the six tangents with respect to the initial attitude and the initial momentum. */
 static void seed_start(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_extended_axes(top));

@@ -167,7 +167,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     const int adaptive = is_adaptive(top);
     kr_status status;
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
-    /* Most calls request the next grid point, which needs no further checks. */
+    /* Usually, t is the next point of the time grid, and no further checks are needed. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
@@ -279,7 +279,8 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
-    /* On a rotating support, the motion depends on the rotation of the top about the vertical. */
+    /* On a rotating support, the motion depends on the heading of the top, so the heading must be
+     * computed. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
     if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
@@ -369,8 +370,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The top `begun`
- * was initialized in the spare work array of `top`. */
+/* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The work array
+ * of `begun` is the spare work array of `top`. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -451,9 +452,9 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     return status;
 }
 /* Records up to n states with a method that can evaluate several states at once. Recording stops at
- * the first time that is out of order. Returns the number of recorded states. If the result is 0,
- * the caller must compute the first state with record_one. If a step fails, writes its error code
- * to `status`. */
+ * the first time that is out of order. Returns the number of recorded states. If the function
+ * returns 0, the caller must compute the first state with record_one. If a step fails, writes its
+ * error code to `status`. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

@@ -63,9 +63,9 @@ static inline void kr_event_reset_search(kr_event *event)
     kr_event_store_search(event, none);
 }
 
-/* The byte offset of each checkpoint field on machines with 64-bit pointers. Pointers are stored as
- * zeros. In a checkpoint, the work arrays follow the last field. Reordering the fields changes the
- * checkpoint format. */
+/* The byte offset of each checkpoint field on machines with 64-bit pointers. In a checkpoint,
+ * pointers are stored as zeros, and the work arrays follow the last field. Reordering the fields
+ * changes the checkpoint format. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
     X(scene, 0)            X(method, 272)         X(config, 280)         X(axes, 336)             \
@@ -119,7 +119,8 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
  * Reserves `extra` further doubles. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
                        kr_top **top);
-/* Stores the direction of the centre of mass in the method's axes, for use by the event search. */
+/* Stores the direction of the centre of mass, in the axes of the integration method, for the event
+ * search. */
 void kr_top_set_apex(kr_top *top);
 /* Returns the number of doubles needed for the tangents that `config` requests. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
@@ -130,21 +131,21 @@ static inline void kr_tangents_begin(kr_top *top)
 }
 /* Propagates the tangents over the last step. */
 kr_status kr_tangents_advance(kr_top *top);
-/* Writes the tangents at the last requested time, in the axes and units that the method uses. */
+/* Writes the tangents at the last requested time, in the internal axes and units of the method. */
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
 /* Restarts a top with a new `scene` and `config`, as if it had been created by kr_top_create. `low`
  * holds the digits of the initial state beyond double precision, or is NULL. Leaves the top
  * unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
-/* Returns the magnitude of `step`, with a negative sign if `back` is nonzero. If `step` is 0 and
- * `back` is nonzero, returns -0.1, the default first step. */
+/* Returns the magnitude of `step`, with a negative sign if `back` is nonzero. A step of 0 selects
+ * the default first step: if `step` is 0 and `back` is nonzero, returns -0.1. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* After a failure before time t, moves the top to the last point that the integration has reached.
+/* If the integration fails before the time t, moves the top to the last point that was reached.
  * Does nothing if the integration has not passed the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, restores the saved motion and repeats its steps up to the last valid state.

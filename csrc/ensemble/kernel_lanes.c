@@ -1,10 +1,11 @@
-/* Vectorized integration of many tops in double precision. Each lane of a vector holds one top.
+/* Vectorized integration of many tops in double precision. Each SIMD lane holds one top.
  * This file is compiled once for each instruction set, with options such as -DKR_ISA=avx2 -mavx2
  * -mfma (CMakeLists.txt). */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Ends the current step of every lane at the time `end`, and returns the states at that time. */
+/* Ends the current step in every SIMD lane at the time `end`, and returns the states at that
+ * time. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = sum_lanes(l, end, headless);

@@ -1,5 +1,5 @@
-/* Test for possible events within the current step of each lane. Within a step, the event function
- * is a polynomial, and its coefficients in the Bernstein basis bound its values. If all
+/* Test for possible events within the current step of each SIMD lane. Within a step, the event
+ * function is a polynomial, and its coefficients in the Bernstein basis bound its values. If all
  * coefficients have the sign that the event function had before the step, its sign has not changed.
  * The test may report false positives, but never misses a sign change. If an event is possible in a
  * lane, section.c searches the last step of this lane for the event. This source file is compiled

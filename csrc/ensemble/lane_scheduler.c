@@ -1,6 +1,6 @@
-/* The scheduler that assigns tops to lanes. Each top has its own time and step sizes. When a top
- * has reached its final time, the next top is loaded into its lane. If the computation in a lane
- * fails, the scalar code repeats it from the initial state and reports the error. */
+/* The scheduler that assigns tops to SIMD lanes. Each top has its own time and step sizes. When a
+ * top has reached its final time, the next top is loaded into its lane. If the computation in a
+ * SIMD lane fails, the scalar code repeats it from the initial state and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/taylor.h"
@@ -25,7 +25,8 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-/* Stores the components of a vector in one lane of three arrays. */
+/* Stores the three components of a vector in the given SIMD lane of the arrays v[0], v[1] and
+ * v[2]. */
 static void set_components(kr_lane_number *v, int lane, double x, double y, double z)
 {
     v[0][lane] = x;
@@ -52,7 +53,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Loads a top at rest, whose first step is infinitely long, into an unused lane. */
+/* Fills an unused SIMD lane with a top at rest, whose first step is infinitely long. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
@@ -70,8 +71,8 @@ static void park_lane(kr_lanes *l, int lane)
     if (l->tangents) park_tangent(l->tangents, lane);
 }
 /* Chooses the fastest Taylor order for the tolerance `tol`. The internal tolerance is set below
- * `tol`, so that the resulting error meets `tol`. The orders and tolerances were determined by
- * validation/studies/lane_orders.py. */
+ * `tol`, so that the resulting error meets `tol`. The orders and tolerances in this table were
+ * determined by validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -111,7 +112,7 @@ void kr_scheduler_reset(kr_worker *worker)
 }
 
 /* Returns the rotation that permutes the principal axes cyclically so that the third moment of
- * inertia is the largest. Writes the size of the cyclic shift to `shift`. */
+ * inertia is the largest. Sets `shift` to the number of places by which the axes are shifted. */
 static kr_quat rotate_axes(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
@@ -132,9 +133,9 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `apart`, the difference between two moments of inertia. With a rotor, a difference near
- * zero is replaced by a tiny nonzero number, because the rotor terms are divided by the
- * difference. */
+/* Returns `apart`, the difference between two moments of inertia. If the top has a rotor, a
+ * difference near zero is replaced by a tiny nonzero number, because the rotor terms of the series
+ * are divided by the difference of the moments. */
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
@@ -157,8 +158,9 @@ static void set_shifts(kr_lane_number *to, int lane, kr_vec3 torque, kr_vec3 fac
     set_components(to, lane, shift_by(torque.x, factor.x), shift_by(torque.y, factor.y),
                    shift_by(torque.z, factor.z));
 }
-/* Constants of the equations of motion for the permuted axes, in the units of the Taylor series.
- * The member `apart` holds the differences of the moments of inertia `A`. */
+/* Constants of the equations of motion for permuted body axes, in the units of the Taylor series.
+ * The member `apart` holds the differences between the moments of inertia, which are stored in
+ * `A`. */
 typedef struct {
     kr_vec3 A, c, h, apart;
 } shifted_constants;
@@ -225,8 +227,8 @@ static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants 
     set_vector3(g->c, lane, of->c);
     set_vector3(g->rotor, lane, with_negative_zeros(of->h));
 }
-/* Initializes the tangent of a lane. Returns 0 if the tangent overflows, or is a combination of the
- * flow direction and a rotation about the vertical. */
+/* Initializes the tangent of a lane. Returns 0 if the tangent overflows, or if it is a combination
+ * of the flow direction and a rotation about the vertical. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;
@@ -249,7 +251,8 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
     return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
 }
-/* Loads the top in worker->fallback into a lane. Returns 0 if the initial tangent is invalid. */
+/* Loads the top in worker->fallback into a SIMD lane. Returns 0 if the initial tangent is invalid.
+ * */
 static int load_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->fallback;
@@ -302,9 +305,9 @@ void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
                          status, stats);
     release_lane(worker, lane);
 }
-/* Sets the goal of a lane to the next requested time. If a requested time equals the initial time,
- * the initial state itself is stored. Returns 0 and frees the lane if the top is finished or must
- * be integrated by the scalar code. */
+/* Makes the next requested time the time up to which a lane integrates. If a requested time equals
+ * the initial time, the initial state itself is stored. Returns 0 and frees the SIMD lane if the
+ * top is finished or must be integrated by the scalar code. */
 static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -330,7 +333,7 @@ static int set_next_goal(kr_worker *worker, int lane)
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
 }
-/* Returns 1 if the last step of a lane is valid. Steps of length 0 are invalid. */
+/* Returns 1 if the last step in a SIMD lane is valid. Steps of length 0 are invalid. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
@@ -364,7 +367,8 @@ static int has_growth(const kr_lanes *l, int lane)
     return isfinite(sum);
 }
 /* Stores the state of a lane at the requested time, and sets the goal of the lane to the next
- * requested time. Returns 1 if the next requested time lies in the same step. */
+ * requested time. Returns 1 if the next requested time also lies within the current step of this
+ * lane. */
 static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;

@@ -116,7 +116,7 @@ INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
     a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
-/* Adds to `a` the products of Taylor coefficients that only the heading needs. */
+/* Adds to `a` those products of Taylor coefficients that are needed only to compute the heading. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
@@ -129,8 +129,8 @@ INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
 }
-/* Adds the products of the middle Taylor coefficients (of order n / 2) to `a`. The number n must be
- * even. */
+/* Adds to the sums `a` the products of the middle Taylor coefficients (of order n / 2). The number
+ * n must be even. */
 INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
@@ -141,7 +141,8 @@ INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
     add_heading(a, w, p);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
-/* Adds the products of the coefficients of orders 0 and n, including the rotor terms, to `a`. The
+/* Adds to the sums `a` the products of the Taylor coefficients of orders 0 and n, including the
+ * rotor terms. The
  * argument `newest` holds the coefficients of order n, which are still in processor registers. */
 INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int headless)
 {
@@ -170,7 +171,8 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
         const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
-        /* The independent sums are added in the order that was fastest in measurements. */
+        /* The sums are independent of each other; this order of additions was the fastest in
+         * measurements. */
         add_turn(&a, wm, pj);
         add_turn(&a, wj, pm);
         add_torque(&a, wj, wm);
@@ -308,7 +310,7 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
 
 /* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2. The
  * low bits of u contain the number of quarter turns that are subtracted from x. The sine and cosine
- * are then approximated by the polynomials of math/trig.h. */
+ * of the reduced argument are approximated by the polynomials of math/trig.h. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),

@@ -1,4 +1,4 @@
-/* Taylor series of heavy tops in lanes: each lane of a vector holds one top, with its own step
+/* Taylor series of heavy tops in SIMD lanes: each lane of a vector holds one top, with its own step
  * size. Private to ensemble/.
  *     P' = P x W                  P = q* e3 q: the vertical in the body frame
  *     A W' = (AW + h) x W + P x c     W: angular velocity in the body; A: moments; h: rotor;
@@ -7,7 +7,8 @@
  *     f' = (W, P + d) / (1 + (P, d))
  * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
  * Taylor coefficients. With a Taylor series of the quaternion q, each order would need 21 products.
- * The inner product (W, P) takes only 2 of the 12 products, because (AW + h, P) is constant. The
+ * The inner product (W, P) requires only two of the twelve products of Taylor coefficients, because
+ * (AW + h, P) is constant. The
  * torque of a rotor is included by modifying the coefficient W_0, as described in taylor.h. The
  * constant d is the value of the vertical P at the beginning of a step. The expression for f' has a
  * pole at P = -d, and the distance from this pole limits the step size. Time is scaled so that |W|
@@ -75,7 +76,7 @@ typedef struct kr_growth {
     kr_lane_number max, last;    /* the largest and the last ln|delta| */
     kr_lane_number truncation;   /* square of the largest relative last term */
 } kr_growth;
-/* One tangent per lane, in the notation of taylor/tangents.h. */
+/* Data of the tangents, one per SIMD lane, in the notation of taylor/tangents.h. */
 typedef struct kr_lane_tangents {
     kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
     kr_lane_number lift[KR_LANES_ORDER + 1]; /* coefficients of <c, P> */
@@ -94,9 +95,10 @@ typedef struct kr_lanes_isa {
     const char *name;
     const int *lanes;
     int (*runs_here)(void);
-    /* Advances all lanes by at most `steps` steps. Stops as soon as a lane has passed its goal, has
-     * made no progress, has exceeded its number of steps, is not finite, or may have met its event.
-     * Returns the set of these lanes, with one bit for each lane. */
+    /* Advances the tops in all SIMD lanes by at most `steps` integration steps. Stops as soon as a
+     * lane has passed its goal, has made no progress, has exceeded its number of steps, is not
+     * finite, or may have met its event. Returns the set of these lanes, with one bit for each
+     * lane. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
     /* Computes the state of each lane at the time `at` within its last step. */
     void (*sample)(kr_lanes *lanes);

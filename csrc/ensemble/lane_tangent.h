@@ -1,8 +1,9 @@
-/* The growth of an infinitesimal perturbation (tangent) of the top in each lane. Computing the
+/* The growth of an infinitesimal perturbation (tangent) of the top in each SIMD lane. Computing the
  * tangents may require shorter steps, but does not otherwise change the path. This source file is
  * compiled once for each instruction set. The variational equations are those of taylor/tangents.h,
- * but without damping and without derivatives with respect to parameters. Two solutions of these
- * equations are trivial: the flow and the rotation about the vertical. The two trivial solutions
+ * but without damping and without derivatives with respect to parameters. Two solutions of the
+ * variational equations are trivial: the direction of the flow, and an infinitesimal rotation about
+ * the vertical. The two trivial solutions
  * are the pairs (theta | N) = (W | P x c) and (P | P x M), where M = AW + h. At the end of each
  * step, the components of the tangent along the trivial solutions are removed, and the growth of
  * the rest is measured. Up to the tolerance, each tangent conserves the quantities
@@ -85,8 +86,9 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(power, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm of x to within 1e-8, without a division. This accuracy suffices for
- * the growth integrals. The polynomial interpolates ln(1 + m) / m at Chebyshev points. */
+/* Returns the natural logarithm of x to within 1e-8, without a division. An error of 1e-8 is small
+ * enough for the integrals of tangent growth. The polynomial interpolates ln(1 + m) / m at
+ * Chebyshev points. */
 INLINE wide approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
@@ -154,7 +156,7 @@ INLINE lane_deviation sum_growth(kr_lane_tangents *g, int order, wide h)
     return d;
 }
 
-/* Returns the component of `d` orthogonal to `known`. */
+/* Returns the component of the deviation `d` orthogonal to the deviation `known`. */
 INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
 {
     const wide size = deviation_dot(known, known), zero = wide_splat(0.0);
@@ -177,8 +179,9 @@ INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point 
                                {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
     return r;
 }
-/* Returns the component of `d` orthogonal to the two trivial solutions. If the trivial solutions
- * are parallel up to rounding errors, only the component along the flow is removed. */
+/* Returns the component of `d` orthogonal to the two trivial solutions. If the two trivial
+ * solutions are parallel to within rounding errors, only the component of `d` along the flow is
+ * removed. */
 INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const known_solutions known = known_solutions_at(g, at);
@@ -219,10 +222,10 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
 }
-/* Writes the relative errors of the changes in energy and vertical momentum that a tangent causes.
+/* Writes the relative errors of the changes in energy and in vertical momentum along a tangent.
  * For an exact solution of the variational equations, the changes in energy and momentum are
- * constant in time. Each error is divided by the largest change that a tangent of the same norm can
- * cause. */
+ * constant in time. Each error is divided by the largest change in energy or momentum that a
+ * tangent vector of the same norm can cause. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);
@@ -240,8 +243,8 @@ INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_de
                                                wide_sqrt(size * lane_vec_dot(at->p, at->p)));
 }
 
-/* Nodes and weights of the six-point Gauss-Lobatto rule on [0, 1]. END_WEIGHT is the weight of each
- * end point. */
+/* Nodes and weights of the six-point Gauss-Lobatto rule on [0, 1]. END_WEIGHT is the quadrature
+ * weight of each end point of the interval. */
 static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
                                 0.88252766196473235},
                     weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,
@@ -249,13 +252,13 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 #define END_WEIGHT (1.0 / 30.0)
 
 /* Statistics of the growth of a tangent delta. `area` and `moment` are the time integrals of
- * ln|delta| and of ln|delta| ln t. `most` is the largest value of ln|delta|, and `last` is the
- * latest. `rest` is the square of the largest relative truncation error. */
+ * ln|delta| and of ln|delta| ln t. `most` is the largest and `last` the most recent value of
+ * ln|delta|. `rest` is the square of the largest relative truncation error. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds `share` times the integrands at the time t to the growth integrals. Lanes that have reached
- * the end of the step have zero weight. */
+/* Adds `share` times the integrands at the time t to the growth integrals. SIMD lanes that have
+ * already reached the end of the step contribute nothing to the integrals. */
 INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -264,17 +267,18 @@ INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, w
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Updates the largest relative truncation error. `last` is the squared norm of the last Taylor term
- * of the tangent `d`. */
+/* Updates the largest relative truncation error of the tangent. `last` is the squared norm of the
+ * last Taylor term of the tangent `d`. */
 INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the contribution of a substep of length h to the growth integrals. `d` is the tangent at
+/* Adds the contribution of a substep of length h to the integrals that measure the growth of the
+ * tangent. `d` is the tangent at
  * the end of the substep, without its components along the two trivial solutions. The Lobatto rule
- * is used because the logarithm has a sharp minimum where the tangent is small. */
+ * is used because the logarithm of the tangent's length may have a sharp minimum. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
@@ -301,7 +305,7 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     return power * power * deviation_dot(last, last);
 }
 /* Returns the fraction of h, at most 1, for which the truncation error is estimated to be small
- * enough. The argument `all` is the tangent at the end of a substep of length h. */
+ * enough. The argument `all` holds the tangent at the end of a substep of length h. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -365,8 +369,8 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
 }
 /* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
  * substeps. The argument `at` contains the vertical and the angular velocity of the top at the time
- * `to`. Writes the time reached by each lane to `reached`. Returns the tangent without its
- * components along the trivial solutions. */
+ * `to`. Sets `reached` to the time that the tangent in each SIMD lane has reached. Returns the
+ * tangent without its components along the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_areas *areas,
                                           wide *reached)
@@ -402,9 +406,10 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
                             wide_load(g->begin.truncation)};
     return a;
 }
-/* Propagates the tangent over the last step, removes the trivial solutions, and scales the result
- * by a power of two. Returns the time reached by each lane: the end of the step, or an earlier time
- * if the tangent needs too many substeps. */
+/* Propagates the tangent over the last step, removes its components along trivial solutions of the
+ * tangent equations, and scales the result by a power of two. Returns the time reached by the
+ * tangent in each lane: the end of the step, or an earlier time if the tangent needs too many
+ * substeps. */
 INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
@@ -445,8 +450,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_form_errors(g, &here, d);
 }
-/* Sets the limit on the truncation error, and the number of Taylor terms that exceed 2^-24 at each
- * quadrature node. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
+/* Sets the limit on the truncation error and, for each quadrature node, the number of Taylor terms
+ * larger than 2^-24. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
  * factor of x^n at a node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {

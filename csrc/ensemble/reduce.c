@@ -1,7 +1,7 @@
-/* Reductions over the times of a single top, such as the mean of a quantity. The results of a top
- * do not depend on the other tops, not even in the last bit, because its states are processed in
- * the order of their times. Mean and variance use Welford's update (Technometrics 4, 1962), which
- * avoids cancellation. */
+/* Statistics of a quantity of one top over its requested times, such as the mean. The results for a
+ * top are bitwise independent of the other tops, because the states of each top are processed in
+ * the order of the requested times. Mean and variance use Welford's update (Technometrics 4, 1962),
+ * which avoids cancellation. */
 #include "reduce.h"
 #include <math.h>
 

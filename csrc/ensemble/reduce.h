@@ -1,15 +1,16 @@
-/* Accumulators for reductions over the times of a top. Private to ensemble/. */
+/* Accumulators for reductions (such as the maximum) over the times at which a top is sampled.
+ * Private to ensemble/. */
 #ifndef KR_REDUCE_H
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* State of a reduction, consisting of the current result `value` and a second number `more`. For a
+/* State of a reduction: the current result `value` and an auxiliary number `more`. For a
  * variance, `more` is the sum of the squared deviations from the mean; for an extremum, it is the
  * time of the extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;
-/* Updates the accumulators with the k-th state of a top. */
+/* Updates the accumulators of all reductions with the k-th state of a top. */
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k);
 /* Writes the final results of the reductions, where `states` is the number of states. */

@@ -2,9 +2,9 @@
  * vectorized code can detect an event if the event function is linear in the body-frame components
  * of the vertical and the angular velocity. For example, the height of the centre of mass is linear
  * in the body-frame components of the vertical. Each lane holds one top, and stops after a step in
- * which its event function may have changed sign. The functions in this file search the last step
- * of a lane for the event. Tops with other events are integrated one at a time by the scalar code
- * (events/event_search.c). */
+ * which its event function may have changed sign. The functions in this file then search the last
+ * time step of this top for the event. Tops with other events are integrated one at a time by the
+ * scalar code (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -13,7 +13,7 @@ int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-/* Permutes the components of a vector cyclically, and stores them in a lane. */
+/* Stores the cyclically permuted components of a vector in one SIMD lane. */
 static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};
@@ -73,8 +73,8 @@ static void time_out(kr_worker *worker, int lane)
     kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
 /* Stores the state at an event that occurs in the last step of a lane. `place` is the position of
- * the event within the step, from 0 (beginning) to 1 (end). Returns 1 if the search of the current
- * step should continue. */
+ * the event within the step, from 0 (beginning) to 1 (end). Returns 1 if the search for events in
+ * the current step should continue. */
 static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;

@@ -117,7 +117,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
         worker->interrupted = 1;
 }
 
-/* Returns the status that explains why a top cannot be integrated in a lane. */
+/* Returns the status code that states why a top cannot be integrated in a SIMD lane. */
 static kr_status find_lane_refusal(const kr_scene *scene)
 {
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
@@ -210,7 +210,7 @@ static size_t round_to_lines(size_t size)
     const size_t line = LINE_DOUBLES * sizeof(double);
     return (size + line - 1) / line * line;
 }
-/* Allocates a worker with all its arrays in one block. */
+/* Allocates a worker and all its arrays in one block of memory. */
 static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
     const size_t rows = KR_LANES_MAX + 1, lanes = in_lanes ? round_to_lines(sizeof(kr_lanes)) : 0,

@@ -40,16 +40,16 @@ struct kr_worker {
     double memory[];
 };
 
-/* Stores a state of the top that `slot` describes, and updates the accumulators with the state. */
+/* Stores a state of the top described by `slot`, and adds it to the statistics in
+ * `accumulators`. */
 void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state);
 /* Returns 1 if the worker propagates tangents. */
 int kr_worker_has_tangents(const kr_worker *worker);
-/* Stores the growth of a lane's tangent for the next requested time. If `row` is NULL, stores zeros
- * instead. */
+/* Stores the growth of a lane's tangent for the next requested time, or zeros if `row` is NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome of a top and the extremes and means of its quantities. Fills the unused
- * output with NaN. */
+/* Writes the outcome of a top and the extremes and means of its quantities. Sets all output
+ * elements that were not computed to NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
 /* Returns the accumulators for tops that are integrated by the scalar code. */
@@ -76,22 +76,22 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
 
 /* Chooses the instruction set, order and tolerance of the lanes from the configuration. */
 void kr_scheduler_configure(kr_worker *worker);
-/* Replaces the instruction set, Taylor order and tolerance of the lanes, for tests and
- * measurements. */
+/* Replaces the instruction set, Taylor order and tolerance of the vectorized integration, for tests
+ * and benchmarks. */
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order,
                              double log2_tol);
 /* Empties all lanes. */
 void kr_scheduler_reset(kr_worker *worker);
-/* Advances the lanes until one is free, and loads top i into it. */
+/* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
-/* Advances all tops in the lanes until each has reached its last requested time or event. */
+/* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
 /* Returns the state of a lane at time t, which must lie within its last step. */
 kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
 /* Removes a top from its lane and repeats the integration with the scalar code, which reports the
  * error. */
 void kr_scheduler_fall_back(kr_worker *worker, int lane);
-/* Writes the outcome of the top in a lane and frees the lane. */
+/* Writes the status and statistics of the top in a SIMD lane, and frees the lane. */
 void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status);
 /* Returns 1 if the current step of a lane reaches the time at which the lane must stop (its
  * goal). */
@@ -99,7 +99,7 @@ static inline int kr_scheduler_has_passed_goal(const kr_lanes *l, int lane)
 {
     return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
 }
-/* Returns the accumulators of a lane. */
+/* Returns the accumulators for the statistics of the top in a SIMD lane. */
 static inline kr_accumulator *kr_scheduler_accumulators(const kr_worker *worker, int lane)
 {
     return worker->accumulators + (size_t)lane * worker->reductions;
@@ -111,10 +111,10 @@ static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
     const kr_tops *tops = worker->tops;
     return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
 }
-/* Returns 1 if the vectorized code can detect the event that defines the current section. */
+/* Returns 1 if the SIMD code can detect the event that defines the requested Poincare section. */
 int kr_section_suits_lanes(const kr_worker *worker);
-/* Stores the event function for one lane, given the frequency unit `rate` and the cyclic shift of
- * the axes. */
+/* Stores the event function for the top in one SIMD lane, given the frequency unit `rate` and the
+ * cyclic shift of the axes. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Sets the time at which a lane must stop (its goal) to the latest admissible time of the next
  * event. Returns 0 and frees the lane if there are no more events to search for. */

@@ -1,8 +1,8 @@
 /* Event functions expressed as polynomials in time over one step. An event function is a sum of
  * products of two state components. Each product is the Cauchy product of the Taylor series of its
- * two factors. Components of the attitude are linear in the quaternion q, and body-frame components
- * of vectors are linear in the vertical P or in the angular velocity W. For components along a unit
- * vector e in space, with a vector v in the body frame,
+ * two factors. Each component of the attitude is linear in the quaternion q, and each body-frame
+ * component of a vector is linear in either the vertical P or the angular velocity W. For
+ * components along a unit vector e in space, with a vector v in the body frame,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
  * All numbers are scaled by powers of two such that every component has magnitude at most one. */
 #include "model/quantities.h"
@@ -25,8 +25,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a state component, which is a power of two. The dimension string of a
- * momentum begins with M, and that of a rate begins with T. */
+/* Returns the unit of a state component, which is a power of two. The string that states the
+ * physical dimension of a momentum begins with M; that of a rate begins with T. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -43,8 +43,8 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
     return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
-/* Returns the coefficient of a term of an event function, in the units used for one step. `rate` is
- * the unit of frequency. */
+/* Returns the coefficient of a term of an event function, in the units of the power series for one
+ * step. In these units, the unit of frequency is `rate`. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -294,8 +294,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to (but not including) `end` to the power series c. All terms in this
- * range must have the same first factor. */
+/* Adds the terms from `t` up to (but not including) `end` to the power series c. The first factor
+ * must be the same state component in all these terms. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;

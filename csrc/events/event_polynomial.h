@@ -5,18 +5,19 @@
 
 enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
 /* Returns an upper bound on the magnitude of a sum of n terms during a step. The search for sign
- * changes requires a finite nonzero bound. */
+ * changes of the event function requires this bound to be finite and nonzero. */
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes the event function g as a polynomial in s over the step, 0 <= s <= 1, and returns the
  * degree. For an extremum event, the polynomial is the derivative of the event function g. The
- * polynomials of two consecutive steps agree at their common time up to rounding errors. The array
+ * polynomials of two consecutive steps agree, up to rounding errors, at the time that both steps
+ * share. The array
  * c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
-/* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero. The
- * larger threshold KR_TERMS_START applies at the initial state, where the event function may be
- * exactly zero. */
+/* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero. At
+ * the initial state, the larger threshold KR_TERMS_START is used instead, because an event function
+ * may be exactly zero there. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
 /* Returns 1 if an event function is linear in the body-frame components of the vertical and the

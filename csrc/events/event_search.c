@@ -102,7 +102,7 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
     find_next_sign_change(top, piece, event, own);
 }
 /* Returns the earliest event in the last step at or after the current time of the top, or NULL.
- * If there is an event, writes its search state to `found`. */
+ * If an event is found, writes the state of the search for this event to `found`. */
 static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece,
                                kr_event_search *found)
 {

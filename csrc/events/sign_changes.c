@@ -1,12 +1,13 @@
 /* Search for all sign changes of a polynomial on an interval. The coefficients of a polynomial in
  * the Bernstein basis bound its values, and their differences bound its slope. If all coefficients
  * on an interval have the same sign, there is no root in the interval. If all differences of
- * successive coefficients have the same sign, there is no extremum in the interval. Undecided
- * intervals are bisected (de Casteljau; Lane and Riesenfeld 1981) until the values are
- * indistinguishable from zero. The sign of a value is considered certain only if its magnitude
- * exceeds the rounding noise. Two roots between which the polynomial stays below the noise are
- * treated as a double root without a sign change. A root at the boundary between two steps is found
- * exactly once, because the last sign is passed on to the next step. */
+ * successive Bernstein coefficients have the same sign, the polynomial has no extremum in the
+ * interval. Intervals that may contain both a root and an extremum are bisected (de Casteljau; Lane
+ * and Riesenfeld 1981) until the values are indistinguishable from zero. The sign of a value is
+ * considered certain only if its magnitude exceeds the rounding noise. If the polynomial stays
+ * below the rounding noise between two roots, they are treated as a double root without a sign
+ * change. A root at the boundary between two steps is found exactly once, because the last sign is
+ * passed on to the next step. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -36,8 +37,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     return p;
 }
 /* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
- * leave the interval, the interval is bisected instead. Returns `low` if the sign of the polynomial
- * at `low` is not r->side. */
+ * leave the interval, the interval is bisected instead. Returns `low` if the polynomial does not
+ * have the sign r->side at `low`. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -64,9 +65,10 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the sign at the end of an interval determines whether there is a sign change inside.
- * The sign at the end of the interval suffices if the polynomial has constant sign, is monotonic,
- * or is zero up to rounding noise. */
+/* Returns 1 if the sign at the end of an interval suffices to decide whether the polynomial changes
+ * sign inside it.
+ * It is sufficient to know the sign at the end of the interval if the polynomial has constant sign,
+ * is monotonic, or is zero up to rounding noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -84,8 +86,8 @@ static int is_decided(const kr_sign_search *r, const double *b, double width)
     }
     return rising | falling;
 }
-/* Searches [low, high] for a sign change. `b` holds the coefficients in the Bernstein basis, and is
- * overwritten. */
+/* Searches the interval [low, high] for a sign change of the polynomial. `b` holds the coefficients
+ * in the Bernstein basis, and is overwritten. */
 static search_outcome search_interval(kr_sign_search *r, double *b, double low, double high)
 {
     const int n = r->used;

@@ -134,9 +134,9 @@ static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
                ? KR_ERR_METHOD
                : KR_OK;
 }
-/* Returns the largest relative deviation from the following two conditions on a body. Two of the
- * principal moments must equal `ratio` times the third one. The centre of mass must lie in the
- * plane perpendicular to the third axis. */
+/* Returns the largest relative deviation of a body from two conditions for an integrable case. Two
+ * of the principal moments must equal `ratio` times the third one. The centre of mass must lie in
+ * the plane perpendicular to the principal axis with this third moment. */
 static double mismatch_of(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia, c = body->com;

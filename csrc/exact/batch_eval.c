@@ -81,8 +81,8 @@ static void states(const kr_exact_form *exact, batch *b, int count)
     if (e.framed != 0.0) frame(&e, b, n);
 }
 /* Uses state_beyond to recompute the states at times beyond the range of the vectorized code.
- * Because times beyond this range are rare, a loop without branches first checks whether a block
- * contains any of them. */
+ * Times outside the vectorized range are rare, so a loop without branches first checks whether the
+ * batch contains any of them. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,14 +1,14 @@
-/* Set-up of closed-form solutions for many tops at once. Each vector lane processes one heavy top.
- * The results are bitwise identical to those of the scalar code (lane_types.h). Other tops, such as
- * torque-free bodies and vertical tops at rest, are processed one by one. This file is compiled
- * once for each instruction set. */
+/* Computation of closed-form solutions for many tops at once. Each vector lane processes one heavy
+ * top. The results are bitwise identical to those of the scalar code (lane_types.h). Other tops,
+ * such as torque-free bodies and vertical tops at rest, are processed one by one. This file is
+ * compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
 #include "lagrange.h"
 #include "math/exponent.h"
 
-/* If more than FEW_TIMES times are requested, the states of each top are evaluated separately.
+/* If more than FEW_TIMES times are requested, the states are evaluated for one top at a time.
  * GROUPS is the number of SIMD vectors of tops (one top per lane) that are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
 /* Number of doubles in a kr_exact_form before the members `framed` and `frame`. */
@@ -57,7 +57,8 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Sets the members of `known` that depend only on the body. */
+/* Checks whether the SIMD code can process a body, and computes the data that depend only on the
+ * body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -80,7 +81,7 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->framed[0] = known->framed[1] = 0;
 }
 /* Writes the map (frame.h) that converts the computed attitudes of a body to the user's axes.
- * Returns 0, without writing the map, if it is the identity. If `below` is nonzero, the solution
+ * If the map is the identity, returns 0 and writes nothing. If `below` is nonzero, the solution
  * was computed with up and down interchanged. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
@@ -136,7 +137,8 @@ static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double 
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Adds a top to one of the queues. Returns 0 if the vectorized code cannot process the top. */
+/* Adds a top to one of two queues, depending on the branch that its computation is predicted to
+ * take. Returns 0 if the vectorized code cannot process the top. */
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {
@@ -208,7 +210,8 @@ INLINE exact_top read_lanes(group w)
     return top;
 }
 /* Returns a mask of the heavy tops whose tilt or momentum is large enough for the vectorized
- * set-up. The function kr_exact_resolves need not be called, because its threshold is lower. */
+ * set-up. The function kr_exact_resolves need not be called for these tops, because it refuses only
+ * much smaller tilts and velocities. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -219,8 +222,8 @@ INLINE mask is_moving(const exact_top *top)
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
 /* The results of setting up a group of tops, as bit masks with one bit per lane. `alone` marks tops
- * that must be set up individually. `refused` marks tops for which the rate of a phase
- * overflows. */
+ * whose closed-form solutions must be set up individually instead of in SIMD lanes. `refused` marks
+ * tops for which the rate of a phase overflows. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;
@@ -368,7 +371,7 @@ static void finish_group(const batch_job *j, group g, setting *s)
     }
     write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
-/* Computes all queued tops. Unused lanes are filled with copies of the first top. */
+/* Computes all queued tops. Unused SIMD lanes are filled with copies of the first top. */
 APART void flush(const batch_job *j, batch_queue *w)
 {
     setting s[GROUPS];

@@ -46,7 +46,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     kr_exact_form made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own, top.half_turn)
                                                  : lagrange_closed_form(&top.own, top.half_turn);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
-    /* Extreme moments of inertia may cause the rates of the phases to overflow. */
+    /* For extreme moments of inertia, the rates of the phases may exceed the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     memcpy(exact, &made, sizeof made);
     return KR_OK;
@@ -72,7 +72,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
     kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
-    /* The apex lies in the positive or negative direction of the third internal axis. */
+    /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);

@@ -10,7 +10,8 @@
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The values cos(pi * i / GRID). Only the cosines at multiples of `stride` have been computed. */
+/* The values cos(pi * i / GRID). Only the cosines whose index i is a multiple of `stride` have been
+ * computed. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];
@@ -34,7 +35,8 @@ static void refine_cosines(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
-/* Subtracts the average from an even function, and computes the sine series of the integral. The
+/* Subtracts the average from an even function, and computes the sine series of the integral of the
+ * remainder. The
  * array `v` contains samples of the function at n + 1 angles from 0 to pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {

@@ -37,8 +37,8 @@ typedef struct kr_exact_request {
     kr_state *states;
     kr_status *status;
 } kr_exact_request;
-/* Processes a request (batch_setup.c). The member `one` holds the scalar functions for tops that
- * the vectorized code cannot process. */
+/* Processes a request (batch_setup.c). The argument `one` contains scalar functions for tops that
+ * the SIMD code cannot process. */
 typedef void kr_exact_batch(const kr_exact_scalar *one, const kr_exact_request *request);
 typedef struct kr_exact_batch_isa {
     const char *name;
@@ -75,7 +75,7 @@ kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *exact);
  * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its
  * initial tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
 int kr_exact_resolves(const kr_scene *scene);
-/* Returns the largest number of doubles that the method `exact` may need in addition to a
+/* Returns an upper bound on the number of doubles that the method `exact` stores in addition to a
  * kr_exact_form. */
 size_t kr_exact_extra_doubles(void);
 #endif

@@ -125,9 +125,9 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-/* Sets the coefficients of the theta series for alpha and beta. The imaginary part of the argument
- * of both series is an incomplete elliptic integral of the first kind. The scale factors of the
- * series follow from the largest values of |alpha| and |beta|. */
+/* Sets the coefficients of the theta series for alpha and beta. The arguments of both theta series
+ * have the same imaginary part, an incomplete elliptic integral of the first kind. The scale
+ * factors of the theta series are computed from the largest values of |alpha| and |beta|. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -138,7 +138,7 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
     const double y = -a->sense * fmin(average.hi * b, limit);
     const int dual = T < 1.0;
     const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0;
-    /* `above` and `below` are the largest values of |beta| and |alpha|. */
+    /* The largest value of |beta| is `above`, and the largest value of |alpha| is `below`. */
     const double above = sqrt(0.5 * (1.0 + c)),
                  below = sqrt(0.5 * (flat + c2 * k2.hi) / (1.0 + c * kp));
     exact->curve = dual ? EULER_DUAL : EULER;
@@ -163,7 +163,8 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
 /* Returns the initial phase of the nutation, in turns. The elliptic functions cn and sn are
  * proportional to the momentum components M1 and M2. Near the intermediate axis, where sn = +-1,
  * the phase is measured from this axis by sn(K - x) = cn/dn. If the phase were measured from
- * another axis, it would be the difference of two large numbers, and therefore inaccurate. */
+ * another axis, it would be computed as the difference of two large numbers, and therefore be
+ * inaccurate. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -181,8 +182,8 @@ static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mea
     if (cn < 0.0) x = pi - x;
     return dd_of((sn < 0.0 ? -x : x) / 6.283185307179586477);
 }
-/* Sets up a motion of a body with three distinct moments, other than rotation about a principal
- * axis. */
+/* Sets up the motion of a torque-free body that has three distinct moments of inertia and does not
+ * rotate about a principal axis. */
 static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, kr_quat q,
                                      kr_quat left)
 {

@@ -61,8 +61,8 @@ size_t kr_exact_extra_doubles(void)
     return most;
 }
 
-/* Returns the kr_exact_form at the beginning of the work array. For motions on a torus, only the
- * member `period` is used. */
+/* Returns the kr_exact_form at the beginning of the work array. If the motion lies on a torus, only
+ * the member `period` of this structure is used. */
 static const kr_exact_form *form_of_motion(const kr_motion *motion)
 {
     return (const kr_exact_form *)motion->work;

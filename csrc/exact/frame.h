@@ -1,6 +1,6 @@
 /* The frame of a closed-form solution: the map q -> left * q * right, stored as its values at 1, i,
- * j and k. This header is compiled once for each instruction set, like the files that include
- * it. */
+ * j and k. This header is compiled once for each instruction set, as part of the source files that
+ * include it. */
 #ifndef KR_EXACT_FRAME_H
 #define KR_EXACT_FRAME_H
 #include "math/isa.h"

@@ -95,8 +95,8 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
     return dd_add(turns_of(s, c),
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
-/* Sets the bounds and tolerances of the search for the periodic part of tau. The smallest value of
- * |m| is the distance between the arcs of u1 and u2. */
+/* Sets the bounds and tolerances of Newton's method for the periodic part of the rescaled time tau.
+ * The smallest value of |m| is the distance between the arcs of u1 and u2. */
 static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
                             kr_chaplygin_plan *plan)
 {
@@ -131,8 +131,8 @@ static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2],
         plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
     }
 }
-/* Sets the initial mean angles and the initial periodic part of tau. A mean angle grows at a
- * constant rate with time, unlike the true angle. */
+/* Sets the initial values of the mean angles and of the periodic part of the rescaled time tau. A
+ * mean angle grows at a constant rate with time, unlike the true angle. */
 static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double time[2])
 {
     plan->slip = -(time[0] + time[1]) / plan->mean;
@@ -288,8 +288,8 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
 /* Returns the certificate of a closed-form solution, which is an estimate of its error. The
  * certificate is the maximum of the truncation error, the error of a state near the initial time,
  * and the rounding error of the heading. The rounding error of the heading is inversely
- * proportional to the rate of the slower angle. Both torus angles change slowly if the angular
- * momentum is small. */
+ * proportional to the rate of the slower torus angle. Both torus angles change slowly if the
+ * angular momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)
 {

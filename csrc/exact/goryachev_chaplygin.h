@@ -19,8 +19,8 @@ enum {
     GUESSES = 3 /* steps of Newton's method with the first terms of the series of the time */
 };
 
-/* The Fourier series in one of the torus angles alpha1 and alpha2. The terms are cosines or sines
- * of k times the angle, or of k + 1/2 times the angle, for integers k >= 0. */
+/* The Fourier series in one of the torus angles alpha1 and alpha2. The terms of the series are
+ * cosines or sines of k times the angle, or of k + 1/2 times the angle, for integers k >= 0. */
 typedef struct kr_angle_series {
     int count[2], times; /* numbers of terms: of c and s, and of the time */
     int is_sine[2], is_whole[2];
@@ -30,14 +30,16 @@ typedef struct kr_angle_series {
     double rate;       /* d angle/d tau */
     double half_turns; /* rate of half of the angle [turns] */
 } kr_angle_series;
-/* The terms of the heading series for one multiple of the first angle. Each multiple of the second
+/* The terms in the Fourier series of the heading that contain a given multiple of the first torus
+ * angle. Each multiple of the second
  * angle has a cosine and a sine coefficient. The member `from` is the index of the first stored
  * multiple of the second angle. */
 typedef struct kr_heading_row {
     int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;
-/* A term of the heading series whose frequency is close to zero. Slow terms are integrated from the
- * initial time, because their Fourier coefficients in the integral would be very large. */
+/* A term in the Fourier series of the heading that has a frequency close to zero. Such a term is
+ * integrated from the initial time, because its Fourier coefficient in the integral would be very
+ * large. */
 typedef struct kr_slow_term {
     int first, second;          /* multiples of half of each angle */
     double rate, value, over;   /* over = value/rate */

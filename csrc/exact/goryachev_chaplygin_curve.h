@@ -11,8 +11,9 @@
  * arc between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
  * Chaplygin, 1901). On an arc
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
- * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The trapezoidal rule for
- * averages therefore converges exponentially.
+ * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The averages can
+ * therefore be computed by the trapezoidal rule, which converges exponentially for periodic
+ * functions.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_CURVE_H
@@ -102,9 +103,9 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets up the arc between two adjacent real roots. The argument `low` is the index of the lower
- * root in the ascending list of real roots. The coefficient C is chosen to keep the neighbouring
- * roots as far from the arc as possible. */
+/* Computes the coefficients A, B and C of the arc between two adjacent real roots. The argument
+ * `low` is the index of the lower root in the ascending list of real roots. The coefficient C of
+ * the arc is chosen so that the neighbouring roots are as far from the arc as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -196,8 +197,9 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
 }
 /* Computes the averages of the integrands P and |u| P over an arc. The number of intervals is
  * doubled until no average changes by more than the rounding error of a double. Convergence is
- * exponential, so the error of the last average is about the square of its last change. Returns 0
- * if the averages do not converge with GRID intervals. */
+ * exponential, so the relative error of an average is about the square of its relative change in
+ * the last doubling. Returns 0
+ * if the averages have not converged when the arc is divided into GRID intervals. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {

@@ -1,14 +1,14 @@
 /* Set-up of the Fourier series for a Goryachev-Chaplygin top. The angles alpha1 and alpha2 grow at
  * constant rates with respect to the rescaled time tau. Functions of an angle are sampled at the
  * multiples of pi/M between 0 and pi. Each sampled function is even or odd about 0, and also even
- * or odd about pi. Each series therefore contains only sines or only cosines, either of k or of k +
- * 1/2 times the angle.
+ * or odd about pi. Each Fourier series therefore contains only sines or only cosines, of either
+ * integer or half-integer multiples of the angle.
  *
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integration
  * divides each Fourier term by its frequency, which is a sum or difference of multiples of the two
  * angles' rates. Terms whose frequency is close to zero are integrated separately, as definite
- * integrals from the initial time (kr_slow_term). The error of a slow term grows linearly with
- * time, but more slowly than the effect of rounding the initial state.
+ * integrals from the initial time (kr_slow_term). The error of a term with a frequency near zero
+ * grows linearly with time, but more slowly than the effect of rounding the initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -100,7 +100,8 @@ static double tail_of(const double v[], int M)
     return last / most;
 }
 /* Returns the number of coefficients up to the last significant one, rounded up to an even number.
- * A coefficient is significant if it is not negligible relative to the largest one or to `scale`. M
+ * A coefficient is significant if its magnitude exceeds 2^-53 times the largest magnitude or 2^-53
+ * times `scale`, whichever is greater. M
  * is even. */
 static int count_terms(const double v[], int M, double scale)
 {
@@ -173,7 +174,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
             e->count[k] = count_terms(w->row[k], M, 0.0);
             memcpy(e->part[k], w->row[k], sizeof(double) * (size_t)e->count[k]);
         }
-        /* On average, the time increases by q per radian of the angle. */
+        /* On average, the time increases by q per radian of the torus angle of this arc. */
         e->times = count_terms(w->row[2], M, arc->q.hi);
         for (int k = 0; k < e->times; k++) {
             e->time[k] = w->row[2][k];
@@ -239,7 +240,8 @@ static int has_room(const int M[2], int j)
 {
     return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
 }
-/* Refines the grid until the last coefficients are at rounding level, or memory is exhausted.
+/* Refines the grid until the last Fourier coefficients are at rounding level, or the memory for
+ * samples is exhausted.
  * Returns an estimate of the relative truncation error. */
 static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
 {
@@ -266,7 +268,7 @@ typedef struct heading_pair {
 } heading_pair;
 
 /* Appends a slow term for the sum (`way` = 1) or the difference (`way` = -1) of the multiples.
- * Returns 0 if the array of slow terms is full. */
+ * Returns 0 if the array plan->slow has no room for another term. */
 static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
                        int way, const dd half[2])
 {
@@ -287,7 +289,7 @@ static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const
     return 1;
 }
 /* Integrates a pair of terms of the heading rate, and writes the resulting cosine and sine
- * coefficients. Returns 0 if the array of slow terms is full. */
+ * coefficients. Returns 0 if the array plan->slow has no room for another term. */
 static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const int order[2],
                      const dd half[2], double out[2])
 {

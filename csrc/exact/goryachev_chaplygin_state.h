@@ -35,8 +35,8 @@ INLINE angle_lanes angle_of(dd half)
     return a;
 }
 /* Clenshaw's recurrence for a single series, with separate sums for even and odd indices.
- * Separating even from odd indices halves the number of steps that depend on each other. The arrays
- * `last` and `before` hold the two most recent values of each recurrence. */
+ * The two separate sums halve the length of the chain of dependent operations. The
+ * arrays `last` and `before` hold the two most recent values of each recurrence. */
 typedef struct clenshaw_sum {
     wide last[2], before[2];
 } clenshaw_sum;
@@ -101,7 +101,8 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     c[1] = finish_part(second, 0, &u, &a[1]);
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
-/* Performs one Newton step for the periodic part of tau, starting from `slip`. The residual of the
+/* Performs one step of Newton's method for the periodic part of the rescaled time tau, starting
+ * from `slip`. The residual of the
  * time equation at the starting point `slip` is written to `value`. Each series is truncated to its
  * first `terms` terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
@@ -123,12 +124,13 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
                                      second->rate * finish_sum(&v, 0, 0, &b));
     return slip - *value / slope;
 }
-/* Returns the slip, which is the periodic part of tau. The array `half` contains half of each mean
- * angle, in turns. The first Newton steps use truncated series. Later Newton steps are confined to
- * an interval that brackets the solution; it exists because t increases monotonically with tau. A
- * Newton step longer than half the previous one is replaced by bisection. Newton's method could
- * otherwise alternate between two points on opposite sides of the solution. The torus angles for
- * the returned slip are written to the array `a`. */
+/* Returns the slip, which is the periodic part of the rescaled time tau. The array `half` contains
+ * half of each mean angle, in turns. The first Newton steps use truncated series of the torus
+ * angles. Later Newton steps are confined to an interval that brackets the solution; it exists
+ * because t increases monotonically with tau. A Newton step longer than half the previous one is
+ * replaced by bisection. Newton's method could otherwise alternate between two points on opposite
+ * sides of the solution. The torus angles that correspond to the returned slip are written to the
+ * array `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -183,9 +185,9 @@ INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes 
     turn_wave(w + 2, a->c[4], a->s[4], w + 6);
     for (int k = 8; k < 2 * plan->wide; k += 2) turn_wave(w + k - 8, c, s, w + k);
 }
-/* Sums the cosine and sine terms for one multiple of the first angle. Terms with even and odd
- * indices are summed separately, so that vector instructions can be used. The number of terms,
- * `count`, must be even. */
+/* Sums the terms of a two-dimensional Fourier series that share one multiple of the first angle.
+ * Terms with even and odd indices are summed separately, so that vector instructions can be used.
+ * The number of terms, `count`, must be even. */
 INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *u, wide *v)
 {
 #if defined KR_ONE_LANE && defined __GNUC__
@@ -206,7 +208,8 @@ INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *
     *u = sum[0] + sum[2];
     *v = sum[1] + sum[3];
 }
-/* Returns the value of the heading's Fourier series without its slow terms. */
+/* Returns the sum of the heading's Fourier series except for the slow terms, which are integrated
+ * separately. */
 INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
 {
     heading_waves waves;

@@ -1,9 +1,9 @@
-/* Evaluates a closed-form solution at time t. The same code serves for a single time and for many
- * times. The kernel has no branches and calls no function other than sqrt, so compilers can
- * vectorize loops over times. Results are bitwise identical for all vector widths. This header is
- * compiled once for each instruction set, so that its loops use the available vector instructions.
- * In the code, e denotes the closed-form solution. The letters a, b and h denote alpha, beta and
- * the horizontal momentum (lane_types.h). */
+/* Evaluates a closed-form solution at time t. The same code is used for a single time and for an
+ * array of times. The kernel has no branches and calls no function other than sqrt, so compilers
+ * can vectorize loops over times. Results are bitwise identical for all vector widths. This header
+ * is compiled once for each instruction set, so that its loops use the available vector
+ * instructions. In the code, e denotes the closed-form solution. The letters a, b and h denote
+ * alpha, beta and the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 #include "lane_types.h"
@@ -37,8 +37,8 @@ INLINE wide nearest(wide x)
 }
 /* Returns the phase at time t in turns, up to a whole number of turns. The high-order part of the
  * returned double-double lies between 0 and 2. The condition |start| >= 1/2 makes two_sum_ordered
- * exact. The low-order part is the rounding error of the high-order part. Without the low-order
- * part, the errors of the states would be about twice as large. */
+ * exact. The low-order part is the rounding error of the high-order part. If the low-order part of
+ * the phase were omitted, the errors of the states would be about twice as large. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -134,8 +134,8 @@ typedef struct factors {
 
 /* Evaluates the theta series at time t. If `dual` is nonzero, the series use the dual nome, and
  * hyperbolic functions replace the sine and cosine. Jacobi's transformation adds a phase that is
- * proportional to the phase of the nutation. For torque-free bodies (`euler`), theta4 takes the
- * place of theta2 in beta. */
+ * proportional to the phase of the nutation. For torque-free bodies (`euler`), the function beta
+ * contains theta4 instead of theta2. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -176,7 +176,7 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
 }
 /* Returns the state at `time`, which is the initial time plus `span`. The caller must apply the map
  * `frame` of the solution to the attitude. For a torque-free body (`euler`), the momentum is
- * constant, and alpha and beta have the same phase. */
+ * constant, and the functions alpha and beta have the same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = theta_factors(e, dual, euler, span);

@@ -11,7 +11,8 @@ enum { POINTS = 256 };
  * largest denominator D is below CANCELLING. */
 #define DOUBTFUL 5e-15
 #define CANCELLING 0.05
-/* The set-up is repeated with more quadrature nodes if the error exceeds INACCURATE. */
+/* If the estimated error of a closed-form solution exceeds INACCURATE, the set-up is repeated with
+ * more quadrature nodes. */
 #define INACCURATE 1e-14
 
 /* A closed-form solution and the intermediate results of its set-up. */
@@ -50,9 +51,9 @@ static void bring_back(kr_theta_sums *plan, const across_way *way, double start,
     plan->head.second = two_pi * plan->torus.turn[1].fast;
     plan->head.heading = two_pi * plan->torus.turn[2].fast;
 }
-/* Returns the largest error of a solution near the initial time, in internal units. The attitude is
- * checked at the initial time. The vertical and the momentum are compared with a Taylor series at
- * the initial time and at the time `moment`. */
+/* Returns the largest error of a solution near the initial time, in internal units. The computed
+ * attitude is compared with `attitude` at the initial time. The vertical and the momentum are
+ * compared with a Taylor series at the initial time and at the time `moment`. */
 static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top, double moment,
                            kr_quat attitude)
 {
@@ -80,8 +81,8 @@ static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
     return fmax(energy, vertical);
 }
 /* Returns the largest error of the integrals of motion at many points on the torus. Near saddle
- * points of the phase space, the errors can be 1e4 times as large as at the samples used for
- * fitting. */
+ * points of the phase space, the errors can be 1e4 times as large as at the samples to which the
+ * theta sums were fitted. */
 static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
 {
     double miss = 0.0;
@@ -98,7 +99,8 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
 }
 /* Computes the theta sums and the error certificate. If `dual` is nonzero, the dual sums are
  * computed instead. The function analyse_curve must be called first. Writes an error estimate to
- * `error`, or INFINITY on failure. The estimate does not include the error of the frequencies.
+ * `error`, or INFINITY on failure. The error estimate does not include the errors of the
+ * frequencies of the motion.
  * Returns KR_KOWALEWSKI_PLANNED on success, or the reason for the failure. */
 static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude, int dual, double *error)
@@ -121,7 +123,8 @@ static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalews
     if (dual || *error > DOUBTFUL || least_size(&w->theta) < CANCELLING)
         *error = fmax(*error, miss_on_torus(plan, &w->curve));
     /* Between the sample points on the torus, the error of dual theta sums is up to six times as
-     * large as at these points. The last number is the error of the frequencies after 1000 radians.
+     * large as at these points. The last argument of fmax is the effect of the frequency errors
+     * after 1000 radians.
      * It matters only near separatrices, where a rounding error of the start changes the motion far
      * more. */
     plan->head.certificate = fmax(fmax(*error, dual ? 6.0 * of_sums : 0.0), 1e3 * w->separatrix);

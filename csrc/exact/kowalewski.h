@@ -4,9 +4,9 @@
  *     S, T, P, Q, R = sum of c[k1, k2] exp(i (k1 theta1 + k2 theta2)/2),  2 D^2 = |S|^2 + |T|^2.
  * The angles theta1 and theta2 and the phase of the complex number e grow linearly with time. The
  * coefficients c are real, except that in S, T, P and R they are imaginary if k2 is odd. The sums
- * P, Q and R are real. For motions near a separatrix, kowalewski_dual.h provides equivalent sums
- * whose terms do not cancel. Bobenko, Reyman and Semenov-Tian-Shansky (Communications in
- * Mathematical Physics 122, 1989, 321) give theta functions of the same curve. */
+ * P, Q and R have real values. For motions near a separatrix, kowalewski_dual.h provides equivalent
+ * sums whose terms do not cancel. Bobenko, Reyman and Semenov-Tian-Shansky (Communications in
+ * Mathematical Physics 122, 1989, 321) give theta functions of the same algebraic curve. */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "torus.h"

@@ -1,4 +1,5 @@
-/* Frequencies of the motion of a Kowalewski top, computed from averages over its two arcs. The
+/* Frequencies of a Kowalewski top, computed from averages over the two arcs on which Kowalewski's
+ * variables move. The
  * frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of this
  * integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the
  * contribution of each pole is therefore integrated in closed form:
@@ -28,8 +29,8 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Finds the poles that contribute to the heading's integrand on an arc. Returns the number of
- * poles. */
+/* Finds the poles that contribute to the integrand of the heading on an arc. Returns the
+ * number of poles. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
     const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;
@@ -58,7 +59,8 @@ typedef struct samples {
     double size[3];
 } samples;
 
-/* Returns the heading's integrand for positive l, with the poles subtracted. */
+/* Returns the integrand of the heading for l > 0, after subtraction of the contributions of its
+ * poles. */
 static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s, dd c,
                        dd N, dd D, dd R, dd slope)
 {
@@ -89,7 +91,8 @@ static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int 
         out->size[k] += weight * fabs(out->v[k][i].hi);
     }
 }
-/* Corrects the heading's integrand at an end of the arc, where a nearby pole makes it inaccurate.
+/* Corrects the integrand for the heading angle at an end of the arc, where a nearby pole makes it
+ * inaccurate.
  * The new value is interpolated by an even polynomial through the neighbouring samples. */
 static void mend_end(samples *v, int end, int stride)
 {
@@ -101,10 +104,13 @@ static void mend_end(samples *v, int end, int stride)
     v->v[2][end] = value;
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
-/* Averages the three integrands (dt/dx, w dt/dx and that of the heading) over an arc. The number of
+/* Computes the averages of three integrands over an arc: dt/dx, w dt/dx, and the integrand of the
+ * heading. The number of
  * intervals is doubled until each average changes by at most the rounding error of a double.
- * Convergence is exponential, so the error of the last average is about the square of its last
- * change. Returns 0 if the averages do not converge with GRID intervals. */
+ * Convergence is exponential, so the relative error of an average is about the square of its
+ * relative change in the last doubling. Returns 0 if the averages have not converged when GRID
+ * intervals are used.
+ * */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {
@@ -156,7 +162,8 @@ static void integrate_arc(const kowalewski_curve *o, kowalewski_arc *arc, const 
         v->v[1][i] = dd_sub(v->v[1][i], dd_mul(o->root[arc->high], v->v[0][i]));
     for (int i = 0; i < 2; i++) integrate_samples(v->v[i], table, arc->points, arc->sine[i]);
 }
-/* Computes the contributions of arc j to the periodic functions theta1 - x1 and theta2 - x2.
+/* Computes the Fourier coefficients that arc j contributes to the periodic functions theta1 - x1
+ * and theta2 - x2.
  * Subtracting the value of w at the upper end of the arc avoids cancellation if w varies little
  * along the arc. */
 static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, double det)
@@ -172,7 +179,8 @@ static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, d
     }
 }
 /* Computes the averages of dt/dx and two related integrands over both arcs, and from these averages
- * the frequencies of the motion. Returns 0 if an average is not accurate enough. */
+ * the frequencies of the motion. Returns 0 if the average of an integrand is not accurate
+ * enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples *v, kowalewski_rates *out)
 {
@@ -190,8 +198,8 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
         dd_half(dd_sub(dd_mul(arc[0].pole, out->rate[0]), dd_mul(arc[1].pole, out->rate[1])));
     return out->det.hi > 0.0;
 }
-/* Adds the two sine series of an arc to the torus angles, given the sine and cosine of the series'
- * variable. */
+/* Adds the values of the two sine series of an arc to the torus angles `theta`. `s` and `c` are the
+ * sine and cosine of the variable of the series. */
 static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
 {
     for (int i = 0; i < 2; i++) {

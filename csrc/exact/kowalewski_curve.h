@@ -9,8 +9,8 @@
  * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
  * w2) and F(w2)/(w2 - w1). On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
- * Then dw/F = D R dx, where R is an even periodic function of x. The trapezoidal rule for averages
- * therefore converges exponentially (Kowalevski, Acta Mathematica 12, 1889, 177).
+ * With this substitution, dw/F = D R dx, where R is an even periodic function of x. The trapezoidal
+ * rule for averages therefore converges exponentially (Kowalevski, Acta Mathematica 12, 1889, 177).
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_CURVE_H
@@ -203,7 +203,7 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Refines approximate distances of w1 and w2 from the ends of their arcs by iteration. The array
+/* Iteratively refines approximate distances of w1 and w2 from the ends of their arcs. The array
  * `product` contains (k - w1)(k - w2), followed by (w1 - e)(e - w2) for the lower end e of the
  * first arc and for the upper end e of the second. Each iteration uses those two of the three
  * equations for the distances that give the fastest convergence. */
@@ -230,11 +230,12 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
     gap->up = dd_div(product[0], dd_add(width, gap->below));
     gap->down = dd_div(product[1], dd_add(between, gap->below));
 }
-/* Computes the distances of w1 and w2 from the ends of their arcs in the state p, q, r, g1, g2, g3.
+/* Computes the distances of w1 and w2 from the ends of their arcs for the state (p, q, r, g1, g2,
+ * g3).
  * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * The distances are computed to full precision from these two products and the results of
- * product_at_end. */
+ * These two products and the results of product_at_end determine the distances to full
+ * precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -260,8 +261,8 @@ static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
         arc->b[i] = root_apart(o, arc->high, i);
     }
 }
-/* Sets the coefficients A, B, C and E of an arc; `scale` is C, or -A if the arc extends to
- * infinity. */
+/* Sets the coefficients A, B, C and E of one arc of the Kowalewski curve. The argument `scale` is
+ * C, or -A if the arc extends to infinity. */
 static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     const int infinite = arc->low == NO_ROOT;
@@ -299,9 +300,9 @@ static int line_of(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest sinh |Im x| of all singularities. The values `height` and `crosswise`
- * describe the nearest singularity that a Landen transformation can remove. If no singularity can
- * be removed, `crosswise` is set to -1. */
+/* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. The values
+ * `height` and `crosswise` describe the nearest singularity that a Landen transformation can
+ * remove. Sets `crosswise` to -1 if no singularity can be removed in this way. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -329,10 +330,11 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
     }
     return v;
 }
-/* Moves the singularities by a Landen transformation of modulus m. Let u be cos x, or sin x if
- * `crosswise` is nonzero, and let v be the same function of the new variable. Then m u v^2 - (1 +
- * m) v + u = 0. The transformation removes a singularity u if both solutions v of this quadratic
- * equation coincide. The transformation adds a singularity at v = 1/m. */
+/* Moves the singularities of an integrand by a Landen transformation of modulus m. Let u be cos x,
+ * or sin x if `crosswise` is nonzero, and let v be the same function of the new variable. Then m u
+ * v^2 - (1 + m) v + u = 0. The transformation removes a singularity at u if the quadratic equation
+ * for v has a double root. The Landen transformation adds a singularity of the integrand at v =
+ * 1/m. */
 static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
@@ -358,7 +360,8 @@ static dd modulus_for(dd height)
 }
 /* Chooses Landen transformations that move the singularities of the integrands away from an arc.
  * Each transformation removes one singularity near the real axis, but roughly halves the distances
- * of the others from the axis. Returns sinh |Im x| of the nearest remaining singularity. */
+ * of the others from the axis. Returns sinh |Im x| of the singularity x that is nearest to the real
+ * axis after these transformations. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
@@ -380,7 +383,8 @@ static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Returns the scale of an arc for which the complex branch points have Re x = pi/2. */
+/* Returns the scale of an arc (see scale_arc) for which the complex branch points lie at Re x =
+ * pi/2. */
 static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
@@ -390,7 +394,7 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
     return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
 }
 /* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
- * `scale` is optimal if all branch points are real. */
+ * `scale` yields the fastest convergence if all branch points of the curve are real. */
 static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     scale_arc(o, arc, scale);
@@ -400,8 +404,8 @@ static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scal
     scale_arc(o, arc, scale_for_pair(o, arc));
     if (fold_arc(o, arc) < plain) *arc = old;
 }
-/* Sets up the arc of w1, which ends at the largest root, and the arc of w2, which ends at the
- * smallest root. */
+/* Sets up the arc of w1, which ends at the largest real zero of F(w)^2, and the arc of w2, which
+ * ends at the smallest one. */
 static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 {
     const int top = o->real - 1;

@@ -1,17 +1,18 @@
 /* Theta sums of a Kowalewski top after Poisson summation. Near a separatrix, an eigenvalue of B is
- * small, and the terms of the theta sums nearly cancel. Poisson summation expresses the same sums
- * by terms that do not cancel. With z = theta + i beta, the sum of the terms of a class r is
+ * small, and the terms of the theta sums nearly cancel. Poisson summation transforms the theta sums
+ * into series whose terms do not cancel. With z = theta + i beta, the sum of the terms of a class r
+ * is
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
  * where k runs over the dual of the lattice of the class, shifted according to its signs. A factor
  * that all theta sums have in common is omitted. The factor exp(-i theta B^-1 beta) is omitted from
- * the sums, because the factor e includes it. With theta between -2 pi and 2 pi and k = (k1, k2)/4,
- * the remaining sum is
+ * the sums, because it is already contained in the complex factor e. With theta between -2 pi and 2
+ * pi and k = (k1, k2)/4, the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
  * One constant factor is fitted for each linear combination of term classes, because these
- * combinations contain fewer terms than the classes. Poisson summation is exact. The rules that
- * assign classes and signs to terms were found numerically and have not been proved
- * (kowalewski_theta.h). The study validation/studies/torus_edges.py compares states with 30-digit
- * solutions near every known kind of separatrix.
+ * combinations contain fewer terms than the classes themselves. Poisson summation is exact. The
+ * rules that determine the class and the sign of each term were found numerically and have not been
+ * proved (kowalewski_theta.h). The study validation/studies/torus_edges.py compares states with
+ * 30-digit solutions near every known kind of separatrix.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_DUAL_H
@@ -19,9 +20,10 @@
 #include "kowalewski_state.h"
 #include "kowalewski_theta.h"
 
-/* Linear combinations of the classes into which the terms of a theta sum are divided. The element
- * weight[b][i] is the weight of class i in linear combination b. There are as many linear
- * combinations as classes of terms. */
+/* Linear combinations of partial theta sums, where each partial sum contains the terms of one
+ * residue class of (k1, k2). The element
+ * weight[b][i] is the coefficient of the i-th class of terms in linear combination b. The basis
+ * contains as many linear combinations as there are classes of terms. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
@@ -60,8 +62,8 @@ static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1,
     return eighth_turn(k1 * b->first[i] + k2 * b->second[i] +
                        (is_imaginary(sum, b->second[i]) ? 2 : 0));
 }
-/* Appends a linear combination of term classes to the list if it is linearly independent of those
- * already in the list. */
+/* Appends a linear combination of classes of theta terms to the list if it is linearly independent
+ * of the combinations already in the list. */
 static void append_combination(dual_basis *b, int *found, const double weight[])
 {
     double rest[CLASSES], size = 0.0, left = 0.0;
@@ -110,8 +112,8 @@ static void make_basis(int kind, int sum, dual_basis *b)
                 append_combination(b, &found, weight);
             }
 }
-/* Computes the factor with which each term enters each linear combination of classes. Factors that
- * differ from zero only by rounding errors are set to zero. */
+/* Computes the factor of each term of the theta sum in each linear combination of term classes.
+ * Factors that differ from zero only by rounding errors are set to zero. */
 static void find_factors(int kind, int sum, dual_basis *b)
 {
     for (int k = 0; k < 64; k++) {
@@ -146,7 +148,7 @@ static double distance_to_cell(const double bend[3], double k1, double k2)
     return bend[0] * (x - k1) * (x - k1) + bend[2] * (y - k2) * (y - k2) +
            2.0 * bend[1] * (x - k1) * (y - k2);
 }
-/* Returns the negative logarithm of the magnitude of a term. */
+/* Returns the negative logarithm of the magnitude of one term of a dual theta sum. */
 static dd exponent_of_term(const dual_work *d, const dual_term *n)
 {
     const dd a = dd_times(n->k1 * n->k1 / 16.0, dd_of(d->bend[0])),
@@ -167,7 +169,7 @@ static int scale_dual_terms(dual_work *d)
            d->lift + first + second < 340.0;
 }
 /* Lists the terms of the dual theta sums that are significant at some point of the torus. Returns 0
- * if there are too many terms, or if a term would overflow. */
+ * if the array of terms is too small, or if a term would exceed the range of doubles. */
 static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
 {
     const double pi = 3.14159265358979323846, det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -218,13 +220,13 @@ static void make_growth(const dual_work *d, const double theta[2], growth_lanes 
     for (int j = 0; j < 2; j++) x[j] = dd_of(fourth * theta[j] - nearest(fourth * theta[j]));
     fill_growth(d->bend, d->wide, x, w);
 }
-/* Returns the factor exp((k1 a1 + k2 a2)/4) of a term. */
+/* Returns the factor exp((k1 a1 + k2 a2)/4) of a term in a dual theta sum. */
 static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
 }
-/* Adds the contribution of a term to each linear combination of classes at the selected sample
- * points. */
+/* Adds one term of a dual theta sum to each linear combination of term classes, at the selected
+ * sample points. */
 static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n,
                           sample_choice choice)
 {
@@ -240,8 +242,8 @@ static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which,
         }
     }
 }
-/* Evaluates the linear combinations of term classes at the selected sample points, for two theta
- * sums. */
+/* For two theta sums, evaluates the linear combinations of the classes of terms at the selected
+ * sample points. */
 static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2],
                               sample_choice choice)
 {
@@ -272,8 +274,8 @@ static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2]
     size_dual_samples(w, OTHER_SAMPLES);
     return solve_spinor_twice(w);
 }
-/* Computes the coefficient of a term in a dual sum. Returns 0 if the sum does not contain the
- * term. */
+/* Computes the coefficient of one term in a dual theta sum. Returns 0 if the sum does not contain
+ * the term. */
 static int dual_coefficient(const theta_work *t, const dual_work *d, int sum, const dual_term *n,
                             cx *out)
 {

@@ -6,9 +6,9 @@
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
  *        w^2 = k^2 - 1 of the heading, where F = i l. The integrals determine b only up to the
  *        addition of rows of B/2.
- * A path leads from a root at x = 0 towards another root at x = pi. On a path, w = N/D has the same
- * form as on the arcs, but with complex coefficients. Each path is therefore an arc of a circle or
- * a segment of a straight line.
+ * A path leads from a root at x = 0 towards another root at x = pi. On an integration path, w = N/D
+ * has the same form as on the arcs, but with complex coefficients. Each path is therefore an arc of
+ * a circle or a segment of a straight line.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PERIODS_H
@@ -17,17 +17,17 @@
 
 enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u */ };
 
-/* An integral counts as converged if a refinement changes it by less than a limit, SETTLED or
- * WELL_SETTLED, relative to its size. If the limit is SETTLED, the error of an integral can reach
- * 1e-12, but only if there is a weak singularity close to the path. If the limit is WELL_SETTLED,
- * the error of an integral consists only of rounding errors. */
+/* An integral counts as converged if refining the quadrature changes it by a relative amount below
+ * the limit SETTLED or WELL_SETTLED. With the limit SETTLED, the error of an integral can reach
+ * 1e-12, but only if the integrand has a weak singularity near the path. If the limit is
+ * WELL_SETTLED, the integrals are accurate to within rounding errors. */
 #define SETTLED 1e-9
 #define WELL_SETTLED 1e-14
 
 /* A path. For each of the `count` branch points that are not ends of the path, N - root D = a sin^2
  * + b cos^2. The coefficient `A` describes the deviation of w from its value at the start of the
- * path. The member `across` is the product A E. The tolerance `settled` is either SETTLED or
- * WELL_SETTLED. */
+ * path. The member `across` is the product of the coefficients A and E. The tolerance `settled` is
+ * either SETTLED or WELL_SETTLED. */
 typedef struct kowalewski_path {
     cx A, C, E, across, a[OTHERS], b[OTHERS];
     cx near[OTHERS], near_d;           /* reference points for the signs of square roots */
@@ -51,8 +51,8 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     return cx_of(re.hi + 0.0, im); /* not -0 */
 }
 /* Returns the point nearest to zero on the segment from a to b. The quotient of any point of the
- * segment and the returned point has a positive real part. For accuracy, the calculation starts
- * from the endpoint that is closer to zero. */
+ * segment and the returned point has a positive real part. For accuracy, the position on the
+ * segment is measured from the endpoint that is closer to zero. */
 static cx nearest_on_segment(cx a, cx b)
 {
     const int swap = cx_square(b) < cx_square(a);
@@ -201,12 +201,13 @@ typedef struct kowalewski_matrix {
     double b11, b12, b22, asymmetry, shift[2];
 } kowalewski_matrix;
 
-/* Returns the real part of root i. */
+/* Returns the real part of the branch point with index i. */
 static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
-/* Returns the path from real root i to the complex root in the upper half plane. In the variable z
+/* Returns the integration path from the real root with index i to the complex root in the upper
+ * half plane. In the variable z
  * = (w - real)/(w - complex), the path is a ray. The map to z takes the upper half plane to the
- * outside of a circle through 0. The ray leads away from the centre of the circle, so its angle to
- * every other branch point is at least pi/2. */
+ * outside of a circle through 0. The ray points away from the centre of this circle, so it makes an
+ * angle of at least pi/2 with the directions to all other branch points. */
 static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
 {
     const cx way = root_less_root(o, i, 1), from = cx_of(way.im, way.re);
@@ -263,9 +264,9 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds to b the normalized integral over a path, multiplied by `part`. The integral is taken on the
- * sheet of the Riemann surface on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The
- * path leads from the root with index `from` to a pole. */
+/* Adds `part` times the normalized integral along a path to the vector b (`shift`). The integral is
+ * taken on the sheet of the Riemann surface on which F = i l at the pole. At the pole, tan^2(x/2) =
+ * `most`. The path of integration leads from the branch point with index `from` to a pole. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)
@@ -286,7 +287,7 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
     return 1;
 }
-/* Returns the straight path that leads from a root e to the point e + way. */
+/* Returns the straight integration path from a branch point e to the point e + way. */
 static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx way)
 {
     kowalewski_path p = {
@@ -301,9 +302,10 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
 }
 /* Adds to b the integral from the end point of the arc that contains w1 to a real pole. The
  * integration path starts at the nearest real root that is larger than the pole. If the pole lies
- * to the left of a pair of complex roots, the path starts at one of these roots instead. The
- * integral from the end of the arc to the start of this path is zero or half a row of the matrix
- * B. */
+ * to the left of a pair of complex roots, the path of integration starts at one of these roots
+ * instead. The
+ * integral from the end of the arc to the starting point of the integration path is zero or half a
+ * row of the matrix B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {
@@ -326,7 +328,8 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                  up = fmax(-root_less_pole(o, low, pole).hi, 0.0);
     return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
 }
-/* Adds to b the contributions of the complex pole i y and of its conjugate, which are equal. The
+/* Adds to the vector b the contributions of the complex pole i y and of its conjugate, which are
+ * equal. The
  * path is part of the circle through a complex root, the pole i y and the conjugate root. If all
  * roots are real, the path is the straight line that joins the root nearest to zero to the pole. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],

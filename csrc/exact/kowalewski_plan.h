@@ -26,8 +26,9 @@ typedef struct kowalewski_work {
 } kowalewski_work;
 
 /* Returns 1 if the initial values of Kowalewski's variables w1 and w2 lie on the arcs. The arc of
- * w1 ends at k, and that of w2 at the smallest root. These ends of the arcs were confirmed for 1e6
- * random tops (validation/studies/torus_accuracy.py), but have not been proved. */
+ * w1 ends at k, and the arc of w2 ends at the smallest real branch point. The choice of these end
+ * points was confirmed for 1e6 random tops (validation/studies/torus_accuracy.py), but has not been
+ * proved. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
@@ -46,9 +47,9 @@ static double distance_error(const kowalewski_curve *o, int i, int j)
                  digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
-/* Returns the largest relative error of the distances between branch points. The frequencies of the
- * motion depend on the logarithms of these distances. These distances are the widths of the gaps
- * next to the arcs, and the distance between two complex roots close to an arc. */
+/* Returns the largest relative error of the distances between branch points of F. The frequencies
+ * of the motion depend on the logarithms of these distances. The distances considered are the
+ * widths of the gaps next to the arcs, and the separation of two complex roots close to an arc. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -61,8 +62,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to 1 + k. For nearly equal
- * roots, the member `resolution` of close_roots replaces the distance. */
+/* Returns the smallest distance between two branch points, divided by 1 + k. For two nearly equal
+ * roots, the distance is replaced by `resolution` of close_roots, a measure of the cancellation. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -90,8 +91,8 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
         out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
         const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* The ratio S/T = x/y can be computed from two formulas. The terms of the first one vanish
-         * where y[5] = -1, and those of the second one where y[5] = 1. */
+        /* The ratio S/T = x/y of two theta sums can be computed from two formulas. The terms of the
+         * first one vanish where y[5] = -1, and those of the second one where y[5] = 1. */
         if (y[5].hi > 0.0) {
             out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
             out->y = cx_of(dd_add(y[3], plus).hi, y[4].hi);
@@ -126,7 +127,7 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Returns the rate of the heading after adding integer multiples of half the rates of the torus
+/* Returns the rate of the heading, corrected by integer multiples of half the rates of the torus
  * angles. These integers are found from the initial rate of A = S + T or of B = S - T, whichever is
  * larger. Up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
@@ -158,8 +159,8 @@ static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], c
                   dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
 }
 /* Appends a theta sum to the solution, row by row. Negligible terms at both ends of a row of
- * coefficients are omitted. A real sum stores only half of its terms, multiplied by two, because
- * the terms form complex conjugate pairs. Returns 0 if the array of terms or the array of rows is
+ * coefficients are omitted. For a sum with real values, only one term of each complex conjugate
+ * pair is stored, multiplied by two. Returns 0 if the array of terms or the array of rows is
  * full. */
 static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
                        int *rows, int *terms)
@@ -204,8 +205,8 @@ static void widen(kr_theta_sums *plan, const int most[2])
     for (int j = 0; j < 2; j++)
         if (most[j] > plan->wide[j]) plan->wide[j] = most[j];
 }
-/* Computes and stores all theta sums. Returns 0 if memory is insufficient or if a sum has too many
- * terms. */
+/* Computes all theta sums of a Kowalewski top, and stores them in `plan`. Returns 0 if memory is
+ * insufficient or if a theta sum has too many terms. */
 static int fill_sums(kr_theta_sums *plan, theta_work *t)
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -232,8 +233,8 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
     }
     return 1;
 }
-/* Appends a dual sum to the solution, row by row. Returns 0 if the array of terms or the array of
- * rows is full. */
+/* Appends the terms of a dual theta sum to the solution, grouped into rows of equal k1. Returns 0
+ * if the array of terms or the array of rows is full. */
 static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual_work *d, int sum,
                             int *rows, int *terms)
 {
@@ -262,8 +263,9 @@ static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual
     }
     return 1;
 }
-/* Computes the initial values of S and T and of their time derivatives from dual sums. The
- * derivatives omit a growth rate that S and T have in common, because it does not affect the
+/* Computes the initial values of the theta sums S and T and of their time derivatives from the dual
+ * sums. A growth
+ * rate that is common to S and T is omitted from the derivatives, because it does not affect the
  * heading. */
 static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx sum[2], cx slope[2])
 {
@@ -289,8 +291,8 @@ static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx su
     }
 }
 /* Computes and stores the coefficients of all dual theta sums for one value of beta. The constant
- * factors of the sums S and T must already have been fitted for this value of beta. Returns 0 if
- * the array of terms or the array of rows is full. */
+ * factors of the theta sums S and T must already have been fitted for this value of beta. Returns 0
+ * if the array of terms or the array of rows is full. */
 static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -333,8 +335,8 @@ static kr_kowalewski_refusal make_sums(kowalewski_work *w, const dd state[6], kr
     *heading = find_heading(w, state, sum, slope);
     return fill_sums(plan, &w->theta) ? KR_KOWALEWSKI_PLANNED : KR_KOWALEWSKI_TERMS;
 }
-/* Computes the dual sums and the rate of the heading. Returns 0 if no dual sums are accurate
- * enough, or if they have too many terms. */
+/* Computes the dual theta sums and the rate of the heading angle. Returns 0 if the dual theta sums
+ * are not accurate enough, or have more terms than the arrays can hold. */
 static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan, dd *heading)
 {
     theta_work *t = &w->theta;
@@ -363,7 +365,7 @@ static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *
     return fill_dual_sums(plan, t, d, beta);
 }
 /* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason applies.
- * Rounding errors in the initial state are tolerated. */
+ * The tests for degenerate motions tolerate rounding errors in the initial state. */
 static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
@@ -377,8 +379,8 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
         return KR_KOWALEWSKI_PLANAR;
     return refusal;
 }
-/* Computes the roots, arcs, periods, samples and rates that determine the theta sums. Returns
- * KR_KOWALEWSKI_PLANNED on success, or the reason for the failure. */
+/* Computes all quantities that determine the theta sums: roots, arcs, periods, samples and rates.
+ * Returns KR_KOWALEWSKI_PLANNED on success, or the reason for the failure. */
 static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;
@@ -407,8 +409,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     make_samples(w, w->theta.sample);
     return KR_KOWALEWSKI_PLANNED;
 }
-/* Returns the ratio of the smallest to the largest denominator D at the samples. A small ratio
- * indicates cancellation between the terms of the theta sums. */
+/* Returns the ratio of the smallest to the largest value of the denominator D at the sample points.
+ * A small ratio indicates cancellation between the terms of the theta sums. */
 static double least_size(const theta_work *t)
 {
     double least = INFINITY, most = 0.0;
@@ -418,8 +420,8 @@ static double least_size(const theta_work *t)
     }
     return least / most;
 }
-/* Sets the rates and the initial phases of the two torus angles. The caller sets the initial phase
- * of the factor e. */
+/* Sets the rates and the initial phases of the two torus angles. Also sets the rate of the phase of
+ * the factor e to `heading`; the caller must set the initial value of this phase. */
 static void set_phases(const kowalewski_work *w, dd heading, kr_theta_sums *plan)
 {
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};

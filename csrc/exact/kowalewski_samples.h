@@ -5,8 +5,8 @@
  *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
  *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
  * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. Five signs of
- * square roots must be determined, one for each root of phi and one for each arc. These signs are
- * determined by comparison with a state shortly after the initial time.
+ * square roots must be determined, one for each root of phi and one for each arc. The signs are
+ * chosen such that the formulas reproduce a state shortly after the initial time.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_SAMPLES_H
@@ -84,7 +84,8 @@ static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd 
 }
 static cdd with_sign(double sign, cdd a) { return sign < 0.0 ? cdd_neg(a) : a; }
 
-/* Computes the denominator a in the formulas for the state, and the products a p and a q. */
+/* Computes the common denominator a of the components of the state, and the products a p and a
+ * q. */
 static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_point *two, dd *a,
                     dd *p, dd *q)
 {
@@ -150,8 +151,10 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
     }
 }
 /* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
- * end. If the arc has a finite lower end, `rest` is the distance from this end. The argument
- * `next`, the value of `gap` at a later time, determines the direction of motion along the arc.
+ * end. If the lower end of the arc is finite, `rest` is the distance of Kowalewski's variable from
+ * this end. The argument `next`
+ * is the value of `gap` at a later time, and determines in which direction the variable moves along
+ * the arc.
  * Returns 0 if the point is so close to an end of the arc that sin(x/2) or cos(x/2) is at most
  * `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
@@ -169,7 +172,7 @@ static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, d
     }
     make_point(o, arc, s, c, out);
     fold(arc, &sine, &cosine);
-    /* The signs of the square roots are valid for angles between -pi and pi. */
+    /* The signs chosen for the square roots are correct for angles between -pi and pi. */
     const double turns = turns_of(sine.hi, cosine.hi).hi;
     out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
     out->theta[0] = out->theta[1] = 0.0;
@@ -188,9 +191,9 @@ static double miss_of(const dd got[6], const dd want[6])
     }
     return most;
 }
-/* Determines the five signs of the square roots by comparison with a single state. Only the correct
- * signs reproduce the components p and q of the state. Returns the error of the reconstructed state
- * for the combination of signs that fits best. */
+/* Determines the signs of the five square roots by comparison with a single state of the top. Only
+ * one combination of signs should reproduce the angular velocity components p and q of this state.
+ * Returns the error of the reconstructed state for the combination of signs that fits best. */
 static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
                          const dd state[6])
 {
@@ -212,9 +215,10 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
     memcpy(k->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the points on the two arcs that correspond to a given state of the top. The directions
- * of motion of w1 and w2 are inferred from a later state. Returns 0 if a point is too close to an
- * end of its arc. */
+/* Computes the points on the two arcs of the Kowalewski curve that correspond to a given state of
+ * the top. The directions
+ * of motion of w1 and w2 are inferred from a later state. Returns 0 if w1 or w2 is too close to an
+ * end of its arc for an accurate result. */
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {
@@ -222,11 +226,11 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
     return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
-/* Determines the signs of the square roots and the initial angles on the torus. The signs are
- * determined from the first state whose points are not close to the ends of the arcs. If w1 or w2
- * moves so slowly that no such state is found, points closer to the ends of the arcs are accepted.
- * The returned error is divided by the state's rate of change, because errors in the angles of a
- * slow motion change the state only slightly. */
+/* Determines the signs of the square roots and the initial angles on the torus. These signs are
+ * determined at the first state at which w1 and w2 are not close to the ends of their arcs. If w1
+ * or w2 moves very slowly, no such state may be found; points closer to the ends of the arcs are
+ * then accepted. The returned error is divided by the state's rate of change, because errors in the
+ * angles of a slow motion change the state only slightly. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

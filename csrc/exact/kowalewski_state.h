@@ -1,5 +1,5 @@
 /* State of a Kowalewski top at time t, computed from its closed-form solution. The code computes
- * the state at a single time, or at a different time in each vector lane. Single and vectorized
+ * the state at a single time, or at a different time in each vector lane. Scalar and vectorized
  * evaluations give bitwise equal results.
  *
  * This header is compiled once for each instruction set and number of lanes. */
@@ -80,8 +80,9 @@ INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], 
     for (int k = -most[1]; k <= most[1]; k++)
         w->two[k & 3][(k + WIDE_MOST) / 4] = power[k + WIDE_MOST];
 }
-/* Evaluates a dual sum whose coefficients start at `term`. The coefficients of a complex sum are
- * stored as pairs of real and imaginary parts. Returns a pointer past the last coefficient. */
+/* Evaluates a dual theta sum, whose coefficients are stored in an array that begins at `term`. The
+ * coefficients of a complex sum are stored as pairs of real and imaginary parts. Returns a pointer
+ * to the first double after the coefficients. */
 INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_complex,
                                    const double *term, const growth_lanes *w, wide *re, wide *im)
 {
@@ -104,7 +105,8 @@ INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_compl
     *im = sum_im;
     return term;
 }
-/* Evaluates all dual sums, and adds the contribution of the torus angles to the phase of e. */
+/* Evaluates all dual theta sums, and adds the contribution of the torus angles to the phase of the
+ * factor e. */
 INLINE void sum_dual(const kr_theta_sums *plan, const dd phase[2], dd *turn, wide re[], wide im[])
 {
     growth_lanes w;
@@ -122,8 +124,8 @@ INLINE void sum_dual(const kr_theta_sums *plan, const dd phase[2], dd *turn, wid
         row += plan->rows[i];
     }
 }
-/* Evaluates a theta sum whose coefficients start at `term`. Returns a pointer past the last
- * coefficient. */
+/* Evaluates a theta sum whose coefficients start at `term`. Returns a pointer to the first double
+ * after the coefficients. */
 INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *term,
                               const wave_lanes *w, wide *re, wide *im)
 {

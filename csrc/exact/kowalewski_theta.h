@@ -1,15 +1,15 @@
 /* The coefficients of the theta sums of a Kowalewski top. With n = (k1, k2)/2, up to a constant
  * factor for each class of n, the coefficients are
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
- * with beta = 0 for P, Q and R. The class and the sign of each term depend on how the real roots of
- * phi and the numbers k and -k are ordered. Some of the classes have no terms in a given theta sum.
- * The rules were found numerically and have not been proved. The study
- * validation/studies/torus_accuracy.py tests the rules for classes and signs with 1e6 random tops.
- * A solution is rejected if its theta sums do not reproduce known states of the top. The constants
- * of S and T are the null vector of the equations
+ * with beta = 0 for P, Q and R. The class and the sign of each term of a theta sum depend on how
+ * the real roots of phi and the numbers k and -k are ordered. A theta sum need not contain terms of
+ * every class. The rules were found numerically and have not been proved. The study
+ * validation/studies/torus_accuracy.py tests these rules on 1e6 random tops. A solution is rejected
+ * if its theta sums do not reproduce known states of the top. The constants of S and T are the null
+ * vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
- * at points of the torus. The constant factors of P, Q and R are determined by linear least
- * squares.
+ * at points of the torus. The constant factors of the theta sums P, Q and R are determined by
+ * linear least squares.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_THETA_H
@@ -19,14 +19,15 @@
 #include "kowalewski_samples.h"
 #include "least_squares.h"
 
-/* The equations for the constants of S and T count as satisfied if the ratio of the two smallest
- * singular values of their matrix is below SATISFIED. For a fit to only a third of the samples, the
- * less strict limit NEARLY_SATISFIED applies. */
+/* The constants of the theta sums S and T count as determined if the ratio of the two smallest
+ * singular values of the matrix of their equations is below SATISFIED. For a fit to only a third of
+ * the samples, the less strict limit NEARLY_SATISFIED applies. */
 #define SATISFIED 1e-8
 #define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds of curves, classified by the order of the real roots. If e denotes a root of phi, the
- * six kinds have the orders -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds of Kowalewski curves, distinguished by the order of the real roots. If e denotes a root
+ * of phi, the real roots of the six kinds have the orders -k e k, e -k k, e -k e e k, e e -k e k,
+ * -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
 /* A term of a theta sum, without the constant factor that all terms of its class share. The array
@@ -43,7 +44,7 @@ typedef struct sum_terms {
     sum_term term[TERMS];
 } sum_terms;
 
-/* The state of a top at one point of its torus. */
+/* The state of a Kowalewski top at one point of its invariant torus. */
 typedef struct torus_sample {
     double p, q, r;
     cx x, y; /* coefficients of the equation S x = T y */
@@ -80,10 +81,11 @@ static int class_of(int kind, int k1, int k2)
     if (has_pairs(kind)) return 2 * odd(k1) + odd(k2);
     return 4 * odd(k1) + ((k2 - 2 * floor_half(k1)) & 3);
 }
-/* Returns 1 if a given theta sum contains terms of the class with the given index. */
+/* Returns 1 if any term of the given theta sum belongs to the class with the given index. */
 static int has_class(int kind, int sum, int index)
 {
-    /* In each table entry, bit i is set if the theta sum contains terms of class i. */
+    /* In each table entry, bit i is set if the theta sum contains terms whose indices (k1, k2)
+     * belong to residue class i. */
     static const unsigned char classes[KINDS][SUMS] = {
         {0x55, 0xaa, 0x55, 0x0a, 0xaa}, {0x0f, 0x0f, 0x0f, 0x0a, 0x0f},
         {0x0f, 0x0f, 0x07, 0x02, 0x0d}, {0x0f, 0x0f, 0x07, 0x02, 0x0d},
@@ -124,7 +126,7 @@ static double decay(dd x)
     return e.plus * (e.even + e.odd);
 }
 /* Lists the terms of two theta sums whose magnitude is at least e^-40 times the largest possible
- * magnitude. Returns 0 if there are too many terms. */
+ * magnitude. Returns 0 if the work arrays are too small for the terms. */
 static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], const double beta[2],
                       sum_terms *out)
 {
@@ -158,8 +160,8 @@ static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], co
     }
     return out->count > 0;
 }
-/* Computes exp(i k theta/2) for |k| up to `most`. To limit rounding errors, each power is the
- * product of two powers with nearly equal exponents. */
+/* Computes exp(i k theta/2) for all integers k from -`most` to `most`. To limit rounding errors,
+ * each power is the product of two powers with nearly equal exponents. */
 static void make_waves(double theta, int most, cx wave[])
 {
     cx *w = wave + WIDE_MOST;
@@ -168,8 +170,9 @@ static void make_waves(double theta, int most, cx wave[])
     for (int k = 2; k <= most; k++) w[k] = cx_mul(w[k / 2], w[k - k / 2]);
     for (int k = 1; k <= most; k++) w[-k] = cx_conj(w[k]);
 }
-/* Adds up the terms of each class at one point of the torus, for two theta sums. Two terms belong
- * to the same class if their k1 are equal and their k2 differ by a multiple of 4. */
+/* Adds up the terms of two theta sums at one point of the torus, separately for each class of
+ * terms. Terms of a theta sum with the same index k1 belong to the same class if their indices k2
+ * differ by a multiple of 4. */
 static void sum_classes(theta_work *w, const int sum[2], const double theta[2], cx out[2][CLASSES])
 {
     const sum_term *t = w->terms.term, *const end = t + w->terms.count;
@@ -203,7 +206,8 @@ static cx weigh(const cx column[CLASSES], const double constant[CLASSES])
 static const int spinor_sums[2] = {SUM_S, SUM_T};
 
 /* Subsets of the samples used for fitting. The subset THIRD_OF_SAMPLES contains samples from all
- * rows and columns of the grid. A third of the samples suffices to reject a wrong value of b. */
+ * rows and columns of the grid. A fit to a third of the samples suffices to reject a wrong
+ * candidate for the vector b. */
 typedef enum sample_choice { THIRD_OF_SAMPLES, OTHER_SAMPLES, ALL_SAMPLES } sample_choice;
 static int is_chosen(int i, sample_choice choice)
 {
@@ -217,7 +221,8 @@ static void fill_columns(theta_work *w, const int sum[2], sample_choice choice)
 }
 /* Fits the constant factors of the theta sums S and T to the samples selected by `choice`. The
  * equation for each sample point is divided by the approximate magnitude of S and T at this point.
- * Returns the ratio of the smallest singular value to the second smallest. */
+ * Returns the ratio of the smallest singular value of the matrix of equations to the second
+ * smallest one. */
 static double solve_spinor(theta_work *w, sample_choice choice)
 {
     lsq *m = &w->lsq;
@@ -252,8 +257,9 @@ static void find_sizes(theta_work *w)
         w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
                                         cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
 }
-/* Fits the constant factors of the theta sums S and T to all samples. The fit is repeated after
- * each equation has been divided by D, so that all errors are small relative to D. Returns the
+/* Fits the constant factors of the theta sums S and T to all samples. The fit is repeated with each
+ * equation divided by D, the common denominator of the state, so that all errors are small relative
+ * to D. Returns the
  * ratio of the smallest singular value to the second smallest. */
 static double solve_spinor_twice(theta_work *w)
 {
@@ -276,7 +282,8 @@ static double find_spinor(theta_work *w, const double beta[2], int thorough)
     fill_columns(w, spinor_sums, OTHER_SAMPLES);
     return solve_spinor_twice(w);
 }
-/* Computes beta from one of four candidates for b, which differ by rows of B/2. Multiples of the
+/* Computes the vector beta from one of four candidates for the vector b, which differ by rows of
+ * the matrix B/2. Multiples of the
  * rows of B are added to beta such that the terms of the theta sums become as small as possible. */
 static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
 {
@@ -298,8 +305,9 @@ static double try_spinor_class(theta_work *w, int i, int thorough)
     return find_spinor(w, beta, thorough);
 }
 /* Tries the four candidates for the vector b until one of them satisfies the equations for S and T
- * to high accuracy. If no candidate reaches this accuracy, the one with the smallest error is used.
- * Returns 0 if no candidate satisfies the equations. */
+ * to high accuracy. If no candidate for b reaches this accuracy, the candidate with the smallest
+ * error is used.
+ * Returns 0 if no candidate for the vector b satisfies the equations for S and T. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;

@@ -1,10 +1,10 @@
 /* Set-up of the closed-form solution for the Lagrange top. Let u = a.e3 be the height of the axis
  * a, U u the potential energy, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
- * The roots, the rate nu of the nutation, and the rates k1 and k2 of alpha and beta are computed in
- * double-double arithmetic. The moment of inertia about the symmetry axis affects only the spin, by
- * a constant rate that is added separately. This header is compiled once for each instruction set
- * and number of lanes (lane_types.h). */
+ * The roots u1, u2 and u3, the nutation rate nu, and the rates k1 and k2 of alpha and beta are
+ * computed in double-double arithmetic. The moment of inertia about the symmetry axis affects only
+ * the spin, by a constant rate that is added separately. This header is compiled once for each
+ * instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
@@ -21,7 +21,8 @@ typedef struct initial {
 } initial;
 
 /* Distances between the roots u1, u2 and u3, the initial height u0 and the poles u = -1 and 1.
- * Distances that become infinite at zero torque are multiplied by g. */
+ * Distances from the root u3 are multiplied by g, because u3 becomes infinite if the torque
+ * vanishes. */
 typedef struct turning {
     dd down, up;                     /* u0 - u1, u2 - u0 */
     dd third;                        /* g (u3 - u0) */
@@ -48,7 +49,8 @@ static inline initial initial_of(const exact_top *top, dd i1)
 }
 /* Computes the roots u1, u2 and u3 of the cubic if u3 is far from the other two. The cubic is
  * expanded about the initial height, in v = u - u0, because u1 and u2 may be close to u0. Newton's
- * method yields V = g (u3 - u0). The other two roots follow from a quadratic equation. */
+ * method yields V = g (u3 - u0). The other two roots of the cubic are computed from a quadratic
+ * equation. */
 static inline void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
@@ -69,7 +71,7 @@ static inline void about_start(const initial *s, const dd c[3], wide guess, turn
     r->minus1 = dd_add(s->minus, r->down);
 }
 /* Computes the roots u1, u2 and u3 of the cubic if u1 is far from the other two. The cubic is
- * expanded about the upper pole, because u2 and u3 can coincide only there. */
+ * expanded about u = 1 (apex at the top), because the roots u2 and u3 can coincide only there. */
 static inline void about_top(const initial *s, wide guess, turning *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -96,8 +98,8 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
 /* Recomputes the smaller of a and b from the known product a * b * beside to avoid cancellation.
- * The mask `smaller_a` marks the lanes in which a is smaller than b. If both a and b are zero, they
- * are left unchanged. */
+ * The mask `smaller_a` marks the lanes in which a is smaller than b. If a and b are both zero,
+ * neither is changed. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
@@ -196,8 +198,9 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Computes the arguments of alpha and beta, which are incomplete elliptic integrals of the first
- * kind. Here p1 and p2 are 1 + u1 and 1 + u2, and m1 and m2 are 1 - u1 and 1 - u2. */
+/* Computes the arguments of the theta functions in alpha and beta; these arguments are incomplete
+ * elliptic integrals of the first kind. Here p1 and p2 are 1 + u1 and 1 + u2, and m1 and m2 are 1 -
+ * u1 and 1 - u2. */
 static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r,
                                      dd average)
 {
@@ -215,9 +218,10 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series of alpha, beta and the horizontal momentum. If `dual` is nonzero, the
- * series use the dual nome. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2
- * and |beta|^2 = (1 - u)/2 at the extreme heights. */
+/* Sets the theta series of the Cayley-Klein parameters alpha and beta, and of the horizontal
+ * momentum. If `dual` is nonzero, the theta
+ * series are expanded in the complementary nome. The scale factors of alpha and beta follow from
+ * |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the extreme heights. */
 static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
                                   int dual)
 {
@@ -292,11 +296,11 @@ static inline dd phase_at_start(const turning *r, wide mean)
                                   wide_choose(below, dn, kp * per_dn), one);
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
-/* Sets the initial phases of the nutation, of alpha and of beta. The phase of the horizontal
- * momentum is the sum of the phases of alpha and beta. Only two of the three phases are computed
- * directly, because the phase of a quantity close to zero is inaccurate. The phase of the momentum
- * is less accurate when the momentum is nearly vertical. The phase of the momentum is used only if
- * the momentum is large compared with alpha or beta. */
+/* Sets the initial phases of the nutation, of alpha and of beta. The phase of the complex
+ * horizontal momentum is the sum of the phases of the functions alpha and beta. Phases of
+ * quantities close to zero are inaccurate, so only two of the three phases are computed directly.
+ * The phase of the momentum is less accurate when the momentum is nearly vertical. The phase of the
+ * momentum is used only if the momentum is large compared with alpha or beta. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
@@ -333,8 +337,8 @@ static inline mask is_resting_at_pole(const initial *s)
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
 /* Returns half of c (1/I3 - 1/I1), where c = <m, a>. The result is half the difference between the
- * spin and the component of W along the axis. The caller adds the result to the rate of alpha, and
- * subtracts it from the rate of beta. */
+ * spin and the component of W along the symmetry axis. The caller adds the result to the rate of
+ * alpha, and subtracts it from the rate of beta. */
 static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
@@ -351,7 +355,7 @@ typedef struct setting {
     arguments at;
 } setting;
 
-/* Computes the quantities on which all other stages of the set-up depend. */
+/* Computes the quantities on which all later stages of the closed-form set-up depend. */
 static void begin_setting(setting *s)
 {
     s->i1 = equal_moment(&s->top);
@@ -369,10 +373,11 @@ static void set_angles(setting *s)
     lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Computes n closed-form solutions in internal units, after begin_setting has been called for each.
- * No symmetry axis may be at rest at a pole, and weight * |com| must be positive. Each stage is
- * completed for all tops before the next, because the code of all stages does not fit into the
- * first-level instruction cache. */
+/* Computes n closed-form solutions in internal units; begin_setting must have been called for each
+ * of them.
+ * For each top, weight * |com| must be positive, and the symmetry axis must not stay vertical. Each
+ * stage is completed for all tops before the next, because the code of all stages does not fit into
+ * the first-level instruction cache. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);

@@ -94,8 +94,8 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A top and its initial state in internal axes and units. The converted attitude and the vector
- * weight * com are not rounded to doubles. */
+/* A top and its initial state in internal axes and units. The attitude in these axes and the
+ * component of weight * com along T are stored in double-double precision. */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */

@@ -13,14 +13,15 @@ typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
 } kr_theta;
 /* A phase that grows at a constant rate. The rate [turns per unit of time] and the initial value
- * [turns] are each stored as a sum of two doubles. */
+ * [turns] of a phase are each stored as a sum of two doubles. */
 typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 
-/* The closed-form solution in the notation of lane_types.h. All members consist of doubles, like
- * those of kr_exact. C's aliasing rules therefore permit a kr_exact to be read through a pointer to
- * this type. To write a kr_exact, the library uses memcpy. */
+/* The closed-form solution, with the symbols defined in lane_types.h. All members consist of
+ * doubles, like those of kr_exact. C's aliasing rules therefore permit a kr_exact to be read
+ * through a pointer to this type. The library uses memcpy to copy a value of this type to a
+ * kr_exact. */
 typedef struct kr_exact_form {
     double period, precession, spin; /* as in kr_exact */
     double begin;                    /* [T] */

@@ -1,6 +1,6 @@
 /* Solves small dense least-squares problems in double precision by Householder QR factorization
- * with column pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times
- * the longest one is treated as zero. */
+ * with column pivoting. The columns of the matrix are first scaled to unit length. A column shorter
+ * than 1e-12 times the longest one is treated as zero. */
 #ifndef KR_EXACT_LEAST_SQUARES_H
 #define KR_EXACT_LEAST_SQUARES_H
 #include <math.h>
@@ -37,7 +37,8 @@ static inline void lsq_exchange(lsq *m, int i, int j)
     m->from[i] = m->from[j];
     m->from[j] = from;
 }
-/* Scales the columns to unit length, and moves the columns that are treated as zero to the end. */
+/* Scales the columns of the matrix to unit length, and moves all columns that are treated as zero
+ * to the end. */
 static inline void lsq_scale(lsq *m)
 {
     double size = 0.0;
@@ -69,8 +70,8 @@ static inline void lsq_reflect(const lsq *m, int k, double *x)
     const double s = 2.0 * dot / square;
     for (int i = k; i < m->rows; i++) x[i] -= s * v[i];
 }
-/* Factors the matrix. Above the diagonal, column k becomes a column of R; its remaining elements
- * store the k-th reflection. */
+/* Factors the matrix. The elements of column k above the diagonal become elements of R; the
+ * remaining elements of the column store the k-th Householder reflection. */
 static inline void lsq_factor(lsq *m)
 {
     lsq_scale(m);
@@ -110,7 +111,8 @@ static inline void lsq_unscale(const lsq *m, const double *x, double *out)
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
 /* Solves a least-squares problem for a factored matrix, overwriting the right-hand side. A column
- * is omitted if its diagonal element in R is at most 1e-13 times the first diagonal element. */
+ * is omitted if its diagonal element in the triangular factor R is at most 1e-13 times the first
+ * one. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;
@@ -135,9 +137,9 @@ static inline double lsq_iterate(const lsq *m, double *x)
     return lsq_normalise(x, m->rank);
 }
 /* Writes the singular vector for the smallest singular value of a factored matrix. Returns the
- * ratio of the smallest singular value to the second smallest. The singular vectors for the two
- * smallest singular values are computed by inverse iteration, with the second vector kept
- * orthogonal to the first. */
+ * ratio of the smallest singular value of the matrix to the second smallest one. The singular
+ * vectors for the two smallest singular values are computed by inverse iteration, with the second
+ * vector kept orthogonal to the first. */
 static inline double lsq_null(lsq *m, double *out)
 {
     double x[LSQ_COLUMNS] = {0.0}, y[LSQ_COLUMNS], last = 0.0, second = 0.0;

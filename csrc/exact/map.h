@@ -3,22 +3,23 @@
  * In the notation of map_curve.h, where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
- * Hence the phase of alpha increases by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step. The
- * phase of beta increases by the corresponding expression with N-, s1 and y2. The momentum of a
- * state describes the motion during the preceding step, and therefore belongs to a time half a step
- * earlier. The rotation about the symmetry axis is exact, as in methods/bobenko_suris.h. This
- * header is compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+ * Hence each step of the map increases the phase of the complex number alpha by arg N+(s2) - 2 arg
+ * theta2(eta/2 + i y1). The
+ * phase of beta increases by the same expression with N+, s2 and y1 replaced by N-, s1 and y2. The
+ * momentum of a state describes the motion during the preceding step, and therefore belongs to a
+ * time half a step earlier. The rotation about the symmetry axis is computed exactly, as in
+ * methods/bobenko_suris.h. This header is compiled once for each instruction set, because
+ * double-double arithmetic is faster on processors with fused multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"
 #include "map_curve.h"
 #include "scaling.h"
 
-/* Returns arg theta2(x + i y) for |x| <= pi/4. If K'/K < 1, the dual series is summed, which is a
- * theta4 series. The terms are `weight` times cos(n x) cosh(n y) and sin(n x) sinh(n y), with odd n
- * for theta2 and even n for theta4. Here c and s are cos(n x) and sin(n x), and `up` and `down` are
- * e^(n y) and e^(-n y). */
+/* Returns arg theta2(x + i y) for |x| <= pi/4. If K'/K < 1, the function is computed from the dual
+ * series, which is a theta4 series. The terms are `weight` times cos(n x) cosh(n y) and sin(n x)
+ * sinh(n y), with odd n for theta2 and even n for theta4. Here c and s are cos(n x) and sin(n x),
+ * and `up` and `down` are e^(n y) and e^(-n y). */
 static dd arg_theta2(const map_curve *r, dd x, dd y)
 {
     const int dual = r->ratio.hi < 1.0;
@@ -51,7 +52,8 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
 /* Returns the increase in the phase of alpha (sign 1) or beta (sign -1) over one step. The
- * calculation uses two consecutive states that are symmetric about an extreme height. */
+ * calculation uses two consecutive states that are symmetric about a maximum or minimum of the apex
+ * height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
     dd re, im;
@@ -85,7 +87,8 @@ static void map_series(kr_exact_map_form *map, const map_curve *r)
     theta_scale(&curve->alpha, sqrt(0.5 * r->plus2) * theta_at(three.even, at) / high);
     theta_scale(&curve->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
 }
-/* Returns theta4 after k steps, on the same scale as the other theta functions. */
+/* Returns the theta function theta4 after k steps of the map, on the same scale as the other theta
+ * functions. */
 static double pole_at(const kr_exact_map_form *map, double k)
 {
     const kr_phase *f = &map->curve.nutation;
@@ -101,7 +104,8 @@ static double pole_at(const kr_exact_map_form *map, double k)
 }
 /* Sets the scale factor of the momentum from its value at the lowest position of the axis. The
  * momentum is larger there than at the highest position, because 1 + |W|^2 = (1 + E)/(1 + b s). The
- * sign of the momentum follows from W ~ alpha beta' - beta alpha'. Returns the largest |W|^2. */
+ * sign of this scale factor follows from the relation W ~ alpha beta' - beta alpha' between two
+ * successive states. Returns the largest |W|^2. */
 static double set_momentum(kr_exact_map_form *map, const map_link *k)
 {
     double f[6], g[6], h[6];
@@ -241,7 +245,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
-        return KR_ERR_ARGUMENT; /* Powers of other step sizes could underflow or overflow. */
+        return KR_ERR_ARGUMENT; /* Powers of this step size could overflow or underflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) {
         turn_over(&r.curve);

@@ -5,9 +5,9 @@
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
  * where P is a cubic with roots s1 <= s <= s2 <= s3. Both s and u are elliptic functions of a phase
  * that increases by eta in each step. If a step is so large that 1 + b s < 0, the signs of b and X
- * are reversed. Then b < 0, and the step is equivalent to a step of the same top under reversed
- * gravity. This header is compiled once for each instruction set, because double-doubles are faster
- * with fused multiply-add. */
+ * are reversed. A step with b < 0 is equivalent to a step of the same top under reversed gravity.
+ * This header is compiled once for each instruction set, because double-doubles are faster with
+ * fused multiply-add. */
 #ifndef KR_EXACT_MAP_CURVE_H
 #define KR_EXACT_MAP_CURVE_H
 #include "math/dd_functions.h"
@@ -76,7 +76,8 @@ static map_link map_link_of(const exact_top *top, double step)
     }
     return k;
 }
-/* Sets the coefficients of sign * P(s). No terms of the size 1/h^2 cancel in the form
+/* Sets the coefficients of the cubic polynomial sign * P(s). No terms of the size 1/h^2 cancel in
+ * the form
  *     P(s) = b s^3 - D/(1+c^2) s^2 + (1 + b s)(4 D/(1+E) - 2 X b s)
  *            - 2/X (l X (1 + b s) - c s)^2,   D = E - c^2. */
 static void fill_cubic(map_link *k)
@@ -94,8 +95,9 @@ static void fill_cubic(map_link *k)
     k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
 /* Computes the roots of the cubic P from its expansion about the value s0 of the first step.
- * Newton's method yields the isolated root. The other two roots solve a quadratic equation, and are
- * computed without cancellation. */
+ * The isolated root, which is farthest from the other two, is computed by Newton's method. The
+ * other two roots of P are the solutions of a quadratic equation, and are computed without
+ * cancellation. */
 static void find_map_roots(map_link *k)
 {
     const dd c[3] = {
@@ -144,7 +146,7 @@ static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_sq
     *s = dd_add(k->s1, up);
     *climb_square = dd_div(dd_mul(dd_mul(up, down), third), map_height(k, *s));
 }
-/* Computes the real and imaginary parts of N+ (sign 1) or N- (sign -1). */
+/* Computes the real and imaginary parts of N+ (if `sign` is 1) or of N- (if `sign` is -1). */
 static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
 {
     const dd y = dd_mul(k->x, map_height(k, s));
@@ -166,7 +168,8 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
     *near = dd_div(dd_add(dd_square(re), dd_square(im)),
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
-/* Returns u3 - 1, the distance of the third root from the pole, computed without cancellation. */
+/* Returns u3 - 1, the distance of the third root u3 from the pole u = 1, computed without
+ * cancellation. */
 static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;

@@ -6,9 +6,10 @@
 #include "kernel.h"
 
 /* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
- * and the horizontal momentum. The phase factors are included, but the attitude q is not yet
- * normalized or transformed by the frame. Only factors_of_kind requires that all lanes use series
- * of the same kind. */
+ * and the horizontal momentum. The values include the phase factors, but the attitude q is not yet
+ * normalized, and the map `frame` of the solution has not been applied to it. If factors_of_kind is
+ * used, the theta series of all SIMD lanes must be of the same kind; factors_at has no such
+ * restriction. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -160,8 +161,8 @@ static inline wide sign_of(wide x)
 }
 
 /* Sets the nutation period and the mean rates of precession and spin from the rates of the phases.
- * The complex values of theta1 and theta2 rotate about zero as X increases. The direction of
- * rotation is given by the sign of `slope`, which is opposite to that of y. If theta1 or theta2
+ * The complex values of theta1 and theta2 rotate about zero as X increases. The sign of `slope`,
+ * which is opposite to the sign of y, determines the direction of rotation. If theta1 or theta2
  * passes through zero, its phase jumps by half a turn, and its winding number is defined as zero.
  * For a torque-free top, beta is a theta4 function, whose values do not wind around zero. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)

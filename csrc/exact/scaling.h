@@ -36,9 +36,9 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
-/* Returns half the rate that the rotor adds to the spin, in internal units. If the axes of a
- * spherical body are rotated, rounding changes the components of the rotor momentum, but not its
- * norm. */
+/* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
+ * with rotated axes, the norm of the rotor momentum is used, because it is not affected by rounding
+ * errors of the rotation. */
 static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;

@@ -7,7 +7,8 @@
 #include "phase.h"
 
 /* Returns the state at the time t, which is the initial time plus `span`. The kernel is called with
- * constant arguments for each kind of series, so the compiler can remove unused code. */
+ * constants that select the kind of series, so that the compiler can remove the code for the other
+ * kinds. */
 static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
@@ -36,8 +37,9 @@ static inline kr_state state_at(const kr_exact_form *e, double t)
     return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
 }
 
-/* Sets up a motion in which alpha and beta have constant magnitudes and constant rates. Examples
- * are sleeping, hanging and resting tops, and symmetric bodies without torque. */
+/* Sets up a motion in which alpha and beta have constant magnitudes and constant rates. Such
+ * motions include those of sleeping, hanging and resting tops, and of symmetric bodies without
+ * torque. */
 static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);

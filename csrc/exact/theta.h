@@ -64,9 +64,10 @@ static inline wide elliptic_agm(wide a, wide b)
     }
     return 0.5 * (a + b);
 }
-/* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. For series in the
- * square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. In a dual theta series, the
- * phase is multiplied by pi / T. For dual series, pi / T is stored in double-double precision. */
+/* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. If the series is in
+ * powers of the square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. In a dual theta
+ * series, the phase is multiplied by pi / T. For dual series, pi / T is stored in double-double
+ * precision. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -159,8 +160,8 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j of a table to `sum`. In row j of such a table, all coefficients after
- * the j-th are zero. */
+/* Adds `weight` times row j of a table to `sum`. All coefficients after the j-th in row j of the
+ * table are zero. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
@@ -175,8 +176,9 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
     *c = e.even * even + e.odd * odd;
 }
 /* Returns the real and imaginary parts of theta(x + i y) as polynomials in sin^2 x. If `dual`
- * is nonzero, returns theta(y + i x) as polynomials in sinh^2 x instead. The dual form of theta1 is
- * multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
+ * is nonzero, returns theta(y + i x) as polynomials in sinh^2 x instead. In this case, the result
+ * for theta1 is also multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is
+ * omitted. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

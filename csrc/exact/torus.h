@@ -1,8 +1,9 @@
 /* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
- * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. A structure of fixed size,
- * called a plan, stores the data of a closed-form solution. A plan begins with the members declared
- * in kreisel.h and ends with the coefficients of the series. The set-up of a closed-form solution
- * needs additional memory, which directly follows its plan. */
+ * Goryachev-Chaplygin). The two angles that parametrize the torus grow at constant rates. A
+ * structure of fixed size, called a plan, stores the data of a closed-form solution. This structure
+ * begins with the members declared in kreisel.h and ends with the coefficients of the series. The
+ * set-up of a closed-form solution needs working memory, which is placed directly after its plan.
+ * */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "layout.h"
@@ -13,8 +14,8 @@ typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* Half of each torus angle and, for a Kowalewski top, the phase of the factor e. For other
-     * tops, the third phase is zero. */
+    /* Half of each torus angle and, for a Kowalewski top, the phase of the complex factor e. For
+     * other tops, the third phase is zero. */
     kr_phase turn[3];
 } kr_torus;
 
@@ -44,7 +45,7 @@ typedef struct kr_torus_form {
      * body of this kind. The function pointer is NULL if the solution applies to all initial
      * states. */
     int (*suits)(const kr_scene *scene);
-    /* Returns the size in bytes of the part of a plan that is in use. Copying this part suffices to
+    /* Returns the size in bytes of the used part of a plan, which is all that must be copied to
      * copy the plan. */
     size_t (*used_size)(const void *plan);
     /* The instruction sets in the build, starting with the widest. The table ends with a NULL

@@ -22,8 +22,8 @@ INLINE double fraction_of_turns(double turns)
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
 /* Returns t minus the initial time, or 0 if t is not finite or too large for the phases to be
- * computed. If the result is 0, the caller computes the initial state, which at least has the
- * correct integrals of motion. */
+ * computed. If the result is 0, the caller evaluates the solution at the initial time, where at
+ * least the integrals of motion are correct. */
 INLINE dd torus_span(const kr_torus *torus, wide t)
 {
     const dd span = two_sum(t, wide_splat(-torus->begin));
@@ -45,15 +45,15 @@ INLINE quat_lanes torus_attitude(const kr_torus *torus, quat_lanes q)
     return r;
 }
 #if defined KR_EXACT_LANES
-/* Loads one time from t into each lane. If there are fewer times than lanes, the remaining lanes
- * repeat the first time. */
+/* Loads one time of the array t into each SIMD lane. If there are fewer times than SIMD lanes, the
+ * remaining lanes are filled with the first time. */
 INLINE wide load_time_lanes(size_t n, const double t[])
 {
     double times[LANES];
     for (size_t i = 0; i < LANES; i++) times[i] = t[i < n ? i : 0];
     return wide_load(times);
 }
-/* Writes the states of the first n lanes, or of all lanes if there are fewer than n. States at
+/* Writes the states in the first n SIMD lanes, or in all lanes if there are fewer than n. States at
  * non-finite times are set to NaN. */
 INLINE void store_state_lanes(const state_lanes *s, size_t n, kr_state out[])
 {

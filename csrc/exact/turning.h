@@ -128,8 +128,8 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Converts turning points that were computed with up and down interchanged to the correct
- * orientation. */
+/* Converts turning points to the correct orientation if they were computed with up and down
+ * interchanged. */
 static void flip_turning(kr_turning_form *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;

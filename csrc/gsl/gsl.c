@@ -131,8 +131,8 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 }
 
 /* Returns the largest permitted step size for the angular velocity W. In the body frame, a rotor
- * with momentum h rotates W at a rate of at most |h| / I, where I is the smallest moment of
- * inertia. */
+ * with angular momentum h rotates the angular velocity W at a rate of at most |h| / I, where I is
+ * the smallest moment of inertia. */
 static double longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;

@@ -6,8 +6,8 @@
 #define KR_DD_FUNCTIONS_H
 #include "dd.h"
 
-/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. Terms of
- * the series with factors greater than `to` in their denominators are omitted. */
+/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. The sum
+ * omits all terms that have a factor greater than `to` in the denominator. */
 static inline dd dd_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;

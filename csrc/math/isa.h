@@ -7,9 +7,10 @@
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
-/* Macros for the x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py)
- * selects x86 features by function attributes. Because clang defines no macros for function
- * attributes, kreisel.c defines KR_TARGET_AVX2 and similar macros. */
+/* Macros that are defined if the compiler may use FMA, AVX2 and AVX-512 instructions. The
+ * amalgamated kreisel.c (cmake/amalgamate.py) selects x86 features by function attributes. Because
+ * clang defines no macros for function attributes, kreisel.c defines KR_TARGET_AVX2 and similar
+ * macros. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif
@@ -19,8 +20,8 @@
 #if defined __AVX512F__ || defined KR_TARGET_AVX512F
 #  define KR_AVX512
 #endif
-/* KR_FUSED is defined if the hardware has fused multiply-add. Results depend on the instruction set
- * only through KR_FUSED. */
+/* KR_FUSED is defined if the hardware has fused multiply-add. Two instruction sets give bitwise
+ * identical results if KR_FUSED is defined for both or for neither. */
 #if defined KR_FMA || defined __aarch64__ || defined FP_FAST_FMA
 #  define KR_FUSED
 #endif
@@ -28,8 +29,8 @@
 /* A kernel is a single loop without function calls, because a call would force all vector registers
  * to be saved to memory. APART prevents the compiler from inlining functions that kernels rarely
  * call. If KR_SMALL is defined, the compiler decides what to inline, which makes the code smaller.
- * Files with long functions define KR_LONG_FUNCTIONS. In some builds without fused multiply-add,
- * the compiler also decides what to inline in files with long functions. */
+ * Source files that contain long functions define KR_LONG_FUNCTIONS. In some builds without fused
+ * multiply-add, the compiler also decides what to inline in files with long functions. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -52,8 +53,8 @@
 #endif
 
 /* Vector code requires a compiler with __builtin_shufflevector. If KR_PLAIN is defined, the code is
- * plain C99 without vectors. On aarch64, the base instruction set is called neon, because every
- * aarch64 processor has NEON. */
+ * standard C99 without SIMD vector types. On aarch64, the base instruction set is called neon,
+ * because every aarch64 processor has NEON. */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif

@@ -1,10 +1,11 @@
-/* Vectors of doubles with independent lanes, one lane per top. The result in a lane is bitwise the
- * same for all vector widths. The type `wide` has as many lanes as a vector of the instruction set:
- * 8 for x86-64-v4, 4 for v3, 2 for SSE2 and NEON. In plain C99, or if KR_ONE_LANE is defined, a
- * `wide` has one lane. The operators + - * / and unary - apply to values of type `wide`, which may
- * be combined with a double. A `mask` holds one Boolean value per lane. Only wide_fma uses fused
- * multiply-add, and only if the hardware has it. This header is compiled once for each instruction
- * set. */
+/* SIMD vectors of doubles, in which each lane is computed independently, for a different top or a
+ * different time. The
+ * result in a lane is bitwise the same for all vector widths. The type `wide` has as many lanes as
+ * a vector of the instruction set: 8 for x86-64-v4, 4 for v3, 2 for SSE2 and NEON. In plain C99, or
+ * if KR_ONE_LANE is defined, a `wide` has one lane. The operators + - * / and unary - apply to
+ * values of type `wide`, which may be combined with a double. A `mask` holds one Boolean value per
+ * lane. Only wide_fma uses fused multiply-add, and only if the hardware has it. This header is
+ * compiled once for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>
@@ -103,7 +104,7 @@ INLINE wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
 #  endif
 #endif
 
-/* Loads one double per lane; the address need not be aligned. */
+/* Loads one double per SIMD lane; the address need not be aligned. */
 INLINE wide wide_load(const double *p)
 {
     wide a;

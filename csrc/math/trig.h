@@ -1,9 +1,9 @@
 /* Sine, cosine and arc tangent with errors of at most 2 units in the last place. The functions in
  * this file use only + - * / and sqrt, which are correctly rounded, and fmod, which is exact. The
  * results of different versions of libm differ in the last bits, and this would affect all computed
- * states. With the functions below, states are bitwise identical for every compiler and every libm,
- * and in WebAssembly. The functions sum power series, and use neither tables nor fused
- * multiply-add. */
+ * states. With the trigonometric functions of this file, the computed states are bitwise identical
+ * for all compilers and libm versions, and in WebAssembly. The functions sum power series, and use
+ * neither tables nor fused multiply-add. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>
@@ -31,8 +31,8 @@ static inline void cos_sinc_small(double z, double *c, double *s)
 }
 
 /* Writes the sine and cosine of any x. If |x| is 2^19 or larger, x is reduced modulo the double
- * nearest to 2 pi. The error of this reduction is smaller than the error caused by rounding x to a
- * double. */
+ * nearest to 2 pi. The error of the reduced argument is smaller than the error caused by rounding x
+ * to a double. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
     /* Adding 1.5 * 2^52 to a number leaves the nearest integer in the low bits of the sum. */

@@ -1,13 +1,13 @@
 /* Coefficients of symmetric compositions of kicks and drifts. The sequence of a step is
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
  * where a_i and b_i are fractions of the step size. The kick coefficients and the drift
- * coefficients are palindromic, and each set sums to 1. The table lists only the first half of each
- * set; the middle coefficient follows from the condition that the sum is 1. A table row without
- * kick coefficients describes a composition of a symmetric second-order method, such as Strang
- * splitting, with b_i = (a_i + a_(i+1)) / 2. At orders 6 and 8, the tabulated compositions are
- * cheaper than repeated compositions with Suzuki's coefficients. A composition with kick
- * coefficients begins and ends with a drift (b_0 = 0). With an exact drift, only the order
- * conditions of Runge-Kutta-Nystrom methods must be satisfied. */
+ * coefficients are palindromic, and each set sums to 1. For both kicks and drifts, the table lists
+ * only the first half of the coefficients; the middle coefficient follows because the sum is 1. A
+ * table row without kick coefficients composes steps of a symmetric second-order method, such as
+ * Strang splitting. In such a row, b_i = (a_i + a_(i+1)) / 2. At orders 6 and 8, the tabulated
+ * compositions are cheaper than repeated compositions with Suzuki's coefficients. A composition
+ * that has kick coefficients begins and ends with a drift, because b_0 = 0. With an exact drift,
+ * only the order conditions of Runge-Kutta-Nystrom methods must be satisfied. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -43,8 +43,8 @@ static const struct {
 
 /* The drifts and kicks of one step alternate, starting with drift[0] and kick[0]. The arrays drift
  * and kick contain fractions of the step size. The last kick of a step is merged with the first
- * kick of the next step. Between steps, the momentum therefore already contains part of the next
- * kick (see `ahead`). */
+ * kick of the next step. Between steps, the momentum therefore already includes a kick over the
+ * fraction `ahead` of the next step. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

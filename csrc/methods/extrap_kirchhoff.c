@@ -3,8 +3,8 @@
  *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W
  * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
  * lever L, and the space axes E1, E2, E3. All vectors are expressed in the body frame. The method
- * extrap also integrates twelve equations, so the two formulations can be compared. The method does
- * not conserve the integrals of motion. */
+ * `extrap` also integrates a system of twelve equations, so the two formulations can be compared.
+ * The method extrap_kirchhoff does not conserve the integrals of motion. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])

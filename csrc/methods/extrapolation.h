@@ -1,12 +1,13 @@
 /* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
- * motion with twelve equations. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps
- * and Gragg's smoothing. The asymptotic expansion of the error contains only even powers of 1 /
- * n_j. The Aitken-Neville scheme therefore gives the better approximations
+ * motion as twelve differential equations. T(j,1) is the result of the midpoint rule with n_j = 2 j
+ * substeps and Gragg's smoothing. The asymptotic expansion of the error contains only even powers
+ * of 1 / n_j. The Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at row j of the table T if the norm of T(j,j) - T(j,j-1) is at most tol. The
- * error norm is defined in the thesis (Bodack 2008, 4.1.1). The target row of the next step is the
- * row with the least work per unit time. The rules and constants of the step-size control follow
- * ODEX (Hairer, Norsett, Wanner, II.9). The method does not conserve the integrals of motion. */
+ * error norm is defined in the thesis (Bodack 2008, 4.1.1). The next step is planned to converge in
+ * its target row, the row with the least work per unit time. The rules and constants of the
+ * step-size control follow ODEX (Hairer, Norsett, Wanner, II.9). The method does not conserve the
+ * integrals of motion. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -16,7 +17,8 @@ enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNST
 
 /* A formulation of the equations of motion as twelve first-order differential equations for y. The
  * function `begin` converts a state to y, and `rates` computes dy/dt. The functions `velocity`,
- * `momentum` and `attitude` compute these quantities in the space frame from y. */
+ * `momentum` and `attitude` compute the angular velocity, the momentum and the attitude in the
+ * space frame from y. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -38,7 +40,7 @@ typedef struct {
 } gbs_path;
 enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
 /* A trial step of length h that starts from y. Rows of the extrapolation table are numbered from 1,
- * as in Hairer, Norsett, Wanner. */
+ * as in the book by Hairer, Norsett and Wanner. */
 typedef struct {
     kr_motion *motion;
     const gbs_form *form;
@@ -51,13 +53,14 @@ typedef struct {
     int row;                              /* the last row that was computed */
 } gbs_attempt;
 
-/* Returns the number of evaluations of the right-hand side for the table rows up to `row`. */
+/* Returns the number of evaluations of the right-hand side needed for rows 1 to `row` of the
+ * extrapolation table. */
 static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
-/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). This root mean square, divided by
- * the tolerance, is the error norm defined in the thesis (Bodack 2008). */
+/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). The returned value divided by the
+ * tolerance is the error norm defined in the thesis (Bodack 2008). */
 static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
@@ -92,7 +95,8 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Computes the extrapolated values of a table row, which overwrite those of the previous row. */
+/* Computes the extrapolated values in a row of the extrapolation table, which overwrite those of
+ * the previous row. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -120,8 +124,8 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     return 1;
 }
 /* Computes the extrapolation table up to row target + 1, and returns the first row, from row `from`
- * on, that meets the tolerance. Returns GBS_REJECTED as soon as the remaining rows are unlikely to
- * meet the tolerance. Returns GBS_UNSTABLE if the extrapolation diverges. */
+ * on, that meets the tolerance. Returns GBS_REJECTED as soon as the remaining rows of the table are
+ * unlikely to meet the tolerance. Returns GBS_UNSTABLE if the extrapolation diverges. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {

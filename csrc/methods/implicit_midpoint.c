@@ -16,7 +16,7 @@ typedef struct {
     kr_vec3 m;
     kr_vec3 V; /* solution of the last step, the initial guess for the next one */
 } midpoint_state;
-/* The data of one Newton iteration, for an approximate angular velocity V. */
+/* The quantities computed in one Newton iteration for an approximate angular velocity V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, in the body frame */

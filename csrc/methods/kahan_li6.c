@@ -1,7 +1,7 @@
 /* A composition of nine Strang steps (splitting.h) with the coefficients of Kahan and Li
  * (compose.h). The method conserves the vertical momentum. For Lagrange tops and torque-free
  * symmetric bodies, the method also conserves the momentum about the symmetry axis. The energy
- * error is bounded and O(h^6). */
+ * error is bounded and of order h^6. */
 #include "composed.h"
 
 static kr_status kahan_li6_reset(kr_motion *motion, const kr_state *start)

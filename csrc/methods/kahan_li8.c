@@ -1,7 +1,7 @@
 /* A composition of seventeen Strang steps (splitting.h) with the coefficients of Kahan and Li
  * (compose.h). The method conserves the vertical momentum. For Lagrange tops and torque-free
  * symmetric bodies, the method also conserves the momentum about the symmetry axis. The energy
- * error is bounded and O(h^8). */
+ * error is bounded and of order h^8. */
 #include "composed.h"
 
 static kr_status kahan_li8_reset(kr_motion *motion, const kr_state *start)

@@ -8,8 +8,9 @@
  *     Om = k J^-1 (A x P),   dm = q (k P x (W x A)) q*,   W = J^-1 (M - h)
  * (Om, W, M, P: in the body frame; h: momentum of the rotor), integrated by the implicit midpoint
  * rule, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The processor is applied
- * only when a state is read; its inverse is applied when a state is set. The modified kick
- * conserves the vertical momentum, and for a Lagrange top also the axial momentum. */
+ * when a state is read, and its inverse when a state is set; the steps in between do not need it.
+ * The modified kick conserves the vertical momentum, and for a Lagrange top also the axial
+ * momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>

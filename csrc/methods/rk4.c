@@ -15,7 +15,7 @@ static kr_status rk4_reset(kr_motion *motion, const kr_state *start)
     p->q = start->q;
     return KR_OK;
 }
-/* Writes y + h * k. */
+/* Writes the vector y + h * k to `out`. */
 static void add_scaled(const double y[REST_FRAME], double h, const double k[REST_FRAME],
                        double out[REST_FRAME])
 {

@@ -5,12 +5,14 @@
  * other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
  * consists of two rotations. The drift of an asymmetric body consists of four rotations: about m,
  * about N, about T, and about N again. For an asymmetric body, the local error of the drift is of
- * third order in the step size. This error of the drift is smallest if B is the axis of the
+ * third order in the step size. The local error is smallest if B is the principal axis with the
  * intermediate moment of inertia. A rotor with momentum h changes the rates of rotation by
- * constants, such as -h_N / I_N about the axis N. A rotor requires an additional rotation about B.
- * For a symmetric body, the drift remains exact if the rotor is along T. Sums are compensated: the
- * rounding error of each sum is stored and added to the next sum (Kahan 1965). With compensated
- * sums, rounding errors affect the energy only through the small changes of q and m per step. */
+ * constants, such as -h_N / I_N about the axis N. If the body has a rotor, the drift contains an
+ * additional rotation about the principal axis B.
+ * The drift of a symmetric body remains exact if the rotor momentum is along the symmetry axis T.
+ * Sums are compensated: the rounding error of each sum is stored and added to the next sum (Kahan
+ * 1965). With compensated sums, rounding errors affect the energy only through the small changes of
+ * q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -37,7 +39,8 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
              s->rotor.y == 0.0) {
-        /* The rotation about T is the same in every step and commutes with all other rotations. It
+        /* The rotation about the symmetry axis T is the same in every step and commutes with all
+         * other rotations. It
          * is therefore applied only when a state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
         s->t = 0.0;
@@ -54,13 +57,13 @@ static inline double splitting_sum(double sum, double change, double *low)
     return next;
 }
 /* Adds `change` to the horizontal components of m. Gravity does not change the vertical component
- * of m. */
+ * of the angular momentum m. */
 static inline void splitting_push(splitting *s, kr_vec3 change)
 {
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
     s->m.y = splitting_sum(s->m.y, change.y, &s->low_m.y);
 }
-/* Applies a kick scaled by `part`. */
+/* Adds the torque, multiplied by the fraction `part` of the step size, to the momentum. */
 static inline void splitting_kick(splitting *s, const kr_motion *motion, double part)
 {
     splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
@@ -106,9 +109,9 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Rotates q about the momentum m for `part` times the step size, and normalizes q. Unless `b` is
- * NULL, the rotation accumulated in b->r is applied as well. The norm of q is measured before the
- * rotation, so its correction does not depend on the rotation angle. */
+/* Rotates the attitude q about the momentum m for the fraction `part` of a step, and normalizes q.
+ * Unless `b` is NULL, the rotation accumulated in b->r is applied as well. The norm of q is
+ * measured before the rotation, so its correction does not depend on the rotation angle. */
 static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -166,8 +169,8 @@ static inline void splitting_drift(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Writes the state to `out`, after undoing the fraction `part` of a kick and applying the
- * accumulated rotation about T. */
+/* Writes the state to `out`, after reversing the fraction `part` of a kick and applying the
+ * accumulated rotation about the principal axis T. */
 static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
                                   kr_state *out)
 {

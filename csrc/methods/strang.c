@@ -1,7 +1,7 @@
-/* Strang splitting, of second order: half a kick, a free drift, half a kick (splitting.h). The half
- * kicks of successive steps are merged. The method conserves the vertical momentum. For Lagrange
- * tops and torque-free symmetric bodies, the method also conserves the momentum about the symmetry
- * axis. The energy error is bounded and O(h^2). */
+/* Strang splitting, of second order: half a kick, a free drift, half a kick (splitting.h). The last
+ * half kick of a step is merged with the first half kick of the next step. The method conserves the
+ * vertical momentum. For Lagrange tops and torque-free symmetric bodies, the method also conserves
+ * the momentum about the symmetry axis. The energy error is bounded and O(h^2). */
 #include "splitting.h"
 
 /* Between steps, the momentum already includes half of the next kick. */

@@ -1,7 +1,7 @@
 /* A composition of five Strang steps (splitting.h) with Suzuki's coefficients (compose.h). The
- * method conserves the vertical momentum. For Lagrange tops and torque-free symmetric bodies, the
- * method also conserves the momentum about the symmetry axis. The energy error is bounded and
- * O(h^4). */
+ * method conserves the vertical component of the angular momentum. For Lagrange tops and
+ * torque-free symmetric bodies, the method also conserves the momentum about the symmetry axis. The
+ * energy error is bounded and O(h^4). */
 #include "composed.h"
 
 static kr_status suzuki4_reset(kr_motion *motion, const kr_state *start)

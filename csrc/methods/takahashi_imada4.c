@@ -1,12 +1,12 @@
 /* The splitting of Takahashi and Imada: half a modified kick (modified_kick.h), a free drift, and
- * half a modified kick. The method has order 4 and needs only one kick per step. The drift must
- * have order 4 or higher. For symmetric bodies, the drift is exact (splitting.h). For other bodies,
- * the drift is Suzuki's composition of the rotations about N and T, without kicks. The method
- * conserves the vertical momentum, and for Lagrange tops also the axial momentum. The energy error
- * is bounded and O(h^4). The steps are symplectic. The change of variables (processor) preserves
- * the symplectic form only up to a bounded error of O(h^7). Steps in which the top may rotate by
- * more than 2.5 rad are refused. Lagrange tops may rotate by larger angles per step, because their
- * drift is exact. */
+ * half a modified kick. The method has order 4 and needs only one kick per step. The free drift
+ * must be computed with order 4 or higher. For symmetric bodies, the drift is exact (splitting.h).
+ * For other bodies, the drift is Suzuki's composition of the rotations about N and T, without
+ * kicks. The method conserves the vertical momentum, and for Lagrange tops also the axial momentum.
+ * The energy error is bounded and O(h^4). The steps are symplectic. The processor, a change of
+ * variables that is applied when a state is read, preserves the symplectic form only up to a
+ * bounded error of order h^7. Steps in which the top may rotate by more than 2.5 rad are refused.
+ * Lagrange tops may rotate by larger angles per step, because their drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"
@@ -66,7 +66,8 @@ static void takahashi_read(const kr_motion *motion, kr_state *out)
     out->m = apply_modified_kick(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
-/* Returns 1 if the number of stages fits in the arrays of a composition. */
+/* Returns 1 if the number of stages does not exceed the length of the arrays of a composition
+ * method. */
 static int takahashi_is_valid(const void *work)
 {
     takahashi_state p;

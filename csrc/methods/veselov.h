@@ -13,7 +13,8 @@
 
 enum { VESELOV_MOST = 20 };
 
-/* Performs one Newton step and returns the new value of r. F is the residual at the given r. */
+/* Performs one Newton step and returns the new value of r. The vector F is the residual of the
+ * Moser-Veselov equation at the given r. */
 static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

@@ -1,7 +1,7 @@
 /* A splitting method: half a kick, a discrete Moser-Veselov drift (veselov.h), and half a kick. The
- * half kicks of successive steps are merged. The method conserves the vertical momentum, and for
- * Lagrange tops also the axial momentum. The energy of a torque-free body is also conserved. In
- * general, the energy error is bounded and O(h^2). */
+ * second half kick of each step is merged with the first half kick of the next step. The method
+ * conserves the vertical momentum, and for Lagrange tops also the axial momentum. The energy of a
+ * torque-free body is also conserved. In general, the energy error is bounded and O(h^2). */
 #include "veselov.h"
 
 typedef struct {
@@ -10,7 +10,7 @@ typedef struct {
     kr_vec3 r; /* solution of the last step, the initial guess for the next one */
 } veselov2_state;
 
-/* Returns the momentum after a kick scaled by `part`. */
+/* Returns the momentum after a kick over the fraction `part` of a step. */
 static kr_vec3 veselov2_kick(const veselov2_state *p, const kr_motion *motion, double part)
 {
     return v_axpy(part * motion->step, motion_torque(motion, p->q), p->m);

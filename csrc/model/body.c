@@ -47,8 +47,8 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that permute the axes N, B, T cyclically. The rotation with index i takes T to the i-th
- * axis. */
+/* Rotations that permute the axes N, B, T cyclically. The rotation with index i takes the axis T to
+ * the coordinate axis with index i. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 /* Returns component i of v. */
@@ -128,7 +128,7 @@ int kr_body_last_axis(const kr_body *b)
     return (middle + 1) % 3;
 }
 /* Returns principal axes of a spherical body, with the third axis along `last`. All three moments
- * are set to their mean, because the body is spherical only up to rounding errors. */
+ * of inertia are replaced by their mean, because they are equal only up to rounding errors. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -219,7 +219,8 @@ static double tensor_element(const double j[9], kr_vec3 u, kr_vec3 v)
     return v_dot(u, v3(j[0] * v.x + j[1] * v.y + j[2] * v.z, j[3] * v.x + j[4] * v.y + j[5] * v.z,
                        j[6] * v.x + j[7] * v.y + j[8] * v.z));
 }
-/* Sets the principal axes of a body, and its moments and centre of mass along these axes. */
+/* Sets the principal axes of a body, and computes its moments of inertia and centre of mass with
+ * respect to these axes. */
 static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 {
     b->axes = axes;

@@ -16,7 +16,8 @@ typedef struct kr_working {
  * these axes. A spherical body with unequal components of `damping` keeps its principal axes,
  * because the damping matrix is diagonal only in these axes. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
-/* Returns the working axes of a body without damping. */
+/* Returns the axes used for an undamped body, and the inertia, centre of mass and rotor along these
+ * axes. */
 kr_working kr_body_working(const kr_body *body);
 /* Returns the index of the principal axis that the methods use as the third axis. For a spherical
  * body, the axis nearest to the direction of the centre of mass is chosen. */

@@ -22,7 +22,8 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
-/* Returns the components, along the principal axes, of the momentum without that of the rotor. `q`
+/* Returns the total angular momentum minus that of the rotor, as components along the principal
+ * axes. `q`
  * is the attitude of the principal axes. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {

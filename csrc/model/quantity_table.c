@@ -93,8 +93,8 @@ int kr_component_is_valid(int number)
     return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_QUANTITY_IN_EVENTS &&
            (size_t)c.axis < kr_quantities[c.quantity].doubles;
 }
-/* The third component of a vector in space is vertical, and is unchanged when the top is rotated
- * about the vertical. */
+/* The third component of a vector in the space frame is the vertical one, and is unchanged when the
+ * top is rotated about the vertical. */
 int kr_component_is_turned(int number)
 {
     const kr_component c = kr_component_of(number);

@@ -45,7 +45,8 @@ static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
 }
-/* Returns the change, in space, of a vector that changes by dv relative to the body. */
+/* Returns the change in the space frame of a vector whose components in the body frame change by
+ * dv. */
 static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *by, kr_vec3 v,
                                kr_vec3 dv)
 {
@@ -112,7 +113,8 @@ static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
                   turn = v_add(v_sub(v_scale(w, dv), v_scale(da.z, v)), v_cross(v, dv));
     return v_scale(1.0 / w, turn);
 }
-/* Returns the infinitesimal rotation, in space, of the frame that the Euler angles describe. */
+/* Returns the infinitesimal rotation of the frame described by the Euler angles, with components
+ * along the space axes. */
 static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_change *by)
 {
     const kr_vec3 turn = sum_along(at->frame, by->turn);
@@ -303,7 +305,8 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     const double by_phase = by->amplitude * square * sine;
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Computes the changes of all derived vectors from those of the state and the parameters. `column`
+/* From given changes of the state and the parameters, computes the changes of all vectors that
+ * depend on them. `column`
  * is one column of the tangent matrix. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {

@@ -8,9 +8,10 @@
  *     I = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
  *         + e^2 g^2 (1 + u^2) / 8
  * which equals H + e^2 g l c / 4 + O(e^4). I + e^2 g^2 would also be conserved, but would cause an
- * error of order e^4 in the rates. The map follows the same orbit as the top, but at a different
- * rate. To first order in g and to all orders in e |m|, a step e of the map equals a step h of the
- * top, rotated by -e g c om about e3 and by -e g l om about a, with
+ * error of order e^4 in the rates. The map bobenko_suris4 follows the same orbit as the continuous
+ * motion of the top, but at a different rate. To first order in g and to all orders in e |m|, a
+ * step e of the map equals a step h of the top, rotated by -e g c om about e3 and by -e g l om
+ * about a, with
  *     z = e^2 I / 2,    h = e (A + g l c e^4/8 (B + (1 + z) B')),    om = e^2 B / 4
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
  * All these quantities are constant along an orbit. (Derived for this library; no earlier source is

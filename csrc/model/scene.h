@@ -87,7 +87,7 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 /* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if a unit exceeds the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns the horizon of a scene, like kr_scene_horizon, but from known internal units and working
- * axes. */
+/* Returns the same horizon as kr_scene_horizon, but uses internal units and working axes that are
+ * already known. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

@@ -1,12 +1,12 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
  * series. This source file is compiled for single tangents (deviation_single.h) and for batches
- * (deviation_batch.h), each in double and in double-double precision. The headers for single
- * tangents and for batches define four types. A `triple` holds the three components of one
- * vector for each tangent.
- * The type `path_term` holds one Taylor coefficient of the path. The type `turned` is a triple
- * whose components are permuted for multiplication by a `path_term`. The type `halves` holds two
- * sums of products; their difference is a cross product. In each sum, the latest coefficient is
- * added last, because all other terms can be added before it is known. */
+ * (deviation_batch.h), each in double and in double-double precision. The headers
+ * deviation_single.h and deviation_batch.h each define four types. A `triple` holds the three
+ * components of one vector for each tangent. The type `path_term` holds one Taylor coefficient of
+ * the path. The type `turned` is a triple whose components are permuted for multiplication by a
+ * `path_term`. The type `halves` holds two sums of products; their difference is a cross product.
+ * In each sum, the latest coefficient is added last, because all other terms can be added before it
+ * is known. */
 #include "tangents.h"
 
 /* Taylor coefficients with their components permuted for multiplication. For the path, the
@@ -81,8 +81,8 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Computes the Taylor coefficients of order n + 1 of a tangent. `a` is the sum of the even terms,
- * and `b` is the sum of the odd terms. */
+/* Computes the Taylor coefficients of order n + 1 of a tangent. `a` and `b` are the sums of the
+ * even and of the odd terms of the Cauchy products. */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
@@ -122,7 +122,8 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the first `few` tangents or batches in `g`.
+/* Computes the Taylor coefficients of order n + 1 of the first `few` entries of `g`, each of which
+ * is a tangent or a batch of tangents.
  * The even and the odd terms of each Cauchy product are accumulated separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
@@ -148,8 +149,8 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }
-/* Computes all Taylor coefficients of the first `many` tangents or batches in `g`, given the
- * coefficients of order 0. */
+/* Computes all Taylor coefficients of the first `many` tangents (or batches of tangents) in `g`,
+ * given those of order 0. */
 INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
 {
     turned_path path;

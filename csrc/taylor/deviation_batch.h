@@ -25,7 +25,7 @@ INLINE triple triple_all(duo x, duo y, duo z)
     const triple r = {x, y, z};
     return r;
 }
-/* Returns a triple that holds the same vector for every tangent of a batch. */
+/* Returns a triple with the same components (x, y, z) for every tangent of a batch. */
 INLINE triple triple_of(const double *four)
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));

@@ -1,6 +1,6 @@
-/* Implements the types and operations of deviation.h for single tangents. A triple is stored as a
- * `quad`, and its two cyclic permutations as a `duo`. Three tangents are computed in parallel,
- * because the instructions for a single tangent depend on each other. */
+/* Implements the types and operations of deviation.h for single tangents. A triple of vector
+ * components is stored as a `quad`, and its two cyclic permutations as a `duo`. Three tangents are
+ * computed in parallel, because the instructions for a single tangent depend on each other. */
 #include "tangents.h"
 
 enum {

@@ -7,8 +7,8 @@
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates a series whose head is in double-double precision and whose tail is in double
- * precision. */
+/* Evaluates a Taylor series whose first terms are stored in double-double precision and whose last
+ * terms are stored in double precision. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {

@@ -1,11 +1,11 @@
-/* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. Each of the
- * two types is a hardware vector if the instruction set has vectors of its width. If the hardware
+/* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. A quad or duo
+ * is a single hardware vector if the instruction set has vectors of its width. If the hardware
  * has no vectors of this width, the type is a pair of vectors of half the width, and so on down to
  * single doubles. Hardware vectors have 8 lanes on x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on
  * baseline x86-64 and on arm64. The operation fma is a fused multiply-add if the hardware has one,
  * and a product followed by a sum otherwise. Numerical results therefore depend on the hardware
- * only in whether it has a fused multiply-add. This header is compiled once for each instruction
- * set. */
+ * only through the availability of a fused multiply-add. This header is compiled once for each
+ * instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -138,8 +138,8 @@ INLINE quad quad_prev(quad a)
  * quad_k to both quaternions of a pair. The functions duo_lo and duo_hi return the first and the
  * second quaternion of a pair. The functions duo_next_prev and duo_prev_next return both cyclic
  * permutations of one vector. The function duo_lane_of copies one component of the vector w to all
- * lanes; its argument `a` is duo_next_prev(w). If vectors have eight lanes, the component is copied
- * from `a`, because loading it from memory would be slower. */
+ * SIMD lanes; its argument `a` must be duo_next_prev(w). If SIMD vectors have eight lanes, the
+ * component is copied from `a`, because loading it from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)

@@ -8,7 +8,8 @@
 #include "quat_simd.h"
 #include "taylor.h"
 
-/* Each function returns the address of the low words that belong to the high words at p. */
+/* Each function returns the address of the low-order words of double-double numbers, given the
+ * address p of their high-order words. */
 INLINE const double *low(const double *p)
 {
     return (const double *)((const char *)p + sizeof(kr_series));
@@ -36,10 +37,10 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
       }
 #endif
 
-/* DOUBLED defines a type D, which has a high and a low word of type T, and the arithmetic
- * operations on D. For speed, fma returns an unnormalized result, in which |lo| may be a few units
- * in the last place of hi. The operations mul and store normalize their double-double results, so
- * that |lo| is at most half a unit in the last place of hi. */
+/* DOUBLED defines a type D, whose members are a high-order and a low-order word of type T, and the
+ * arithmetic operations on D. For speed, fma returns an unnormalized result, in which |lo| may be a
+ * few units in the last place of hi. The operations mul and store normalize their double-double
+ * results, so that |lo| is at most half a unit in the last place of hi. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \

@@ -9,8 +9,8 @@
 #include <string.h>
 #include "taylor.h"
 
-/* Signs and factors of the terms of quaternion products and cross products, in the order in which
- * duo_i, duo_j and duo_k permute the lanes. */
+/* Signs and factors of the terms of quaternion and cross products, for the SIMD lanes in the order
+ * produced by duo_i, duo_j and duo_k. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
@@ -24,7 +24,8 @@ typedef struct {
     duo ahead, behind;
 } turned_vector;
 /* The permuted coefficients of W and P are adjacent in memory, so that one instruction can load
- * both. The permuted coefficients of P are used only if the attitude is not computed (HEADLESS). */
+ * both. The permuted coefficients of the vertical P are needed only if the attitude is not computed
+ * (HEADLESS). */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
@@ -50,7 +51,7 @@ INLINE void add_rotor(const kr_series *s, turned_vector *first)
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
 /* For a vector coefficient (x, y, z), returns half the componentwise product of (y, z, x) and (z,
- * x, y). If j is 0, the rotor terms are first added to the coefficient. */
+ * x, y). If j is 0, the contribution of the rotor is first added to the coefficient. */
 INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
@@ -91,7 +92,8 @@ INLINE void add_chains(series_sums *a, const series_sums *b, form what)
 }
 
 /* Returns the n-th coefficients of all products of Taylor series in the equations of motion. Each
- * sum starts with its middle terms, and ends with the products of the latest coefficients. */
+ * sum starts with the products of middle-order coefficients, and the products with the newest
+ * coefficients are added last. */
 INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
@@ -193,10 +195,11 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of Taylor terms of middle order have the magnitude
- * 2^log2_size. The tail of a series (the terms computed in doubles) begins with a sum of products
- * of coefficients of about half the order. If these products cancel, the tail of the series is
- * small, but the rounding errors of the products are not. In the case of such a cancellation, a
- * step size based only on the last Taylor term would be too large. */
+ * 2^log2_size. The tail of a Taylor series consists of the terms that are computed in doubles. The
+ * first coefficient of the tail is a sum of products of lower coefficients, some of them of about
+ * half its order. If these products nearly cancel, the tail is small, but
+ * still contains the rounding errors of the large products. A step size based only on the last
+ * Taylor term would then be too large. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

@@ -11,7 +11,8 @@
  * one damping time A / D, because the problem is stiff. The neglected transient decays as exp(-D t
  * / A), and is below the rounding errors (Fenichel 1979). Until the motion reaches the slow
  * manifold, steps are computed with the explicit recurrence. Before the slow manifold is reached,
- * the tolerance is relative to the small angular velocity on the manifold. A top with dry friction
+ * the absolute error tolerance is proportional to the small angular velocity that the top has on
+ * the manifold. A top with dry friction
  * has two slow manifolds. While the top slides, the friction torque is constant. The case in which
  * friction holds the top is treated in slow_held.h. */
 #include <string.h>
@@ -29,7 +30,8 @@ static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
     const double *w = s->end_w + 1;
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
-/* Returns the rotor's contribution to the angular acceleration about a strongly damped axis. About
+/* Returns the part of the angular acceleration about a strongly damped axis that is due to the
+ * rotor. About
  * the other strongly damped axes, the top is assumed to rotate with the support. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
@@ -109,7 +111,8 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 #include "slow_terms.h"
 #include "slow_held_terms.h"
 
-/* Returns an upper bound on the rates of the support motion and of the undamped motion. */
+/* Returns an upper bound on the rotation rate of the undamped top and on the rates of its support's
+ * motion. */
 static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
 {
     const kr_vec3 A = motion->inertia;
@@ -357,9 +360,9 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
-/* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. On moving supports,
- * comparing the damping rates with the angular velocity often avoids a more expensive
- * computation. */
+/* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. If the support moves,
+ * comparing the damping rates with the angular velocity often excludes a slow manifold without a
+ * more expensive computation. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -370,8 +373,8 @@ static int may_be_slow(const kr_motion *motion)
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
-/* Initializes the data that do not depend on the set of strongly damped axes. Returns 0 if damping
- * is not strong about any axis. */
+/* Initializes the members of `slow` that do not depend on the choice of the strongly damped axes.
+ * Returns 0 if no axis is strongly damped. */
 static int begin_slow_axes(const kr_motion *motion, double undamped, held_directions *held,
                            slow_axes *slow)
 {
@@ -390,7 +393,7 @@ static int begin_slow_axes(const kr_motion *motion, double undamped, held_direct
     slow->held = held;
     return 1;
 }
-/* Resets the unit of time for steps that are not on a slow manifold. */
+/* Resets the unit of time for steps that are not computed on a slow manifold. */
 static void reset_rate(kr_taylor *p, const kr_motion *motion)
 {
     const int is_held = KR_HAS_SUPPORTS && p->series->linear > 1.0 && p->series->holds != 0.0;
@@ -398,8 +401,8 @@ static void reset_rate(kr_taylor *p, const kr_motion *motion)
     kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
 }
 /* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
- * lowered, because the angular velocity, and hence its permitted error, is small compared with the
- * damping rate. */
+ * lowered, because the permitted error is proportional to the angular velocity, which is small
+ * compared with the damping rate. */
 static double tolerance_of_transient(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
@@ -438,7 +441,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
 #define OVERFLOW_LEAST 5.0
 #define OVERFLOW_SHARE 512.0
 /* Torques smaller than SMALL_TORQUE times the damping torque are neglected. As a safety margin, the
- * growth rate is multiplied by CERTAIN. */
+ * computed growth rate is multiplied by CERTAIN, which is less than 1. */
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
 /* Let y be the magnitude of the angular velocity U relative to the support, with y^2 = <U, A U>.

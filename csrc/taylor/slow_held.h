@@ -37,7 +37,7 @@ static void make_unit_moment(dd v[3], const double A[3])
     const dd per_size = dd_div(dd_of(1.0), dd_sqrt(held_form(v, A, v)));
     for (int j = 0; j < 3; j++) v[j] = dd_mul(per_size, v[j]);
 }
-/* Rotates the two directions so that <v_0, D v_1> vanishes (Jacobi rotation). */
+/* Rotates the directions v_0 and v_1 such that <v_0, D v_1> vanishes (Jacobi rotation). */
 static void decouple_directions(dd v[2][3], const double D[3])
 {
     const dd cross = held_form(v[0], D, v[1]),
@@ -138,7 +138,8 @@ static kr_vec3 velocity_without_slow(const kr_series *s, const slow_axes *slow)
                          sum);
     return sum;
 }
-/* Returns the damping rate of a direction, in the unit of time of the series. */
+/* Returns the damping rate d_i along direction i, which is perpendicular to the axis of the top, in
+ * the time unit of the Taylor series. */
 static double held_drag(const kr_series *s, const slow_axes *slow, int i)
 {
     double sum = 0.0;
@@ -176,7 +177,8 @@ static double held_velocity_size(const kr_series *s, const slow_axes *slow)
             size = fmax(size, sqrt(slow->held->square[i]) * held_size(s, slow, i));
     return size;
 }
-/* Returns the smallest non-negligible velocity along a strongly damped direction. Velocities along
+/* Returns the smallest nonzero velocity along any strongly damped direction, or a negligible
+ * velocity if that is larger. Velocities along
  * damped directions are computed from W, so their rounding errors are proportional to the largest
  * component of W. */
 static double least_held_size(const kr_series *s, const slow_axes *slow)

@@ -1,5 +1,6 @@
 /* Taylor coefficients of the strongly damped motion of a top that friction holds (slow_held.h).
- * This source file is included once for doubles and once for double-doubles, after slow_terms.h. */
+ * This source file is included once for doubles and once for double-doubles, each time after
+ * slow_terms.h. */
 
 static void NAME(read_words)(number *to, const dd *from, int n, double scale)
 {
@@ -25,7 +26,8 @@ static void NAME(compose)(NAME(terms) * s, const NAME(directions) * held, int n)
         s->c[ROW_W + j][n] = add(s->c[ROW_O + j][n], s->c[ROW_U + j][n]);
     }
 }
-/* Returns the n-th coefficient of the torque that drives the component u_i. */
+/* Returns the n-th Taylor coefficient of the torque that drives the angular velocity component
+ * u_i. */
 static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int i, int n)
 {
@@ -37,8 +39,8 @@ static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
     }
     return minus(sum, mul(held->drag[i][1 - i], s->c[ROW_R + 1 - i][n]));
 }
-/* Recomputes the n-th coefficients of the strongly damped velocities, and of U and W. Returns the
- * largest absolute change of an n-th coefficient of U. */
+/* Recomputes the n-th Taylor coefficients of the strongly damped velocities, and those of U and W.
+ * Returns the largest absolute change of an n-th coefficient of U. */
 static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int n)
 {
@@ -114,7 +116,8 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
         to[1].w[n][0] = low(torque);
     }
 }
-/* Returns 1 if the damped velocities at the end of a series agree with those on the slow manifold.
+/* Returns 1 if the strongly damped velocities at the end of a Taylor series agree with their values
+ * on the slow manifold.
  * If the motion has not reached the slow manifold, `wait` receives an estimate of the remaining
  * time. */
 static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
@@ -150,7 +153,7 @@ static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int ord
         moved = NAME(improve_held)(&s, slow, &held, order);
     *wait = 1.0 / high(held.drag[slow->is_slow[0] ? 0 : 1][slow->is_slow[0] ? 0 : 1]);
     if (moved > noise * size) return 0;
-    /* Iterate once more, because the friction torque may be a small sum of large terms. */
+    /* Iterate once more, because the friction torque is inaccurate if large terms nearly cancel. */
     NAME(improve_held)(&s, slow, &held, order);
     if (!NAME(is_held_on_manifold)(&s, series, slow, &held, near * least, near, wait)) return 0;
     for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, ROW_U, n);

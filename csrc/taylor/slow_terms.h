@@ -1,7 +1,7 @@
 /* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source file
  * is included once for doubles and once for double-doubles. The macro `number` is the type of a
- * Taylor coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are the
- * operations on coefficients. The macro NAME forms the names of types and functions. */
+ * Taylor coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` define the
+ * arithmetic of these coefficients. The macro NAME forms the names of types and functions. */
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
@@ -174,7 +174,7 @@ static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series 
         }
     if (KR_HAS_SUPPORTS && slow->shakes) NAME(sway)(s, from);
 }
-/* Copies the Taylor coefficients up to order `order` into a series. */
+/* Copies the Taylor coefficients of orders 0 to `order` into the high and low words of a series. */
 static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
@@ -202,9 +202,9 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
     }
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
- * About each strongly damped axis, these angular velocities may differ by at most `near` times the
- * larger of slow_size and least_size. If the motion has not reached the slow manifold, `wait`
- * receives an estimate of the remaining time. */
+ * The components of the two angular velocities along each strongly damped axis may differ by at
+ * most `near` times the larger of slow_size and least_size. If the motion has not reached the slow
+ * manifold, `wait` receives an estimate of the remaining time. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {
@@ -223,8 +223,8 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
 }
 /* Expands the motion on the slow manifold in a Taylor series about the end of the last step. The
  * error of the Taylor series is at most `noise` times the magnitude of W. Returns 0 if the
- * iteration does not converge, or if the motion has not reached the slow manifold. On failure,
- * `wait` receives the time until the next attempt. */
+ * iteration does not converge, or if the motion has not reached the slow manifold. On failure, sets
+ * `wait` to the time after which the expansion should be tried again. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {

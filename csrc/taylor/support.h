@@ -5,21 +5,21 @@
  *
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
  * the support. All vectors, including the apex a, are in the body frame. The effective gravity G =
- * base + sway cos(...) is the acceleration along -e3, divided by the acceleration that the lever
- * arm c contains as a factor. This source file is included by series.h, and is compiled in double
- * and in double-double precision. Lane 0 of W holds the friction variable. While the top slides,
- * the friction variable is the spin <U, a>. While friction holds the top, the friction variable is
- * the friction torque relative to its maximum. If the top has no friction, lane 0 of W is
- * unused. */
+ * base + sway cos(...) is the acceleration along -e3 divided by a constant acceleration, by which
+ * the lever arm c is multiplied. This source file is included by series.h, and is compiled in
+ * double and in double-double precision. Lane 0 of the SIMD vector W holds the friction variable.
+ * While the top slides, the friction variable is the spin <U, a>. While friction holds the top, the
+ * friction variable is the friction torque relative to its maximum. For a top without friction,
+ * lane 0 of the vector W is not used. */
 
-/* Auxiliary series: the relative angular velocity (in `w`) and the effective gravity (in all lanes
- * of `x`). In double-double precision, `words` consists of one struct of high words and one struct
- * of low words. */
+/* Auxiliary Taylor series: the relative angular velocity is stored in `w`, and the effective
+ * gravity in all SIMD lanes of `x`. In double-double precision, `words` consists of one struct of
+ * high words and one struct of low words. */
 typedef struct {
     kr_series words[2];
 } support_series;
-/* Taylor coefficients of W, U, O and P with cyclically permuted components. The coefficients of U
- * are stored as the cyclic permutations (next | prev), and those of O and P as (prev | next). The
+/* Taylor coefficients of W, U, O and P with cyclically permuted components. The cyclic permutations
+ * of U are stored in the order (next | prev), and those of O and P in the order (prev | next). The
  * permuted coefficients of P are used only if the attitude is not computed (HEADLESS). */
 typedef struct {
     turned_vector w;
@@ -92,7 +92,8 @@ INLINE quad dot_lanes(kr_series *own, quad a, quad b)
     const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
     return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
-/* Stores a number in lane 0 of the n-th coefficient of the angular velocity. The vector `number`
+/* Stores a number in SIMD lane 0 of the vector that holds the n-th coefficient of the angular
+ * velocity. The vector `number`
  * must hold the same value in all SIMD lanes. */
 INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
 {
@@ -109,8 +110,8 @@ INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
     set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
-/* Returns the next coefficient of the angular velocity, given the coefficient `p` of the effective
- * gravity vector. */
+/* Returns the next Taylor coefficient of the angular velocity, given the coefficient `p` of the
+ * effective gravity vector. */
 INLINE quad support_velocity(const support_sums *a, const kr_series *s, const kr_series *own, int n,
                              quad p)
 {
@@ -122,8 +123,8 @@ INLINE quad support_velocity(const support_sums *a, const kr_series *s, const kr
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_lo(a->plain.cross), duo_hi(a->plain.cross)), torque);
 }
-/* Stores the n-th coefficients of all angular velocities. For a sliding top, also stores the n-th
- * coefficient of the spin, unless `is_known` is nonzero. */
+/* Stores the n-th Taylor coefficients of the angular velocities of the top and of its support. For
+ * a sliding top, also stores the n-th coefficient of the spin, unless `is_known` is nonzero. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int n, quad w, quad o,
                            int turns, int is_known)
 {

@@ -1,8 +1,9 @@
-/* Constants and steps of the Taylor series for tops with dry friction or on moving supports
+/* Initialization and stepping of the Taylor series for tops with dry friction or on moving supports
  * (support.h). The exact position of the support is computed at the beginning of each step. Within
  * a step, the spin of a sliding top and the torque on a held top are polynomials in time. A step
- * ends where the spin reaches zero or the friction torque reaches its limit. The end of the step is
- * accurate to double precision, or to double-double precision for more than 16 digits. */
+ * ends where the spin reaches zero or the friction torque reaches its limit. The end time of the
+ * step is accurate to double precision, or to double-double precision if more than 16 digits are
+ * requested. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -308,7 +309,7 @@ static double first_negative(double *b, int n, double low, double high)
     return first < INFINITY ? first : first_negative(b, n, middle, high);
 }
 /* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
- * first becomes negative. Returns INFINITY if this sum does not become negative within the step. */
+ * first becomes negative. Returns INFINITY if the sum stays nonnegative throughout the step. */
 static double find_limit(const kr_series *s, int order, double sign, double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
@@ -327,9 +328,9 @@ static double find_limit(const kr_series *s, int order, double sign, double cons
         for (int i = order; i >= k; i--) b[i] += b[i - 1];
     return first_negative(b, order, 0.0, 1.0);
 }
-/* Returns the time, since the start of the step, at which the friction variable equals `value`.
- * Newton's method starts at the time `near`, where the friction variable differs from `value` by
- * about `noise`. */
+/* Returns the time from the start of the step until the friction variable equals `value`.
+ * Newton's method starts at the time `near`, at which the friction variable is known to be within
+ * about `noise` of `value`. */
 static dd refine_limit(const kr_series s[2], int order, double value, double near, double noise)
 {
     const double span = s->end - s->t, far = FARTHEST_PART * fabs(span);
@@ -361,7 +362,8 @@ static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
     }
 }
-/* Returns the derivative of the friction variable at the end of the step. */
+/* Returns the time derivative of the friction variable (the spin or the friction torque) at the end
+ * of the step. */
 static dd slope_at_end(const kr_series s[2], int order)
 {
     const dd h =
@@ -372,7 +374,8 @@ static dd slope_at_end(const kr_series s[2], int order)
     return sum;
 }
 /* Returns 1 if the spin of a sliding top vanishes within the step, although find_limit has not
- * detected it. The function find_limit does not detect a spin that becomes only slightly negative.
+ * detected it. The function find_limit does not detect a zero of the spin if the spin becomes only
+ * slightly negative.
  * Returns 0 if the spin is already zero at the beginning of the step. */
 static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
 {
@@ -443,8 +446,8 @@ void kr_support_set_mode(const kr_motion *motion)
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
 }
-/* Sets the unit of time to 1 / rate. While tangents are propagated, the unit of time must not
- * change. */
+/* Sets the unit of time to 1 / rate. The unit of time must not change while tangents are
+ * propagated, because their constants are stored in this unit. */
 static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;

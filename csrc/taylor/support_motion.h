@@ -12,14 +12,14 @@ static inline int kr_support_moves(const kr_scene *scene)
 }
 /* Returns an upper bound on the rates at which the support moves, the friction changes and the top
  * rotates. W is the current angular velocity. Returns 0 if the series does not need the terms of
- * support.h. If a shaken support increases the energy later, kr_support_step changes the unit of
- * time. */
+ * support.h. If the shaking of the support later increases the energy, kr_support_step adjusts the
+ * unit of time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants of a Taylor series that describe the support and the friction. Returns the
  * lever arm of the effective gravity. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Returns the lever arm of the effective gravity G in the units of the motion. Writes the constant
- * part of G to `base`, and the amplitude of the oscillating part to `sway`. */
+ * part of the effective gravity to `base`, and the amplitude of its oscillating part to `sway`. */
 vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
 /* Writes the cosine and the sine of the shaking phase at the time `end` + `low`. The unit of time
  * is 1 / rate. */
@@ -48,7 +48,7 @@ int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
  * friction can no longer hold the top. */
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);
 /* Writes the time derivatives of the attitude, the vertical and the angular velocity at the end of
- * the last step. These derivatives are computed with the friction mode (sliding or held) of the
- * last step. */
+ * the last step. The derivatives are computed for the friction mode (sliding or held) of the last
+ * step. */
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4]);
 #endif

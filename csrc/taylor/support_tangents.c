@@ -18,8 +18,8 @@ typedef struct support_data {
     double friction, sliding;
     int holds;
 } support_data;
-/* Derivatives of the equations of motion with respect to the parameter of a tangent (see
- * support_deviation.h). */
+/* Derivatives of the equations of motion with respect to the parameter for which a tangent is
+ * computed (see support_deviation.h). */
 typedef struct support_drive {
     double moments[3][3], drags[3][3], turning[3], per_rate;
     dd rotor[3], pull[3], scale[4], apex[3];
@@ -96,9 +96,8 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.holds = path->holds != 0.0;
     return data;
 }
-/* Computes the coefficients that determine the factor k, which is defined in support_deviation.h.
- * The factor k is the acceleration of the support, or its derivative with respect to the amplitude,
- * rate or phase of the shaking. */
+/* Computes the coefficients of the factor k (support_deviation.h), which is the acceleration of the
+ * support or its derivative with respect to the amplitude, rate or phase of the shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

@@ -3,8 +3,8 @@
 #define KR_TAYLOR_SUPPORT_TANGENTS_H
 #include "tangents.h"
 
-/* Computes all Taylor coefficients of n single tangents along the path. The path is expanded about
- * the time path->t, given in units of 1 / rate. */
+/* Computes all Taylor coefficients of n single tangents along the path. The Taylor series of the
+ * path is expanded about the time path->t, given in units of 1 / rate. */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 kr_tangent *first, size_t n, int order);
 /* Subtracts factor * (derivative of the spin) * apex from the momentum part of n single tangents,

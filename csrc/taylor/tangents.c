@@ -12,7 +12,8 @@ enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
  * are needed. */
 static const double rest_over_tolerance = 0x1p9;
 
-/* Header of the memory block for tangents, with the Taylor series of the path on one substep. The
+/* Header of the memory block for tangents, which contains the Taylor series of the motion on one
+ * substep. The
  * tangents are stored in the memory block after this header. */
 typedef struct {
     kr_series path[2];
@@ -34,9 +35,9 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* Returns the number of batches, which are stored before the single tangents. Tangents are bitwise
- * equal whether computed in batches or one by one, so a small build can omit batches. Tangents of
- * tops on moving supports are never combined in batches. */
+/* Returns the number of batches of tangents, which precede the remaining single tangents in memory.
+ * Tangents are bitwise equal whether computed in batches or one by one, so a small build can omit
+ * batches. Tangents of tops on moving supports are never combined in batches. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -47,21 +48,21 @@ static size_t count_batches(double *memory, size_t n)
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
 #endif
 }
-/* Returns the number of tangents that do not belong to a batch. */
+/* Returns the number of tangents that are propagated singly instead of in batches. */
 static size_t count_single(double *memory, size_t n)
 {
     const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
     return n > batched ? n - batched : 0;
 }
-/* Returns the number of structs needed to hold n tangents. */
+/* Returns the number of kr_tangent structs needed to store n tangents in batches and singly. */
 static size_t count_structs(double *memory, size_t n)
 {
     return KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + count_single(memory, n);
 }
 
-/* Memory location of a tangent: the first struct `from`, the lane in a batch, and the distance
- * `apart` between components. The distance between components is counted in doubles, and is 0 for a
- * single tangent. */
+/* Memory address of a tangent: its first struct `from`, its lane if it belongs to a batch, and the
+ * distance `apart` between its components. The member `apart` is a number of doubles, and is 0 for
+ * a tangent that does not belong to a batch. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;
@@ -119,7 +120,7 @@ static dd get_number(const kr_motion *motion, const double *high)
                   motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
     return a;
 }
-/* Stores a vector in the last three of four lanes. */
+/* Stores the three components of a vector in the elements 1 to 3 of an array of four numbers. */
 static void put_four(const kr_motion *motion, double *high, vec_dd v)
 {
     put_number(motion, high + 1, v.x);
@@ -152,7 +153,8 @@ static vec_dd scale_exactly(double power, vec_dd a)
     const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
     return v;
 }
-/* Copies the constants of the motion into a tangent. */
+/* Stores the constants of the equations of motion, such as the moments of inertia, in a
+ * kr_tangent. */
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
     const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
@@ -335,9 +337,9 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(g->x[0], g->part_end, sizeof g->part_end);
     }
 }
-/* Shortens a substep until its relative truncation error does not exceed the limit `most`. `worst`
- * is the truncation error at the time `to`. Returns the truncation error at the end of the
- * shortened substep. */
+/* Shortens a substep until its relative truncation error does not exceed the limit `most`. The
+ * argument `worst` is the relative truncation error of the tangents at the time `to`. Returns the
+ * relative truncation error of the tangents at the end of the shortened substep. */
 static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
                       double most)
 {

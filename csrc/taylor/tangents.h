@@ -8,17 +8,19 @@
  * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
  * to the parameter of the tangent. B and F are symmetric matrices. On moving supports, the
  * equations of the tangents have additional terms (support_deviation.h). The equations are linear
- * in theta and N, and require 18 products of Taylor coefficients per order. The changes in energy
- * and vertical momentum due to a tangent are conserved up to the tolerance. */
+ * in theta and N, and require 18 products of Taylor coefficients per order. If the motion conserves
+ * energy and vertical momentum, the changes of both due to a tangent are constant up to the
+ * tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
 
 /* Eight Taylor series that describe tangents on one step or substep, expanded about its start time
- * t. A single tangent is stored as the eight numbers (0, theta | 0, N). In a batch of eight
- * tangents, six structs hold the components of (theta, N), with one tangent per lane. Tangents
- * computed in batches are bitwise equal to tangents computed one by one. At 20 and 30 digits, two
- * adjacent structs hold the high and the low words of the double-double numbers. */
+ * t. A single tangent, with rotation vector theta and momentum change N, is stored as the eight
+ * numbers (0, theta | 0, N). A batch of eight tangents
+ * occupies six structs, one for each component of (theta, N), with one tangent in each lane.
+ * Tangents computed in batches are bitwise equal to tangents computed one by one. At 20 and 30
+ * digits, two adjacent structs hold the high and the low words of the double-double numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */

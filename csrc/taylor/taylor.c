@@ -1,9 +1,9 @@
 /* The Taylor method integrates any top in double precision, or with 20 or 30 digits. Each step is
- * as long as the tolerance permits, independently of the requested times. A state within a step
- * costs only one evaluation of the series. The equations are given in taylor.h, and the step size
- * follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the tolerance. The
- * unit of time is a power of two, chosen so that the angular velocity remains below one, Taylor
- * coefficients do not overflow, and all thresholds are dimensionless. */
+ * as long as the tolerance permits, independently of the requested times. A state within a step is
+ * obtained by a single evaluation of the Taylor series. The equations are given in taylor.h, and
+ * the step size follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the
+ * tolerance. The unit of time is a power of two, chosen so that the angular velocity remains below
+ * one, Taylor coefficients do not overflow, and all thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
 #include "series_words.h"
@@ -15,8 +15,8 @@ typedef kr_taylor taylor_work;
 static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
-/* Tables of kernels, one for each instruction set. A build may omit the kernels for more than 16
- * digits, or those for tangents. */
+/* Tables of integration kernels, one for each instruction set. A build may omit the kernels for
+ * more than 16 digits, or those for tangents. */
 #ifdef KR_NO_DIGITS
 #  define FOR_DIGITS(kernel) NULL
 #else
@@ -60,8 +60,8 @@ static double log2_tolerance(const kr_motion *motion)
 /* Returns the kernel of the order that is fastest for the given tolerance. If the last Taylor terms
  * are equally large, truncating the series at a higher order causes a larger error. For high
  * orders, the tolerance is therefore lowered, but not below the rounding error of a double. The
- * orders of the kernels and these tolerances were determined by the command `taylor_kernel_study.py
- * orders` in validation/studies. */
+ * available Taylor orders and these tolerances were determined by the command
+ * `taylor_kernel_study.py orders` in validation/studies. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -107,8 +107,8 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
 }
 /* Sets the terms of the Taylor recurrence that describe the rotor. If two moments of inertia are
  * equal, the coefficient of the corresponding product of angular velocities is zero. The rotor
- * terms are divided by the coefficients of these products, so a zero coefficient is replaced by the
- * negligibly small KR_LEAST_FACTOR. */
+ * terms are divided by the coefficients of the velocity products, so a zero coefficient is replaced
+ * by the negligibly small KR_LEAST_FACTOR. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];
@@ -127,7 +127,7 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         set_shift(s, i + 5, behind, A[i], k);
     }
 }
-/* Sets the constants of the series for the unit of time 1 / rate. */
+/* Sets the constants in the recurrences of the Taylor series, with 1 / rate as the unit of time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 A = motion->inertia;
@@ -158,7 +158,7 @@ static kr_quat series_attitude(const kr_motion *motion, const double x[8])
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-/* Converts the values of a series to a state in double precision. */
+/* Converts values of the Taylor series of a top to its state in double precision. */
 static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {

@@ -11,8 +11,8 @@
  *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
  * The rotor term h x W_n costs no extra time, because it is included by adding constants to
  * prev(W_0) and next(W_0). If kr_config.skip_heading is set, only the equations for P and W are
- * solved, with 9 products per order instead of 21. Integrals of the motion are conserved only up to
- * the tolerance. */
+ * solved, with 9 products per order instead of 21. The Taylor method conserves the integrals of the
+ * motion only up to the tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
@@ -20,10 +20,10 @@
 
 /* Numbers of Taylor terms for results with 20 and with 30 digits. HEAD is the index of the last
  * Taylor term computed in double-double precision, and LAST is the index of the last Taylor term.
- * The terms after HEAD are so small that double precision suffices. A product that is summed in
- * doubles may exceed the tolerance by a factor of at most 2^LESS, about the reciprocal of the
- * relative rounding error 2^-53. These numbers of terms were determined by the command
- * `taylor_kernel_study.py depth` in validation/studies. */
+ * Taylor terms with an index above HEAD are so small that double precision suffices for them. A
+ * product that is summed in doubles may exceed the tolerance by a factor of at most 2^LESS, about
+ * the reciprocal of the relative rounding error 2^-53. These numbers of terms were determined by
+ * the command `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -41,8 +41,8 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
  * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
  * the low words of the double-double numbers. The attitude q and the vertical P share vectors of
  * eight lanes (q | P), so P costs no extra time. Right multiplication by i, j or k permutes the
- * lanes of q and of P in the same way, up to signs. If skip_heading is set, the attitude q is not
- * computed, and its SIMD lanes are zero. */
+ * components of q and those of P in the same way, up to signs. If skip_heading is set, the attitude
+ * q is not computed, and its SIMD lanes are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -105,7 +105,8 @@ typedef struct kr_tangents_kernel {
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
-/* Functions that compute the tail of a series in doubles, after the double-double head. */
+/* Functions that compute, in double precision, the high-order terms of a double-double Taylor
+ * series. */
 typedef struct kr_tail {
     void (*expand)(kr_series *s);
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);
@@ -138,8 +139,8 @@ static inline int kr_taylor_is_deep(const kr_motion *motion)
 }
 /* An instruction set that is included in the build. The arrays `plain` and `headless` contain
  * KR_ORDERS kernels each; the kernels in `headless` do not compute the heading. The array `deep`
- * contains KR_DEPTHS kernels, which compute states with 20 and 30 digits. `product` multiplies two
- * power series (see kr_step_polynomial). */
+ * contains KR_DEPTHS kernels, which compute states with 20 and 30 digits. The function `product`
+ * multiplies two power series (see kr_step_polynomial). */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
@@ -149,7 +150,7 @@ typedef struct kr_isa {
 } kr_isa;
 
 extern const kr_tangent_ops kr_taylor_tangents;
-/* Sets all constants of a series for the unit of time 1 / rate. */
+/* Sets all constants of a Taylor series for the case that 1 / rate is the unit of time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate);
@@ -159,6 +160,7 @@ const kr_isa *kr_taylor_isa(int i);
 /* Returns the instruction set of the kernel that a motion uses, or NULL if the kernel is
  * unknown. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
-/* Replaces the kernel and the tolerance of a motion, for tests and measurements. */
+/* Replaces the kernel and the tolerance with which a motion is integrated, for tests and
+ * measurements. */
 void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
 #endif

@@ -3,8 +3,8 @@
 #include "mesh.h"
 #include "math/su2.h"
 
-/* Computes a cuboid of the given mass. The cuboid has the same inertia as the body, and the same
- * product of mass and centre of mass. Returns the volume of the cuboid, or 0 if no such cuboid
+/* Computes the cuboid of the given mass that has the same inertia as the body, and the same product
+ * of mass and centre of mass. Returns the volume of the cuboid, or 0 if no such cuboid
  * exists. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
@@ -32,8 +32,8 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 /* Computes a cuboid with the inertia of the body, which has density 1 if possible, and otherwise
  * the largest possible volume. The largest cuboid is found by ternary search, because the logarithm
  * of the volume is concave in 1 / mass. The density of the cuboid increases with its mass. The
- * factor 1.001 extends the search slightly beyond the largest cuboid, because the largest cuboid of
- * the body in the thesis (Bodack 2008) has density 1. */
+ * factor 1.001 extends the search slightly beyond the largest cuboid, because the cuboid of density
+ * 1 is also the largest one for the body in the thesis (Bodack 2008). */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;

@@ -35,23 +35,25 @@ kr_box kr_mesh_box(const kr_body *body);
  * picture. The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest
  * possible loss of potential energy. Here I is the largest moment of inertia, and the energies
  * refer to the inertial frame. The angular velocity is bounded by (|m| - |rotor|) / I plus the
- * angular speed of the support. The bounds are never smaller than the initial momentum and angular
- * velocity. A bound of zero, as for a top that cannot move, is replaced by 1. */
+ * angular speed of the support. The bounds are never smaller than the magnitudes of the initial
+ * momentum and the initial angular velocity. A bound of zero, as for a top that cannot move, is
+ * replaced by 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points of the trail are up
- * to 2 % closer to the centre of the sphere. Returns the number of points, at most KR_MESH_POINTS.
+ * to 2 % closer to the centre of the sphere. Returns the number of points written, which is at most
+ * KR_MESH_POINTS.
  * */
 int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, float point[][3]);
 /* Writes the trail of the tip of the momentum vector, multiplied by `scale`. Returns the number of
- * points, at most KR_MESH_POINTS. */
+ * points written, which is at most KR_MESH_POINTS. */
 int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]);
 /* Writes rings of KR_MESH_SIDES points around the centre line of the rod. The centre line starts at
  * the fixed point, and a unit of time corresponds to the length `scale`. The larger semi-axis of a
  * ring is `radius`. The ratio of the semi-axes is the ratio of the moments of inertia, raised to
  * the exponent `power`. If the exponent `power` is 0.5, the bending stiffness of the rod is
  * proportional to the moments of inertia of the body. The rod in the thesis (Bodack 2008) has the
- * exponent `power` = 1. If this exponent is 0, the rod has circular cross-sections. Returns the
- * number of rings of the rod, which is at most KR_MESH_RINGS. */
+ * exponent `power` = 1. If the exponent `power` is 0, the rod has circular cross-sections. Returns
+ * the number of rings of the rod, which is at most KR_MESH_RINGS. */
 int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
                 double power, float point[][3]);
 #endif

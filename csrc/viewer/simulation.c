@@ -37,8 +37,8 @@ static int is_integral(const kr_quantity *quantity)
 {
     return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
 }
-/* Writes the measured values of top i. If `all` is zero, only the integrals of the motion and the
- * errors are measured. */
+/* Writes the measured values of top i. If `all` is zero, writes only the integrals of the motion,
+ * the attitude error and the modified energy. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
     const kr_simulation_slot *a = &simulation->slots[i];
@@ -139,8 +139,8 @@ static void store_state(kr_simulation_slot *a)
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
 }
-/* Prepares the next free slot for a new top. Returns KR_OK, or the reason why the top cannot be
- * added. */
+/* Prepares the next unused element in the simulation's array of tops for a new top. Returns KR_OK,
+ * or the reason why the top cannot be added. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {

@@ -98,8 +98,8 @@ const kr_quantity *kr_simulation_quantity(int k);
  * memory while it contains tops. */
 void kr_simulation_clear(kr_simulation *simulation);
 /* Adds a top in its initial state, and clears the record. An adaptive method without dense output
- * is restarted after each step of the simulation, as in the thesis (Bodack 2008). Without these
- * restarts, the states computed by an adaptive method would not depend on the step size `step`. */
+ * is restarted after each step of the simulation, as in the thesis (Bodack 2008). Because of these
+ * restarts, the states computed by such a method depend on the step size `step`. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
 /* Adds a top whose motion is given by the array `track`: the initial state and the state after each
@@ -111,12 +111,12 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
  * below `lowest`. The value of `lowest` is the cosine of the nutation angle at which the rim of the
  * top touches the floor. The top then remains in the last state above the floor. The time of
  * contact with the floor is found by interpolation within the next step, and is stored in `stood`.
- * By default, there is no floor. */
+ * If no floor is set, the height of the apex does not end the motion. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
- * `most` steps for all tops together. Returns the time reached. Sets `is_late` if the step budget
- * is exhausted within a step. The next call of kr_simulation_advance continues the interrupted
- * step. */
+ * `most` integration steps in total for all tops. Returns the time reached. Sets `is_late` if the
+ * step budget is exhausted within a step. The next call of kr_simulation_advance continues the
+ * interrupted step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measured values of top i. All values are NaN if the computation for the top
  * has failed. The attitude error is NaN if the top has no reference, or if the reference has

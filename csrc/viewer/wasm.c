@@ -1,6 +1,6 @@
 /* Functions that the viewer needs in addition to kreisel.h: the simulation, the meshes, and
- * constants. This file is compiled only for WebAssembly. The simulation is a global variable,
- * because each page has exactly one. */
+ * constants. This file is compiled only for WebAssembly. The simulation is stored in a global
+ * variable, because each web page contains exactly one simulation. */
 #include <math.h>
 #include <stddef.h>
 #include "viewer/mesh.h"

@@ -18,11 +18,12 @@ Events of general Python functions cannot be located, because the method require
 Python function f, compute a path with closely spaced states, and search it for sign changes with
 np.where(np.diff(np.sign(f(path)))). Searching the states for sign changes can miss events.
 
-Within each step of method='taylor', the function is a polynomial in time. Events are the sign
-changes of a polynomial or, for an extremum, of its derivative. No event within a step is missed,
-and the path is not affected. The initial state does not count as an event. An event function is
-considered zero if its absolute value is below 2^-50 times a bound on the magnitude of its terms.
-Points at which a function touches zero without changing sign are not events.
+Within each step of method='taylor', the event function is a polynomial in time. Events are the sign
+changes of a polynomial or, for an extremum, of its derivative. The search finds every event within
+a step, and does not change the states of the path. The initial state does not count as an event. An
+event function is considered zero if its absolute value is below 2^-50 times a bound on the
+magnitude of its terms. Points at which a function touches zero without changing sign are not
+events.
 
 The times of events are as accurate as the path itself. Event times are stored as doubles, even if
 the path has more digits. Rising and falling refer to increasing time, even if the path runs
@@ -127,7 +128,7 @@ def crossing(
 ) -> Event:
     """Find the times at which a function crosses a given value.
 
-    `value` is given in the units of the function. The arguments `direction`, `max_count` and
+    `value` has the same units as the function. The arguments `direction`, `max_count` and
     `terminal` are described in kreisel.events.Event. A crossing is an event only if the function
     `where` is positive there. Raises TypeError or ValueError if `function` or `where` is invalid,
     or if `function` is constant.
@@ -259,8 +260,8 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
     The other arguments are the same as for kreisel.events.extremum. Under gravity, passing the
     argument `direction` raises TypeError. Raises ValueError for a torque-free body with two equal
-    moments, because it has no separatrix. Also raises ValueError for a torque-free body with a
-    rotor, and for a moving support.
+    moments, because it has no separatrix. Also raises ValueError if the support moves, or if a
+    torque-free body has a rotor.
     """
     check_type("scene", scene, Scene)
     if scene._is_shaken or any(scene.turning):
@@ -329,7 +330,7 @@ _INSTEAD = {
 
 
 def _component(word: str) -> int:
-    """Return the index of a state component.
+    """Return the index of the state component with the name `word`.
 
     Raises ValueError if the component is unknown or has no Taylor series.
     """
@@ -349,7 +350,7 @@ def _component(word: str) -> int:
 
 
 def _validate_condition(where: Function | None) -> Terms:
-    """Return the terms of the condition `where`, or no terms if `where` is None."""
+    """Return the terms of the event condition `where`, or an empty tuple if `where` is None."""
     condition = () if where is None else _validate_terms("where", where)
     if where is not None and not condition:
         raise ValueError("where is zero and never positive: give a nonzero factor")

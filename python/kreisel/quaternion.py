@@ -85,7 +85,7 @@ def from_rotation(rotation: Rotation) -> Quaternion:
 def unit(name: str, given: object, last: bool = False) -> Quaternion:
     """Return a unit quaternion (w, x, y, z), given four numbers or a single SciPy Rotation.
 
-    If `last` is True, the scalar part is the last of the four numbers. The squared norm of the
+    If `last` is True, the given numbers have the order (x, y, z, w). The squared norm of the
     quaternion may deviate from 1 by at most 1e-12. A single-precision quaternion is normalized,
     because it deviates from unit norm by rounding errors. Raises TypeError or ValueError if the
     input is invalid.

@@ -28,7 +28,7 @@ def join_lines(text):
 
 
 def record_console_calls(monkeypatch, *modules):
-    """Replace the consoles of modules, and return a list of their arguments and printed tables."""
+    """Replace the consoles of the given modules by stubs, and return a list of recorded calls."""
     calls = []
 
     class StubConsole:
@@ -44,5 +44,5 @@ def record_console_calls(monkeypatch, *modules):
 
 
 def list_cells_by_column(grid):
-    """Return the cells of a table of rich, by the header of their column."""
+    """Return a dictionary that maps the header of each column of a rich.Table to its cells."""
     return {str(column.header): list(column.cells) for column in grid.columns}

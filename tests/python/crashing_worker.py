@@ -1,4 +1,4 @@
-"""Worker processes that are killed during a sweep.
+"""Helpers for tests in which worker processes are killed during a sweep.
 
 The module is separate from the tests, because worker processes must import it quickly.
 """

@@ -151,7 +151,7 @@ class Series:
         return q, m
 
     def _choose_step(self, q, m):
-        """Return a step size for which the last two terms of each series are negligible."""
+        """Return a step size for which the last two Taylor terms of q and m are negligible."""
         span = math.inf
         for rows in (q, m):
             size = max(abs(row[0]) for row in rows) or Decimal(1)

@@ -1,4 +1,4 @@
-"""Searches of kreisel.fit with prescribed evaluations, for tests of their decisions."""
+"""Sessions of kreisel.fit with prescribed minima, for tests of the search strategy."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def make_session(*records, free="velocity", loss="linear", limit=500, scene=HEAV
 
 
 def make_best(session, cost=1.0, has_converged=True, residuals=None, **words):
-    """Return a solution with a given cost at the start of the search."""
+    """Return a fit with the given cost whose parameters are the starting values of the search."""
     size = session.model.size
     residuals = np.zeros(size) if residuals is None else residuals
     jacobian = words.pop("jacobian", np.ones((size, session.parameters.size)))
@@ -35,7 +35,7 @@ def make_best(session, cost=1.0, has_converged=True, residuals=None, **words):
 
 
 def prescribe_minima(monkeypatch, session, *costs, **changes):
-    """Let each search end with the next of the costs, and return the arguments of all searches."""
+    """Replace the minimizer by a stub that returns the given costs; return a list of its calls."""
     calls, rest = [], list(costs)
 
     def minimize(model, point, search):
@@ -49,7 +49,7 @@ def prescribe_minima(monkeypatch, session, *costs, **changes):
 
 
 def record_calls(monkeypatch, session, names, results=None):
-    """Replace methods of a session by functions that append their name to the returned list."""
+    """Replace methods of a fit session by functions that record each call in the returned list."""
     calls = []
     for name in names:
 

@@ -33,7 +33,7 @@ def make_scene(name, **words):
 
 
 def list_unsupported_calls(scene, path):
-    """Return functions that must raise an error if the support moves or friction acts."""
+    """Return calls that must raise an exception if the support moves or friction acts."""
     return (
         lambda: kr.exact(scene),
         lambda: kr.solve(scene, 1.0, "exact"),
@@ -195,7 +195,7 @@ def compare_tangents(scene, end, columns, digits=16, step=1e-6):
 
 
 def unit_changes(scene, name, tangent=None):
-    """Return pairs of a tangent name and a function that perturbs one component of a parameter."""
+    """Return pairs: the name of a tangent, and a function that changes one parameter component."""
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):

@@ -1,4 +1,4 @@
-"""Tests of the other spins that sparse measurements do not exclude."""
+"""Tests of the search for other spins that fit sparsely sampled measurements equally well."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ TIMES = 2.0 * np.pi / 32.0 * np.arange(20)  # a turn between samples is 32 radia
 
 
 def list_aliases(rate, free="velocity", body=BODY, records=None):
-    """Return the velocities of the aliases, and the ratio of moments that differs from 1."""
+    """Return the angular velocities of the aliases, and the factor that changes a moment."""
     scene = kr.Scene(body, body_velocity=rate)
     records = records or [make_record(TIMES), make_record(3.0 * TIMES)]
     parameters = FreeParameters(scene, expand_free_names(free), records)

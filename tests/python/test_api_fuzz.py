@@ -66,7 +66,7 @@ class Endless(BaseException):
 
 @pytest.fixture(scope="module", autouse=True)
 def place(tmp_path_factory):
-    """Write files to a temporary folder, open no browser windows, and limit the time of calls."""
+    """Run the tests in a temporary folder, block browser windows, and raise Endless on SIGALRM."""
 
     def end(*_):
         raise Endless
@@ -108,7 +108,7 @@ def is_inexpensive(name, word, value):
 
 @st.composite
 def draw_arguments(draw, name, parameters):
-    """Draw the arguments of a call, at most two of which may be invalid."""
+    """Draw random arguments for a call; at most two of them may be invalid."""
     args, kwargs = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
     odd = draw(up_to_two(*names))

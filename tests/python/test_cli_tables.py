@@ -213,7 +213,7 @@ def test_the_pieces_of_a_path_are_joined(words):
 
 @pytest.fixture
 def signal_handlers():
-    """Set the usual handlers of signals, which shells change for programs in the background."""
+    """Install default signal handlers, because shells make background processes ignore SIGINT."""
     handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
     before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     yield handlers
@@ -256,7 +256,7 @@ def test_a_progress_bar_counts_time_forwards(end, t, is_terminal, monkeypatch):
 
 
 class CountingRun:
-    """A run whose checkpoint is the number of pieces that it has computed."""
+    """A stub of a run that uses the number of computed path pieces as its checkpoint."""
 
     count = 0
 

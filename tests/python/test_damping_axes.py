@@ -122,7 +122,7 @@ def test_events_agree_with_the_series(name):
 
 
 def rotation_vector(q, other):
-    """Return the first-order rotation vector from the attitude `q` to the attitude `other`."""
+    """Return the rotation vector, accurate to first order, from the attitude `q` to `other`."""
     w, x, y, z = q
     p, r, s, u = other
     vector = (

@@ -147,7 +147,7 @@ def send_sigint(delay):
 
 
 def short_and_long_times(n):
-    """Return short integration times for the first 40 tops, and very long ones for the others."""
+    """Return short integration times for the first 40 tops, and long ones for the other tops."""
     times = np.tile(LONG, (n, 1))
     times[:40] *= 1e-6
     return times

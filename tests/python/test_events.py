@@ -42,7 +42,7 @@ def make_all_events(scene):
 
 
 def changes(values, times):
-    """Return the start of each interval in which `values` changes sign, and the sign afterwards."""
+    """Return the start time of each interval in which `values` changes sign, and the new sign."""
     indices = np.flatnonzero(values[1:] * values[:-1] < 0)
     return times[indices], np.sign(values[indices + 1])
 

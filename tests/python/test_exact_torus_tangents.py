@@ -213,7 +213,7 @@ def find_weights(order):
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 @pytest.mark.parametrize("step", [0.3, 0.02])
 def test_differences_are_of_order_8_and_their_error_of_order_6(factor, step):
-    """Prescribe momenta and attitudes that are powers of a component of the initial momentum."""
+    """Test motions whose state components are polynomials in those of the initial momentum."""
     size, units = KOWALEWSKI._rotation_rate * 2.0, KOWALEWSKI._rotation_rate * 2.0
     group = torus_tangents._list_parameter_perturbations(KOWALEWSKI, "start")[1]
     assert group.size == size and group.columns == 3 and group.largest == np.inf
@@ -283,7 +283,7 @@ def test_steps_of_gravity_keep_its_sign(gravity):
 
 
 def test_steps_shrink_with_time(monkeypatch):
-    """Compare difference steps for groups of two times, up to angles of 1, 8, 64 and 512 rad."""
+    """Check that states at larger rotation angles use smaller difference steps."""
     calls = []
 
     def differentiate(scene, states, group, step, compute_states):

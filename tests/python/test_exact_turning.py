@@ -39,7 +39,7 @@ def roots_of(a, b, c, d):
 
 
 def true_turning(scene):
-    """Return the smallest and largest nutation angle of a symmetric top in high precision."""
+    """Return the smallest and largest nutation angles of a symmetric top in high precision."""
     with mp.workdps(250):
         u, vertical, axial = exact_start(scene)
         pull = 2 * mp.mpf(scene.body.moments[0]) * mp.mpf(scene.body.mass)
@@ -267,7 +267,7 @@ def test_tops_beyond_the_range_of_doubles_have_no_closed_form():
 
 
 def test_failures_of_the_core_are_worded(monkeypatch):
-    """Test the messages of failures of the C library that no known top causes."""
+    """Test the messages for C library errors that can be produced only by replacing functions."""
     monkeypatch.setattr(exact, "torus_plan", lambda *_: ("ERR_MEMORY", *[None] * 5))
     kowalewski = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
     with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):

@@ -62,7 +62,7 @@ def test_sections_do_not_depend_on_threads():
 
 
 class CopyingExecutor(Executor):
-    """An executor that runs each task at once, on copies as if in another process."""
+    """An executor that runs each task when it is submitted, using pickled arguments."""
 
     def submit(self, function, *arguments):
         made = Future()

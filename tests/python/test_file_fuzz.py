@@ -170,7 +170,7 @@ def test_any_checkpoint_with_a_correct_checksum_is_a_run_or_is_refused(data):
 
 
 def members(path, file):
-    """Save a path, and return the members of the archive by name."""
+    """Save a path, and return a dictionary of the members of the saved archive."""
     path.save(file)
     with zipfile.ZipFile(file) as archive:
         return {name: archive.read(name) for name in archive.namelist()}

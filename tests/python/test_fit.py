@@ -342,7 +342,8 @@ def test_steady_precession_is_reported_as_uninformative():
 def test_the_moments_of_toutatis_agree_with_published_values():
     """Compare the fitted moment ratios of the asteroid Toutatis with published values.
 
-    The published values are based on five flybys (Takahashi, Busch and Scheeres 2013).
+    The published moment ratios are based on five flybys of the asteroid (Takahashi, Busch and
+    Scheeres 2013).
     """
     [example] = (Path(__file__).parents[2] / "docs/examples/fits").glob("toutatis.py")
     found = runpy.run_path(str(example))["fit"].moment_ratios

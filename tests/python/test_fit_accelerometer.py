@@ -46,7 +46,7 @@ def turn(q, v):
 
 
 def attitudes_at_rest(scene, times):
-    """Return attitudes in the inertial frame that equals the support frame at the middle time."""
+    """Return attitudes in the inertial frame that coincides with the support frame at mid-time."""
     path, middle = kr.solve(scene, times, digits=30), mpf(times[len(times) // 2])
     rate = mp.sqrt(sum(mpf(x) ** 2 for x in scene.turning))
     attitudes = []

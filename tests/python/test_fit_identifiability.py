@@ -1,4 +1,4 @@
-"""Tests of the sentences about parameter changes that the measurements do not show."""
+"""Tests of the messages about parameter changes that leave the measurements unchanged."""
 
 import kreisel as kr
 import numpy as np
@@ -287,7 +287,7 @@ def test_an_unknown_direction_is_described_by_its_four_largest_components():
 
 @pytest.mark.parametrize("angle, is_heading", [(0.04, True), (0.05, False)])
 def test_a_direction_near_a_symmetry_has_its_sentence(angle, is_heading):
-    """The cosine of 0.04 rad is 0.9992, that of 0.05 rad 0.9987."""
+    """The threshold 0.999 lies between the cosines of 0.04 rad and 0.05 rad."""
     parameters = FreeParameters(top(), ("attitude", "gravity"), [])
     vertical = kr.solve(top(), [0.0]).body_vertical[0]
     blind = np.append(np.cos(angle) * vertical, np.sin(angle))[:, None]
@@ -311,7 +311,7 @@ def test_a_rotation_of_tied_directions_leaves_the_others():
 
 @pytest.mark.parametrize("size, is_heading", [(1e7, True), (1e9, False)])
 def test_changes_without_effect_on_the_parameters_are_skipped(size, is_heading):
-    """A unit rotation is 1e-7 or 1e-9 of the natural size."""
+    """Check that rotations by 1e-7 of the natural size are described, but not those by 1e-9."""
     parameters = FreeParameters(top(), ("attitude",), [])
     sentences = identifiability.describe_undetermined_directions(
         parameters, parameters.start, np.full(3, size), np.eye(3), ["x", "y", "z"]
@@ -320,7 +320,7 @@ def test_changes_without_effect_on_the_parameters_are_skipped(size, is_heading):
 
 
 def test_symmetries_after_one_without_effect_are_described():
-    """Check that the symmetry of the axes is described although that of the damping is absent."""
+    """Check that a symmetry that changes no parameter is skipped and the next is described."""
     scene = top(**{**SPHERE, "velocity": (0.0, 0.0, 5.0)}, damping=0.1)
     parameters = FreeParameters(scene, ("attitude", "damping", "axes"), [])
     blind = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])[:, None] / np.sqrt(2.0)

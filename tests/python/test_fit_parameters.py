@@ -1,4 +1,4 @@
-"""Tests of the parameters of fits: bounds, scales, names and descriptions as scenes."""
+"""Tests of the fit parameters: names, scales and bounds, and conversion from and to scenes."""
 
 from dataclasses import replace
 
@@ -70,7 +70,7 @@ def test_scales_are_the_sizes_of_the_parameters(free, words, expected):
 
 
 def test_scales_of_instruments():
-    """The spins (1, 3) have the standard deviation 1; a constant has its value as scale."""
+    """Check that a bias is scaled by the spread of the readings, or their maximum if constant."""
     values = {"spin": [1.0, 3.0], "body_velocity": [[0.0, 0.6, 0.8]] * 2}
     record = kr.Record([0.0, 2.0], values, 0.1, free=("bias", "scale", "delay", "mounting"))
     parameters = make_parameters("attitude", records=[record])
@@ -265,7 +265,7 @@ def test_friction_that_replaces_zero_is_tiny_against_the_energy():
 
 @pytest.mark.parametrize("com, is_physical", [(0.5, True), (0.7, True), (0.8, False)])
 def test_a_body_is_physical_if_its_second_moments_exceed_those_of_its_centre(com, is_physical):
-    """The density along z is 0.8; the mass 1.5 at the height h takes 1.5 h^2 of it."""
+    """Check that a body is unphysical if mass * com_z^2 exceeds its second moment along z, 0.8."""
     point = convert_scene_to_fit_point(make_scene(com=(0.0, 0.0, com)))
     assert module._is_physical(replace(point, mass=1.5)) == is_physical
     line = replace(point, com=np.array((0.0, 0.0, 1.0)), densities=np.array((0.0, 0.0, 1.5)))

@@ -308,7 +308,7 @@ def test_times_may_repeat_and_the_first_decrease_is_named():
     [("nutation", 1.0), ("spin", 1.0), ("body_acceleration", 1.0), ("apex", 0.0), ("q", -1.0)],
 )
 def test_degrees_convert_angles_and_their_rates(quantity, factor):
-    """Quaternions have no unit, but their sigma is an angle."""
+    """An attitude quaternion is dimensionless, but its standard deviation `sigma` is an angle."""
     values = {"q": [[0.0, 1.0, 0.0, 0.0]] * 3, "nutation": T, "spin": T}.get(quantity, W)
     radian = np.pi / 180.0 if factor else 1.0
     [series] = kr.Record(T, {quantity: values}, 0.5, degrees=True).series

@@ -37,7 +37,7 @@ def test_errors_of_single_parameters_are_their_errors(fit):
 
 
 def test_steps_of_derivatives_are_small_against_the_natural_sizes(fit):
-    """The derivative of sin(2000 d) by the damping d needs steps much smaller than 1 / 2000."""
+    """For a damping d, the derivative of sin(2000 d) needs steps far smaller than 1 / 2000."""
     name = "damping_1 = damping_2 = damping_3"
     _, error = fit.error_of(lambda scene: np.sin(2000.0 * scene.damping[0]))
     slope = 2000.0 * abs(np.cos(2000.0 * fit.values[name]))
@@ -56,7 +56,7 @@ def test_errors_of_moment_ratios_are_those_of_the_ratios(fit):
 
 @pytest.mark.parametrize("distance", [0.0, 0.3, 1.0, 5.0])
 def test_errors_near_a_bound_use_a_shorter_step(fit, distance):
-    """The derivative of a linear function is exact if the backward step ends at the bound."""
+    """Check that a backward step to a parameter bound differentiates a linear function exactly."""
     k = list(fit.names).index("damping_1 = damping_2 = damping_3")
     step = fit_result._DIFFERENCE * fit._spectrum.natural[k]
     point = replace(fit._point, damping=np.full(3, distance * step))

@@ -82,7 +82,7 @@ def test_a_single_motion_that_fits_is_divided_if_errors_grow_much(monkeypatch):
 
 
 def begin_search(record, scene=GUESS):
-    """Return a search session before its first step, and the guesses computed from its record."""
+    """Return a new fit session for a record, and the initial guesses computed from this record."""
     parameters = FreeParameters(scene, expand_free_names(FREE), [record])
     session = SearchSession(parameters, (record,), "linear", 500, None)
     return session, guess_parameters_from_records(parameters, [record])

@@ -25,7 +25,7 @@ HEADING = "the heading: a rotation of the start about the vertical"
 
 
 def integrate(scene, t):
-    """Return SciPy's attitudes and angular velocities relative to a frictionless support."""
+    """Return attitudes and angular velocities relative to a frictionless support, from SciPy."""
     motion = Motion(scene)
     begin = np.array([*scene.attitude, *scene.momentum])
     found = scipy_integrate.solve_ivp(

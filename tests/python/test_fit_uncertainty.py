@@ -124,7 +124,7 @@ def test_singular_values_at_the_rounding_error_are_none(small, count):
 
 @pytest.mark.parametrize("part, count", [(0.9e-3, 0), (1.1e-3, 1)])
 def test_blind_changes_of_further_columns_need_a_part_in_the_parameters(part, count):
-    """The rows of the Jacobian matrix are orthogonal to the blind direction (part, 0, 1)."""
+    """The direction (part, 0, 1) lies in the null space of the Jacobian matrix."""
     jacobian = 1e3 * np.array(((1.0, 0.0, -part), (0.0, 1.0, 0.0)))
     found = uncertainty.classify_fit_directions(jacobian, np.ones(3), 1.0, 2)
     assert found.blind.shape == (2, count) and found.factor.shape == (2, 2)
@@ -150,7 +150,7 @@ def test_errors_are_propagated_by_gradients():
 
 
 class Parabola:
-    """A model with the residuals x + curvature x^2, y at the point (x, y), for x within a bound."""
+    """A model with the two residuals x + curvature x^2 and y, whose parameter x is bounded."""
 
     def __init__(self, curvature, distance=np.inf, most=np.inf):
         self.curvature, self.distance, self.most = curvature, distance, most
@@ -226,7 +226,7 @@ def test_noise_is_estimated_from_second_differences(name, values, expected):
 
 
 def test_noise_of_attitudes_is_that_of_their_rotation_vectors():
-    """Attitudes turn about z by 0.8 rad from row to row, and alternate by 0.02 rad."""
+    """The angle about (0.6, 0, 0.8) grows by 0.8 rad per row; its error alternates by 0.02 rad."""
     angle = 0.8 * np.arange(12.0) + alternate(12, 0.02)
     zero = np.zeros(12)
     q = np.column_stack((np.cos(angle / 2.0), zero, zero, np.sin(angle / 2.0)))
@@ -253,7 +253,7 @@ def test_given_noise_is_used_and_missing_rows_are_left_out():
 
 @pytest.mark.parametrize("parameters, share", [(0, 1.0), (5, 0.75), (30, 0.05)])
 def test_noise_is_estimated_from_residuals(parameters, share):
-    """Test a record in which one of two series has a known standard deviation."""
+    """Test a record in which only one of two measured quantities has a known standard deviation."""
     values = np.ones((7, 3))
     values[:, 1] = np.nan
     model = make_model(

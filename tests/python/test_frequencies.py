@@ -122,7 +122,7 @@ def test_frequencies_of_free_bodies():
 @pytest.mark.parametrize("momentum", [(3.0, 0.5, 0.4), (-2.0, 1.0, 1.0)])
 @pytest.mark.parametrize("rotor", [1.5, -1.5])
 def test_frequencies_of_free_symmetric_bodies_with_a_rotor(rotor, momentum):
-    """Compare with the precession |m| / I1 about m of a body with a rotor along its axis."""
+    """Compare with the precession rate |m| / I1 of a body with a rotor along its symmetry axis."""
     body = kr.Body(1.0, (1.0, 2.0, 2.0), (0, 0, 0), rotor=(rotor, 0.0, 0.0))
     scene = kr.Scene(body, body_momentum=momentum, attitude=(0.8, 0.4, -0.2, 0.4))
     path = kr.solve(scene, np.linspace(0.0, 200.0, 4096), "taylor")

@@ -39,10 +39,11 @@ def change(scene, **words):
 
 
 def measure_motion(scene, source, t=T):
-    """Return exact measurements of a motion by one kind of instrument, and the unknowns of the
-    guess.
+    """Return exact measurements of a motion, and the quantities that an initial guess estimates.
 
-    The unknowns are the inertia, the momentum, the lever and the vertical at the first time.
+    The measurements come from one kind of instrument. The estimated quantities are the inertia
+    tensor, the angular momentum, the lever vector (mass times gravity times centre of mass) and the
+    vertical, all at the first time.
     """
     path, point = kr.solve(scene, t), convert_scene_to_fit_point(scene)
     q, rate, first = path.q, path.body_velocity, rotation_matrix(path.q[0])
@@ -77,7 +78,7 @@ MOTIONS = [
 
 @pytest.mark.parametrize("source, words", MOTIONS)
 def test_the_momentum_equation_holds_for_a_motion(source, words):
-    """Check that the true values satisfy the momentum equation, and are its only solution."""
+    """Check that the true parameters of a top are the only solution of the momentum equation."""
     scene = change(HEAVY, **words)
     base = convert_scene_to_fit_point(scene)
     motion, (inertia, momentum, lever, vertical) = measure_motion(scene, source)
@@ -303,7 +304,7 @@ ESTIMATES = _LinearBodyEstimates(np.eye(3), np.zeros(3), np.zeros(3), 0.3, 0.7)
     ],
 )
 def test_the_free_parameters_of_the_body_are_set(free, gravity, factor):
-    """Compare the estimates, scaled to the known lever or sum of the moments."""
+    """Compare estimated body parameters, scaled to the known lever vector or sum of moments."""
     parameters = make_parameters(change(HEAVY, gravity=gravity, damping=0.01), free)
     base, moments = parameters.start, np.array((3.0, 4.0, 5.0))
     lever = np.array((2.0, 0.0, -1.0))
@@ -440,7 +441,7 @@ def test_smoothing_fits_a_cubic_to_nine_samples():
 
 @pytest.mark.parametrize("precession, mean", [(0.05, 0.4), (-0.03, -0.2)])
 def test_frequencies_of_the_nutation_give_spin_and_torque(precession, mean):
-    """Compare with the formulas for a trace of the apex that consists of two known frequencies."""
+    """Compare with analytic results for a motion of the apex with two known frequencies."""
     n, pace = 400, 0.5
     rows, turning = np.arange(n), 0.02
     lines = [2.0 * np.pi * m / n for m in (60, 110)]

@@ -215,7 +215,7 @@ except kr.Interrupted as stopped:
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_every_long_call(kind):
-    """Check that SIGINT ends calls that would otherwise run very long."""
+    """Check that SIGINT interrupts calls that would otherwise run for a very long time."""
     result = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert result.returncode == 0 and result.stdout, result.stderr
     states, end = map(float, result.stdout.split())

@@ -11,7 +11,8 @@ import pytest
 def make_top(odd, com, gravity, momentum, attitude):
     """Return a Kowalewski top with the smallest moment of inertia about a given axis.
 
-    The tuple `odd` contains the index of this axis and the moment of inertia about it.
+    The tuple `odd` contains the index of the axis with the smallest moment of inertia, and this
+    moment.
     """
     axis, unit = odd
     moments = [2.0 * unit] * 3

@@ -7,9 +7,9 @@ from kreisel._fit.residuals import ResidualEvaluation
 
 
 class ScriptModel:
-    """A model of one parameter whose evaluations return given residuals one after another.
+    """A model with one parameter, whose successive evaluations return prescribed residuals.
 
-    A point is the number of steps that lead to it.
+    A point is represented by the number of search steps that lead to it.
     """
 
     def __init__(self, *residuals, jacobian=1.0, natural=1.0):
@@ -34,7 +34,7 @@ class ScriptModel:
 
 
 def minimize(model, limit, ftol=0.0, loss="linear"):
-    """Return the minimum and the costs that are reported on the way."""
+    """Minimize the cost of a model, and return the minimum and all costs that are reported."""
     costs = []
     settings = lm.SearchSettings(loss, limit, ftol, lambda minimum: costs.append(minimum.cost))
     return lm.minimize_cost(model, 0, settings), costs
@@ -96,8 +96,7 @@ def test_a_damped_step_solves_the_scaled_normal_equations(is_stiff, damping):
     ],
 )
 def test_parameters_at_their_bounds_do_not_leave_them(distances, residuals, expected):
-    """Compare the search steps for the residuals (a + b + r, b + s) with and without the parameter
-    a."""
+    """Compare the steps for the residuals (a + b + r, b + s) with `a` free or at its bound."""
     jacobian = np.array(((1.0, 1.0), (0.0, 1.0)))
     evaluation = make_evaluation(jacobian, residuals)
     steps = lm._DampedSteps(evaluation, np.ones(2), np.array(distances), False)
@@ -105,7 +104,7 @@ def test_parameters_at_their_bounds_do_not_leave_them(distances, residuals, expe
 
 
 def test_undetermined_directions_have_no_step():
-    """Compare steps of a diagonal Jacobian, whose eigenvalues are 1e4, 1e-8 and 1e-10."""
+    """Check the steps for a Jacobian J if J^T J has the eigenvalues 1e4, 1e-8 and 1e-10."""
     evaluation = make_evaluation(np.diag((1e2, 1e-4, 1e-5)), (1.0, 1.0, 1.0))
     steps = lm._DampedSteps(evaluation, np.ones(3), np.full(3, np.inf), False)
     assert np.allclose(steps.compute_damped_step(0.0), (-1e-2, -1e4, 0.0), rtol=1e-12)
@@ -115,7 +114,7 @@ def test_undetermined_directions_have_no_step():
 
 
 def find_step(model, damping, cost, limit=100, ftol=0.0, jacobian=((1.0,),), residuals=(1.0,)):
-    """Return the result of a search for a step, starting from a given cost."""
+    """Search for a cost-reducing step from a given initial cost, and return the result."""
     evaluation = make_evaluation(jacobian, residuals)
     size = evaluation.jacobian.shape[1]
     steps = lm._DampedSteps(evaluation, np.ones(size), np.full(size, np.inf), False)
@@ -215,7 +214,7 @@ def test_a_search_ends_at_its_limit_or_tolerance(residuals, limit, ftol, count, 
 
 
 def scale_residuals(factor, changes):
-    """Return residuals whose squares begin with `factor` and change by the given factors."""
+    """Return residuals with the first square `factor` and given ratios of successive squares."""
     return np.sqrt(factor * np.cumprod([1.0, *changes]))
 
 

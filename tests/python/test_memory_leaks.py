@@ -24,7 +24,7 @@ TIMES = [0.0, 0.5, 1.0]
 
 
 def list_calls(folder):
-    """Return calls that succeed, calls with invalid arguments, and calls that fail later."""
+    """Return calls of public functions, some of which raise an exception that is suppressed."""
     return constructor_calls() | run_calls(folder) | attribute_calls() | error_calls()
 
 
@@ -134,7 +134,7 @@ def error_calls():
 
 @pytest.fixture(scope="module", autouse=True)
 def frozen():
-    """Exclude the objects of all other tests from garbage collection, because they slow it down."""
+    """Exclude the objects of other tests from garbage collection, which would otherwise be slow."""
     gc.collect()
     gc.freeze()
 

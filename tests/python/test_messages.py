@@ -220,7 +220,7 @@ def raise_for_several(tops):
 
 
 def test_errors_without_a_cause_name_the_member():
-    """Test the fallback messages for members that are refused together, but valid one by one."""
+    """Test the messages for an ensemble that is refused although each of its tops is valid."""
     words = [BatchParameter("gravity", np.array([1.0, 2.0]), ())]
     errors = [
         words[0].make_error_for_value_at((1,), lambda name, value: value),

@@ -1,7 +1,7 @@
 """Tests that every method has the properties stated in the table of methods.
 
-All starts are tilted. First-order errors would be hidden for an upright top, because no torque acts
-on it.
+All tops are initially tilted. An upright top would hide first-order errors, because gravity exerts
+no torque on it.
 """
 
 from itertools import pairwise

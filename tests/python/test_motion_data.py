@@ -1,4 +1,4 @@
-"""Tests of the motions that kreisel.fit reconstructs from measurements alone."""
+"""Tests of attitudes and angular velocities that kreisel.fit computes directly from records."""
 
 import kreisel as kr
 import numpy as np
@@ -34,7 +34,7 @@ def assert_same_attitudes(q, expected, tolerance=1e-12):
 
 
 def find_regular_rows(values):
-    """Return the rows close to the median of their neighbours, one number at a time."""
+    """Return a mask of the rows whose values are all close to the median of their neighbours."""
     n = len(values)
     is_regular = np.ones(values.shape, dtype=bool)
     for column in range(values.shape[1]):
@@ -111,7 +111,7 @@ def test_signs_of_attitudes_are_no_outliers():
 
 
 def select(t, values):
-    """Return the indices of the selected rows of a series of numbers."""
+    """Return the row indices of the longest gapless part of a series of measurements."""
     record = make_record(t, spin=np.asarray(values, dtype=float))
     times, found = motion_data._select_longest_gapless_samples(record.t, record.series[0])
     rows = np.searchsorted(record.t, times)
@@ -278,7 +278,7 @@ def test_a_motion_is_extrapolated_from_its_nearest_sample(t, row):
 
 
 def find_apex(point, t, **values):
-    """Return the traces of the apex that a record contains."""
+    """Return the samples of the apex direction that can be computed from a record."""
     return motion_data.compute_apex_samples([make_record(t, **values)], point)
 
 

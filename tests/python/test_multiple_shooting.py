@@ -1,4 +1,4 @@
-"""Tests of motions in segments: their number, rows, starts and gaps, and their joined path."""
+"""Tests of motions that are fitted in segments, each of which has its own initial state."""
 
 from dataclasses import replace
 
@@ -184,7 +184,7 @@ def test_starts_of_segments_are_measured_states():
 
 
 def prescribe_costs(monkeypatch, *costs):
-    """Let each stage of the search end with the next of the costs, and return the settings."""
+    """Prescribe the final costs of the stages of the search, and return the stage settings."""
     stages, rest = [], list(costs)
 
     def minimize(model, pieces, search):
@@ -229,7 +229,7 @@ def test_a_trial_of_segments_allows_gaps(monkeypatch, cost, is_near):
 
 
 def make_pieces(begins):
-    """Return parameters, and the start times and points of pieces with different motions."""
+    """Return the free parameters of a fit, and the start time and fit point of each segment."""
     start = convert_scene_to_fit_point(HEAVY)
     points = [replace(start, rate=start.rate * (1.0 + 0.1 * k)) for k in range(len(begins))]
     return FreeParameters(HEAVY, ("velocity",), []), tuple(zip(begins, points, strict=True))

@@ -1,4 +1,4 @@
-"""Tests of the decisions of a search for the best fit, with evaluations that are prescribed."""
+"""Tests of the search strategy of kreisel.fit, with prescribed residuals and local minima."""
 
 import numpy as np
 import pytest
@@ -140,7 +140,7 @@ def test_a_search_keeps_the_nearer_of_equal_minima(monkeypatch, cost, has_conver
 
 
 def find_horizons(monkeypatch, session, agreements, agreement, cost=1.0):
-    """Return the end times of the growing parts of the records that are fitted in turn."""
+    """Return the end times of the successively longer parts of the records that are fitted."""
     horizons, rest = [], list(agreements)
     monkeypatch.setattr(session, "_build_residual_model_until", horizons.append)
     match = lambda point: (rest.pop(0) if rest else 0.0, cost)  # noqa: E731

@@ -1,4 +1,4 @@
-"""Tests of the order in which a search for the best fit tries guesses, pieces and other spins."""
+"""Tests of the order in which a fit tries initial guesses, multiple shooting and other spins."""
 
 from dataclasses import replace
 
@@ -141,7 +141,7 @@ def test_a_fit_in_pieces_must_be_better(monkeypatch, cost, factor, is_new):
 
 
 class PiecesModel:
-    """A model of segments that stores the gravity of a point as the start of its segments."""
+    """A stub model in which the gravity of a point stands for the start of its segments."""
 
     def __init__(self, parameters, records, sigmas, count):
         self.parameters, self.records, self.sigmas = parameters, records, sigmas
@@ -177,7 +177,7 @@ AGREEMENT = "_has_guess_agreeing_with_records"
 def test_the_number_of_pieces_decides_what_is_tried(
     monkeypatch, pieces, least, counts, words, expected
 ):
-    """Compare the number of pieces for each of two guesses with the smallest number tried."""
+    """Check which guess is fitted, and in how many segments, if a least number is given."""
     session = make_session()
     session._piece_count = words.get("last", 0)
     start, motion = session.parameters.start, words.get("motion", object())

@@ -73,7 +73,7 @@ def data_without_quantities(value):
 
 
 def same(a, b):
-    """Return True if two values are equal. Arrays must be bitwise equal and read-only."""
+    """Return True if two values are equal; arrays must be equal bit for bit, and `b` read-only."""
     if isinstance(a, np.ndarray):
         bits = (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
         return bits and not b.flags.writeable

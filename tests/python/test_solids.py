@@ -19,7 +19,7 @@ def make_axes():
 
 
 def eye_axes(elevation, azimuth):
-    """Return the directions to the right, upwards and towards a viewer as rows."""
+    """Return unit vectors to the right, upward and towards the viewer as the rows of a matrix."""
     e, a = np.radians((elevation, azimuth))
     right = np.array([np.cos(a), np.sin(a), 0.0])
     towards = np.array([np.sin(a) * np.cos(e), -np.cos(a) * np.cos(e), np.sin(e)])
@@ -64,7 +64,7 @@ def test_visible_faces_are_drawn_by_depth_and_shaded_by_the_light(elevation, azi
     [((-0.4, -0.5, 0.77), 1.0), ((0.4, 0.5, -0.77), 0.45), ((0.5, -0.4, 0.0), 0.725)],
 )
 def test_the_light_has_a_brightest_and_a_darkest_shade(normal, shade):
-    """Check the shades of a face towards the light, away from it, and across."""
+    """Check the shades of faces turned towards the light, away from it, and edge-on to it."""
     across = np.cross(normal, (0.0, 0.0, 1.0))
     up = np.cross(normal, across)
     across, up = across / np.linalg.norm(across), up / np.linalg.norm(up)

@@ -33,7 +33,7 @@ def make_scene(name="general", **words):
 
 
 def follow_torque(scene, t):
-    """Return the attitude at time `t` of a top without inertia.
+    """Return the attitude at time `t` of a top whose moments of inertia are neglected.
 
     Its velocity is determined by the damping D, the torque T of the weight and the friction f: D u
     = T - f a sign <u, a>, or <u, a> = 0 if a friction of at most f suffices.

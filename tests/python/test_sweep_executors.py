@@ -22,7 +22,7 @@ SPAWN = multiprocessing.get_context("spawn")
 
 @pytest.fixture(scope="module")
 def hashes(tmp_path_factory):
-    """Return a hash of the results of each sweep, computed by a single thread."""
+    """Run each sweep in a single thread, and return hashes of the results by sweep name."""
     place = tmp_path_factory.mktemp("hashes")
     for name, words in WORDS.items():
         sweep = run_sweep(place / name, words, threads=1)

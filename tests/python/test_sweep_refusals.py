@@ -113,7 +113,7 @@ def test_a_part_of_another_plan_stays_untouched(tmp_path):
 
 
 def make_parquet(about):
-    """Return a Parquet file with the description `about` of a part."""
+    """Return the bytes of a Parquet file in which `about` is the description of a sweep part."""
     table = pa.table({"top": [0]}).replace_schema_metadata(
         {"kreisel": about, "checksum": checksum.PLACEHOLDER}
     )
@@ -325,7 +325,7 @@ def test_an_invalid_scene_is_named_with_its_index(tmp_path):
 
 
 def test_an_unsuitable_top_is_named_with_its_index(tmp_path):
-    """Check the error message if an invalid top is discovered only while the sweep is running."""
+    """Check the error message for an invalid top that is found only while the sweep is running."""
     damping = np.zeros((4000, 3))
     damping[2501] = 1.0
     source = kr.Source.grid(TOP, damping=damping)

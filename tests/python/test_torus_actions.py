@@ -85,7 +85,7 @@ def test_actions_scale_with_the_unit_of_momentum(scene):
 
 
 def test_actions_of_a_small_oscillation_are_energies_divided_by_frequencies():
-    """Check the action variables of a Kowalewski top for small oscillations."""
+    """Check that the actions of a small oscillation are its energies divided by its frequencies."""
     size = 1e-3
     third, second = 0.3 * size, 0.7 * size  # momenta about both axes
     hanging = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)

@@ -44,8 +44,8 @@ def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
     """Compare the growth of tangents with the exact derivatives of the frequencies.
 
     In the body frame, the momentum M is a function of angle variables chi, which grow at constant
-    rates w. A change dw of these rates changes M at the time t by t sum(dw dM/dchi), up to a
-    bounded term.
+    rates w. If the rates of the angle variables change by dw, the momentum at the time t changes by
+    t sum(dw dM/dchi), up to a bounded term.
     """
     size, n = 1e-5, 64
     ahead, back = neighbour(scene, size), neighbour(scene, -size)

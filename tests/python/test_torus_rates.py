@@ -57,7 +57,7 @@ def test_rates_agree_with_the_frequency_analysis(scene):
 def test_mean_precession_agrees_with_counted_turns(scene):
     """Compare the mean rates with the number of turns counted over a long interval of time.
 
-    The counted number is wrong by at most a few turns, however long the path is.
+    The number of counted turns is wrong by at most a few turns, whatever the length of the path.
     """
     t = np.linspace(0.0, 20000.0, 800001)
     path = kr.exact(scene)(t)
@@ -175,7 +175,7 @@ def test_zeros_are_near_their_cell(monkeypatch, distance, is_found):
 
 
 def evaluate_waves(waves, n=40, offset=0.3):
-    """Return sums of waves {(k, l): amplitude} at the points of a grid on the torus."""
+    """Evaluate a Fourier sum, given as {(k, l): amplitude}, at grid points on the torus."""
     a, b = np.meshgrid(*[(np.arange(n) + offset) / n] * 2, indexing="ij")
     return sum(c * np.exp(2j * np.pi * (k * a + m * b)) for (k, m), c in waves.items())
 

@@ -1,4 +1,4 @@
-"""Tests that static type checkers accept the package and correct code, but no misspelt names."""
+"""Tests that type checkers accept the package and correct programs, but reject misspelt names."""
 
 import json
 import re

@@ -16,7 +16,7 @@ APART = [  # makes Python import the package of the copy, and not the one that r
 
 
 class House:
-    """A copy of the repository, and a record of the files that each recipe changes."""
+    """A copy of the repository, and the files that each recipe of ARCHITECTURE.md changes."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -76,7 +76,7 @@ class House:
         run("gcc", "-std=c99", f"-I{self.folder / 'csrc'}", program, library, "-lm", "-o", file)
 
     def python(self, *lines):
-        """Run a Python program with the copied package, and return its output."""
+        """Run a Python program that imports the copy of the package, and return its output."""
         program = "\n".join([*APART, *lines])
         return run(sys.executable, "-c", program, self.folder / "python", self.folder, cwd="/")
 
@@ -100,7 +100,7 @@ DERIVATIVE = """static void tangent_of_height(const quantity_point *at, const qu
 
 
 def add_quantity(house):
-    """Add the height of the apex as a new quantity."""
+    """Add the height of the apex as a new quantity to a copy of the source files."""
     house.insert("quantity", "csrc/quantities.def", "Q(kinetic,", QUANTITY)
     house.insert("quantity", "csrc/model/quantities.c", "double kr_state_nutation(", VALUE)
     before = "static void tangent_of_body_velocity("

@@ -1,6 +1,6 @@
 """The private names of the package that are used in tests.
 
-No other test module may import private names.
+All other test modules may import only the public names of the package.
 """
 
 import numpy as np

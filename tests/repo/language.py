@@ -1,4 +1,4 @@
-"""Measures of the language of docstrings, identifiers and file names.
+"""Measures and rules for the language of docstrings, identifiers and file names.
 
 Run `python tests/repo/language.py` to print the measures and all violations of the rules. Run
 `python tests/repo/language.py sample SEED` to print 60 sentences and 40 private names to rate.

@@ -16,7 +16,7 @@ C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
 
 @cache
 def layers():
-    """Return the layers of each source tree, beginning with the lowest."""
+    """Return a dictionary of the layers in each source tree, beginning with the lowest layer."""
     layer_of_name = {}
     for tree, text in re.findall(r"^```layers (\S+)\n(.*?)^```", PLAN.read_text(), re.M | re.S):
         rows = [re.split(r"\s{2,}", line.strip())[0].split() for line in text.splitlines()]
@@ -48,7 +48,7 @@ def layer(file, tree):
 
 
 def targets(file, tree):
-    """Return the files of the same tree on which a file depends."""
+    """Return the files in the folder `tree` on which a source file depends."""
     uses = (
         c_includes
         if file.suffix in C

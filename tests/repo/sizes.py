@@ -160,7 +160,7 @@ def sum_sections(program):
 
 
 def measure_column(folder, processor, level, rows=ROWS):
-    """Return the size [kB] of each program, or None for all if no compiler is installed."""
+    """Return the size [kB] of each program, or a list of None if no compiler is installed."""
     compiler = find_compiler(processor)
     if compiler is None:
         return [None for _ in rows]
@@ -176,7 +176,7 @@ def measure_column(folder, processor, level, rows=ROWS):
 
 
 def measure():
-    """Return all columns of the table of sizes."""
+    """Return all columns of the table of program sizes."""
     columns = []
     for column in COLUMNS:
         with tempfile.TemporaryDirectory() as folder:
@@ -185,7 +185,7 @@ def measure():
 
 
 def format_table(columns):
-    """Return the sizes as a Markdown table."""
+    """Return the program sizes as a Markdown table."""
     heads = [f"`{processor} {level}`" for processor, level in COLUMNS]
     lines = [f"| linked | {' | '.join(heads)} |", f"| --- |{' ---: |' * len(heads)}"]
     for i, (label, *_) in enumerate(ROWS):
@@ -195,7 +195,7 @@ def format_table(columns):
 
 
 def read_table(text):
-    """Read the columns of a Markdown table of program sizes, without the column of titles."""
+    """Return the numeric columns of a Markdown table of program sizes, omitting the row labels."""
     rows = [line.strip("| \n").split(" | ")[1:] for line in text.splitlines()[2:]]
     return [
         [None if cell == NONE else float(cell) for cell in column]

@@ -1,8 +1,8 @@
 """Tests that the binary interface of the library remains compatible.
 
-The file abi.txt describes the interface of the current version. A program compiled with one header
-must work with every library of the same version. After an intended change, raise the minor version
-of kreisel.h and write the file anew:
+The file abi.txt describes the interface of the current version. A program compiled with the header
+of one version must work with all libraries of this version. After an intended change, raise the
+minor version of kreisel.h and write the file anew:
 
     python tests/repo/test_abi.py
 """

@@ -40,7 +40,7 @@ def output(program, library, folder):
 
 
 def kernels_of(text):
-    """Return the lines of `text`, grouped by instruction set."""
+    """Return the lines of `text`, grouped by the instruction set that their first word names."""
     kernels = defaultdict(list)
     for line in text.splitlines():
         isa, bits = line.split(maxsplit=1)
@@ -52,8 +52,8 @@ def kernels_of(text):
 def compile_by_gcc(folder, file):
     """Compile kreisel.c by the command in docs/embedding.md.
 
-    The CMake option KREISEL_AMALGAMATED runs the same compiler command, so that ccache compiles
-    kreisel.c only once.
+    The CMake option KREISEL_AMALGAMATED runs an identical compiler command for kreisel.c, so that
+    ccache compiles the file only once.
     """
     run("cc", "-O2", "-std=c99", "-c", "kreisel.c", cwd=folder)
     return folder / "kreisel.o"

@@ -86,7 +86,7 @@ def test_wrong_options_are_refused():
 
 
 def link_program(folder, lines, *sources):
-    """Compile a program with the given statements, run it, and return its symbols.
+    """Compile a C program with the given statements, run it, and return its linker symbols.
 
     The given statements must leave the variable `status` equal to KR_OK. The files `sources` are
     linked before the library.

@@ -1,4 +1,4 @@
-"""Tests that the instructions for embedding work without any other source files."""
+"""Tests that the examples in docs/embedding.md work without any other source files."""
 
 import os
 import re
@@ -43,7 +43,8 @@ def write_files(folder):
 def prefix():
     """Return the folder into which the commands in docs/embedding.md install the library.
 
-    The commands run in the folder build, where ccache finds the object files of other builds.
+    The commands run in the folder `build`, so that ccache can reuse the object files of other
+    builds.
     """
     need("cmake", "cc")
     folder = ROOT / "build"

@@ -50,8 +50,8 @@ def test_the_library_agrees_with_the_snapshot(tmp_path):
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
     """Compare the output of tests/c/kernels.c with tests/c/kernels.txt.
 
-    Expected outputs with and without fused multiply-add are stored in kernels.txt. Other processors
-    are tested by .ci/processors.
+    Expected outputs with and without fused multiply-add are stored in kernels.txt. The script
+    .ci/processors makes the same comparison on other processors, which are emulated.
     """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
     output = run_with_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")

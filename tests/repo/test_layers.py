@@ -1,4 +1,4 @@
-"""Tests that each file depends only on files in the same layer or in lower layers."""
+"""Tests that source files depend only on files in the same or lower layers of the project."""
 
 import pytest
 from layers import PLAN, circle, files, layer, layers, targets

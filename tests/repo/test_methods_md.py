@@ -25,7 +25,7 @@ def test_costs_are_relative_to_those_of_rk4(monkeypatch):
 def test_methods_md_is_up_to_date():
     """Check that METHODS.md agrees with the current table, apart from the measured costs.
 
-    Run `kreisel methods --markdown > METHODS.md` to update the file.
+    To update METHODS.md, run `kreisel methods --markdown > METHODS.md`.
     """
 
     def cells(text):

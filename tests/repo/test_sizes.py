@@ -1,8 +1,8 @@
 """Tests of program sizes against the table in docs/sizes.md.
 
-Run `python tests/repo/sizes.py > docs/sizes.md` to update the table. The tests check only one
-column of the table. The library is compiled twice: with all parts, and with the options that omit
-the most code.
+Run `python tests/repo/sizes.py > docs/sizes.md` to update the table. The tests compare only one
+column of the table with measured program sizes. The library is compiled twice: with all parts, and
+with the options that omit the most code.
 """
 
 import pytest

@@ -52,9 +52,9 @@ def start_playwright():
 def write_fast_compiler(folder):
     """Write a C compiler `cc` that compiles the library fast, and return its path.
 
-    The script `cc` compiles small code for one instruction set, without optimization. It restores
-    the original PATH, because ccache would otherwise call the script again instead of the real
-    compiler.
+    The script `cc` compiles small code for one instruction set, without optimization. The script
+    restores the original PATH, because ccache would otherwise call the script again instead of the
+    real compiler.
     """
     file = folder / "cc"
     options = "-O0 -DKR_ONE_ISA -DKR_SMALL"
@@ -104,7 +104,7 @@ def python(code, *words, timeout=60, **options):
 
 
 def need(*tools):
-    """Skip the test if a tool is missing, or fail if CI=true."""
+    """Skip the test if a required program is missing; on a CI server, let the test fail."""
     missing = [tool for tool in tools if not shutil.which(tool)]
     if missing:
         (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(

@@ -223,7 +223,7 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
     """Check that an error of 0.1 % in gravity is classified as an error that users cannot notice.
 
-    Only methods whose own errors are much smaller than the effect of this change are tested.
+    Only methods whose errors are much smaller than the effect of the changed gravity are tested.
     """
 
     def increase_gravity_slightly(candidate, problem, scene, times, setting):

@@ -61,7 +61,7 @@ def test_conditioning_agrees_with_the_references(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_program_returns_the_tops_in_order(kind):
-    """Check that programs return the results in the order of the tops."""
+    """Check that every integrator returns the final attitudes in the order of the tops."""
     tops = tops_of.draw_tops(kind, 11, end=10.0)
     true = tops_of.compute_truths(tops)
     for mover in ensemble_runs.select_movers(tops):
@@ -106,7 +106,7 @@ def test_ratios_are_medians_of_rounds():
 
 
 def test_the_tightest_common_error_is_reached_by_both_programs():
-    """Check the smallest common error of two programs whose errors decrease irregularly."""
+    """Check that two programs reach their smallest common error if errors decrease irregularly."""
     uneven = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
     target = equal_error.tightest_common_error(straight, uneven)
@@ -144,7 +144,7 @@ def test_members_are_as_accurate_as_their_single_runs(kind):
 
 @pytest.fixture(scope="module")
 def quick_report(tmp_path_factory):
-    """Return the folder of a quick report whose map of nutation angles has a coarse grid."""
+    """Return the folder of a shortened report that maps the nutation angles on a coarse grid."""
     out = tmp_path_factory.mktemp("many")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(part, "SIDE", 50)

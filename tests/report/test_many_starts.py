@@ -40,7 +40,7 @@ def test_a_start_keeps_the_character_of_the_motion():
 def make_findings(times, scene="thesis"):
     """Return artificial results for one scene, in which programs have the given run times.
 
-    An infinite time means that the program fails.
+    An infinite run time represents a program that fails.
     """
     runs = [
         {"scene": scene, "start": i, "program": program, "seconds": t, "attitude_error": 1e-13}

@@ -131,7 +131,7 @@ def test_the_log_survives_a_truncated_line(tmp_path):
 
 @pytest.fixture
 def tree(tmp_path, monkeypatch):
-    """Return a small source tree, whose tests need no plugins of pytest."""
+    """Return a small source tree whose tests need no pytest plugins."""
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     texts = {
         "csrc/sums.h": HEADER,

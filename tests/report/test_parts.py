@@ -85,7 +85,7 @@ def copy(tmp_path_factory):
 
 
 def report(copy, *words):
-    """Run the report of the copy, and return its output.
+    """Run the report program in a copy of the package `validation`, and return its output.
 
     The report runs in the current process, which has already imported all other packages.
     """
@@ -161,7 +161,7 @@ def test_every_part_has_a_template_beside_its_file(part):
 
 @pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])
 def test_general_files_name_no_part(file):
-    """Check that the files common to all parts of the report do not name any part."""
+    """Check that the source files common to all report parts do not contain the name of a part."""
     text = (ROOT / "validation/report" / file).read_text()
     words = {word for part in PARTS for word in (part.name, part.title, part.heading)}
     names = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}

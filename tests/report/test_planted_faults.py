@@ -1,7 +1,7 @@
 """Tests that the report detects artificial faults in every method.
 
-The report must classify a faulty result as an error that users cannot notice. A user cannot detect
-an error that is the same in the coarse and in the fine run.
+The report must mark each falsified result as a silent error, which its user cannot detect. A user
+cannot detect an error that is the same in the coarse and in the fine run.
 """
 
 import re
@@ -74,7 +74,7 @@ SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 
 
 def make_faulty_candidates(has_restart):
-    """Return a function that lists all methods with all artificial faults."""
+    """Return a function that lists every kreisel method combined with every artificial fault."""
 
     def run_of(candidate):
         def run(problem, scene, times, setting):
@@ -190,7 +190,7 @@ def make_faulty_closed_form(name, fault):
 def find_late_cells():
     """Return the results of closed-form solutions with artificial faults for a large final time.
 
-    One of the artificial faults adds a small relative error to the times.
+    One of these faults evaluates the solution at times that are slightly too small.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)

@@ -187,7 +187,7 @@ def read_record(page, top, name):
 
 
 def read_message(page):
-    """Return the message that the viewer shows."""
+    """Return the text of the status message on the viewer's page."""
     return page.locator("#words").inner_text()
 
 

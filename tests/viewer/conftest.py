@@ -56,7 +56,7 @@ def shared_window(browser):
 
 @pytest.fixture
 def window(shared_window):
-    """Return an empty window in which a test opens the viewer, faster than in a new window."""
+    """Return an empty browser window that tests share, because opening a new one is slow."""
     yield shared_window
     shared_window.evaluate("localStorage.clear()")
     shared_window.goto("about:blank")
@@ -65,7 +65,7 @@ def window(shared_window):
 
 @pytest.fixture
 def full_picture(page):
-    """Draw the picture of the page in full, for tests that look at it."""
+    """Draw the viewer's picture in full detail, for tests that inspect its pixels."""
     page.evaluate("sketches = false; kreisel.view.isDirty = true; kreisel.view.render()")
     yield
     page.evaluate("sketches = true")

@@ -7,7 +7,7 @@ from browser import WIDE, advance, load, make_viewport
 
 @pytest.fixture
 def changeable_page(page):
-    """Return the shared page, and restore its size and colours after the test."""
+    """Return the browser page shared by all tests, and restore its size and colours afterwards."""
     yield page
     page.set_viewport_size(make_viewport(WIDE))
     page.evaluate("document.documentElement.style.colorScheme = ''")

@@ -34,7 +34,7 @@ def run_to(page, t):
 
 
 def read_labels(page):
-    """Return the tick labels of the vertical axis."""
+    """Return the tick labels of the vertical axis of a chart."""
     return page.evaluate("""async () => {
         const seen = [], own = CanvasRenderingContext2D.prototype, write = own.fillText;
         own.fillText = function (text, ...where) {
@@ -303,7 +303,7 @@ def test_error_charts_have_room_for_curves_before_a_change(page, log):
 
 
 def count_pixels(page):
-    """Count the coloured pixels of the first chart, once with earlier motions and once without."""
+    """Count the coloured pixels of a chart, first with earlier motions, then with them hidden."""
     return page.evaluate("""async () => {
         const [{ctx, earlier, redraw}] = kreisel.charts.plots, draw = earlier.draw;
         const count = async () => {

@@ -1,4 +1,4 @@
-"""Tests of shared links and of failures in the viewer."""
+"""Tests of links that share a scene, and of failures in the viewer."""
 
 import base64
 import json
@@ -269,7 +269,7 @@ def test_without_javascript_a_message_is_shown(browser):
 
 
 def share(page):
-    """Share the scene, and return the fragment of the link."""
+    """Click the Share button, and return the fragment of the URL that encodes the scene."""
     page.get_by_role("button", name="Share").click()
     return page.evaluate(
         """() => {

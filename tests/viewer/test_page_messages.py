@@ -29,7 +29,7 @@ REFUSED = [
 
 
 def read_everything(page):
-    """Return the scene, the time, the states and the undo history."""
+    """Return the scene, the time, the states and the undo history of the viewer page."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )

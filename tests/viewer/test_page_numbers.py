@@ -39,14 +39,14 @@ def read_text(page):
 
 
 def open_exercise(page, exercise):
-    """Open an exercise, and return the closed-form solution of its scene."""
+    """Open and pause a viewer exercise, and return the closed-form solution of its scene."""
     page.get_by_role("button", name=exercise, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
     return kr.exact(scene_in_python(read_scene(page)))
 
 
 def read_numbers(page):
-    """Return the numbers displayed over the picture, and the notes below them."""
+    """Return the numbers that the viewer displays over the picture, and the notes below them."""
     return dict(
         page.evaluate("""(kreisel.view.isDirty = true,
             [...document.querySelectorAll('#numbers div')].map((box) => [

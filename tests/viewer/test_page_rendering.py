@@ -197,7 +197,7 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
 
 
 def read_rings(page):
-    """Return the points on the surface of the rod in rings, beginning with the newest ring."""
+    """Return the mesh vertices of the rod as an array of rings, beginning with the newest ring."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
     return np.reshape(places, (-1, ROD_SIDES, 3))[: count // (6 * ROD_SIDES) + 1]
@@ -274,7 +274,7 @@ def test_the_trace_is_the_curve_of_the_apex(page, t, stride):
 
 
 def read_body(page):
-    """Return the displayed kind, mass, moments of inertia and centre of mass of the body."""
+    """Return the kind, mass, moments of inertia and centre of mass that the viewer displays."""
     kind, _, numbers = page.get_by_text("top: mass").inner_text().partition(" top: mass ")
     words = (
         numbers.replace("moments", "").replace("centre of mass", "").partition("(")[0].split(",")

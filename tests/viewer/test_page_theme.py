@@ -1,4 +1,4 @@
-"""Tests of colour schemes, printing and idle pages."""
+"""Tests of the colour schemes and printing of the viewer, and that an idle viewer draws nothing."""
 
 import numpy as np
 import pytest

@@ -2,8 +2,9 @@
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-The tests cover kr.solve, ensembles, kr.stream, and saved and resumed runs. Events, sections,
-tangents and Lyapunov exponents are also tested. All tested functions use the default precision. The
+The tests cover kr.solve, ensembles, kr.stream, and saved and resumed runs. The tests also cover
+events, sections, tangents and Lyapunov exponents. All functions are tested with the default
+precision. The
 reference solutions are computed by the Taylor method in 20-digit arithmetic. Each attitude error
 must not exceed a constant plus a small multiple of its sensitivity to rounding (the conditioning).
 The conditioning is the change in attitude when each initial value and parameter is perturbed by one
@@ -250,7 +251,7 @@ def check_growth(reference, family):
 
 
 def check_top(family, scene, times, folder):
-    """Return the largest ratio of the error to the allowed error, for each public function."""
+    """Return, for each public function, the largest ratio of its error to the allowed error."""
     reference = Reference(scene, times)
     if reference.allowed.max() > UNRESOLVED:
         return {}

@@ -83,7 +83,7 @@ def record_calls() -> Iterator[list[str]]:
 
 
 def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
-    """Count function calls, the source files involved, and how often a file is entered again."""
+    """Count the function calls, the source files visited, and the returns to earlier files."""
     for _ in range(WARM_RUNS):
         run()
     with record_calls() as files:

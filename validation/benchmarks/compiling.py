@@ -1,6 +1,7 @@
 """Compilation of the C library together with additional code for benchmarks.
 
-Callers can add source files, and choose the instruction sets and the number of Taylor coefficients.
+A benchmark can add source files, and choose the instruction sets and the number of Taylor
+coefficients.
 """
 
 import ctypes

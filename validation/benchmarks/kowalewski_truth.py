@@ -2,7 +2,7 @@
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 
-The program takes a few minutes.
+The computation of these reference states takes a few minutes.
 """
 
 import argparse

@@ -2,7 +2,8 @@
 
     python -m validation.benchmarks.support_costs [kind ...] [--rounds 41] [--digits 16 30]
 
-Each effect is switched on and off alternately, and the median ratio of run times is printed. The
+Each effect is switched on and off alternately, and the program prints the median ratio of the two
+run times. The
 program also times ensembles of tops on one thread. Ensembles of tops without support motion,
 friction or damping use SIMD instructions. For ensembles that cannot use SIMD instructions, the cost
 relative to single tops is also printed.

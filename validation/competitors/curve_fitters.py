@@ -82,7 +82,7 @@ def fit_by_lmfit(scene, t, values, sigma):
 
 
 def fit_by_kreisel(scene, t, values, sigma):
-    """Return fitted parameters, their standard errors, and sentences on undetermined parameters."""
+    """Return fitted parameters, standard errors, and sentences on undetermined parameters."""
     fit = kr.fit(scene, kr.Record(t, {"body_velocity": values}, sigma), FREE)
     names = list(fit.names)
     columns = [[own[name] for name in names] for own in (fit.values, fit.error)]

@@ -1,9 +1,9 @@
 """Integration of many tops with the same body, by kreisel and by other integrators.
 
 Each integrator is wrapped in a function that takes no arguments and returns the final attitudes.
-The heyoka integrators are compiled with the constants of the body. A heyoka integrator advances
-eight tops at a time with SIMD instructions. Each thread has its own integrator, unless heyoka's
-ensemble function is used.
+In the compiled heyoka integrators, the parameters of the body are constants. A heyoka integrator
+advances eight tops at a time with SIMD instructions. Each thread has its own integrator, unless
+heyoka's ensemble function is used.
 """
 
 from collections.abc import Callable
@@ -111,8 +111,8 @@ def make_scipy_call(tops, setting, threads):
 class Mover:
     """An integrator for many tops, with tolerances or step sizes in order of increasing accuracy.
 
-    A slow integrator computes only a fraction of the tops, because all run times are averages per
-    top.
+    A slow integrator integrates only a fraction of the tops, which suffices because run times are
+    given per top.
     """
 
     name: str

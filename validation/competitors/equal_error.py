@@ -38,7 +38,7 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
 
     The integrators run alternately, so that changes in the load of the machine affect them equally.
     Errors are measured only for tops with a reference solution. If an integrator is timed only
-    once, the integration from which its errors are computed is timed.
+    once, its errors are computed from the timed integration.
     """
     settings = [
         (place / len(mover.settings), mover, setting, mover.tops(tops))
@@ -114,7 +114,7 @@ def seconds_at(target, own):
 def time_ratio(other, own, target):
     """Return the median ratio of run times at equal error, and both median times [s] per top.
 
-    All results are nan if one of the integrators does not reach the error.
+    All results are nan if one of the two integrators does not attain the error `target`.
     """
     theirs, ours = seconds_at(target, other), seconds_at(target, own)
     rounds = [b / a for a, b in zip(ours, theirs, strict=True)]

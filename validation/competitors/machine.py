@@ -52,7 +52,7 @@ def commit_name():
 
 
 def fingerprint(*more):
-    """Return a list of all conditions that influence measurements.
+    """Return a list of everything that can affect the measured run times and errors.
 
     The list contains a hash of the code, the machine, the commit, the program versions, and the
     additional arguments `more`.

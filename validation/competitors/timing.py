@@ -28,7 +28,7 @@ def time_once(call):
 
 
 def time_sample(call, seconds):
-    """Return the mean run time [s] of a function that takes about `seconds`."""
+    """Return the mean run time [s] of a function; `seconds` is a rough estimate of this time."""
     number = max(1, math.ceil(SAMPLE / seconds))
     with pause_gc():
         begin = perf_counter()

@@ -18,8 +18,8 @@ def draw_cost_bands(panels, own, label):
     """Draw one panel per group of initial states, with a line and a band for each integrator.
 
     `panels` maps the title of each panel to the data of its curves. The line of each integrator
-    ends at the smallest error that it reaches for most initial states. The line of `own` is drawn
-    in colour, and all other lines are drawn in the text colour.
+    ends at the smallest error that it reaches for most initial states. The line of the integrator
+    `own` is drawn in colour, and the other lines have the colour of the text.
     """
     height = TOP + len(panels) * (PANEL + GAP) - GAP + BELOW
     with plt.rc_context(STYLE):
@@ -60,7 +60,7 @@ def draw_bands(axes, bands, own):
 
 
 def find_ends(bands, own):
-    """Return the names, end points and styles of all lines."""
+    """Return the name, end point and style of each curve that contains finite values."""
     styles = choose_line_styles([own], [name for name in bands if name != own])
     ends = []
     for title, (errors, middle, _, high) in bands.items():

@@ -42,7 +42,7 @@ def collect_lines(groups, quantity, cost):
 
 
 def lowest_point(points):
-    """Return the point with the smallest error on a curve."""
+    """Return the point of a cost curve at which the error is smallest."""
     return min(zip(*points, strict=True), key=lambda point: point[1])
 
 
@@ -99,7 +99,7 @@ def draw_families(groups, families, quantity, label, cost, floor=None):
 
 
 def find_leaders(lines):
-    """Return the methods that are fastest for at least one value of the error."""
+    """Return the methods that are fastest for at least one target error."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
         min(

@@ -47,7 +47,7 @@ def draw_distributions(errors, family, peers):
 
 
 def label_positions(errors, styles):
-    """Return the positions of the labels, ordered by error."""
+    """Return the names, positions and styles of the curve labels, in order of increasing error."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)
         for name in styles

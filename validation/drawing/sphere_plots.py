@@ -38,7 +38,7 @@ def draw_globe(axes):
 def draw_trace(axes, apex, colour=COLOURS[0]):
     """Draw a curve on the sphere, with the hidden part in a faint colour.
 
-    A dot marks the starting point.
+    A dot marks the first point of the curve.
     """
     x, y, depth = project(apex)
     axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)

@@ -1,4 +1,4 @@
-"""Stacked bar charts of the verdicts on each method."""
+"""Stacked bar charts that show how often each method received each verdict."""
 
 import numpy as np
 

@@ -201,7 +201,7 @@ class Trial:
 
 
 def list_programs(root):
-    """Return the names of the C test programs and their source files."""
+    """Return a dictionary that maps each C test program to a list of its source files."""
     tests = {file.stem: [file] for file in sorted((root / "tests/c").glob("test_*.c"))}
     for name in GOLDEN:
         if (root / f"tests/c/{name}.txt").exists():

@@ -66,7 +66,8 @@ def measure_core(tests):
 def build_with_counters(tree, objects):
     """Compile the C library with branch counters.
 
-    The library is compiled without optimization, because optimization merges branches. The counters
+    The library is compiled without optimization, because optimization would merge the branches to
+    be counted. The counters
     are atomic, because some tests use several threads.
     """
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]

@@ -1,8 +1,8 @@
 """The lines of the Python package that each test executes.
 
-Each test module is run separately, and the coverage is recorded for each test. The results are
-stored next to the copies of the source tree. A test module is run again if its source or a helper
-file has changed.
+Each test module is run separately, and the coverage is recorded for each test. The coverage results
+are stored beside the copies of the source tree. A test module is run again if its source or a
+helper file has changed.
 """
 
 import hashlib

@@ -45,7 +45,7 @@ class Mutant:
 def draw_sample(mutants, seed, points):
     """Return a random sample of the mutants, drawn without replacement.
 
-    Smaller samples are prefixes of larger ones.
+    A smaller sample drawn with the same seed is the beginning of a larger one.
     """
     sample = list(mutants)
     random.Random(seed).shuffle(sample)

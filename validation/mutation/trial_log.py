@@ -32,7 +32,7 @@ class TrialLog:
 
 
 def parse_line(line):
-    """Parse a line of the log, or return None if the line is incomplete."""
+    """Parse a line of the log file, or return None if the line is incomplete."""
     try:
         return json.loads(line)
     except json.JSONDecodeError:

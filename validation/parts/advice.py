@@ -96,7 +96,7 @@ def list_fixed_steps(comparison):
 
 
 def describe_late(comparison):
-    """Return the range of run times for states at a large time, or None if none were measured."""
+    """Return the range of run times for states at large times, or None if nothing was measured."""
     late = [findings for findings in comparison.late.values() if findings]
     if not late:
         return None

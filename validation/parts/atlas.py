@@ -96,10 +96,10 @@ def family_contexts(cells):
 
 
 def describe_cell(cell):
-    """Return the verdict and a message for failed and unexpectedly wrong results, else None.
+    """Return the verdict and a message if a run failed or is unexpectedly wrong, else None.
 
-    A message is returned for failed runs, for errors that users cannot notice, and for large errors
-    of adaptive methods.
+    A message is returned for failed runs, for errors that a user could not detect, and for large
+    errors of adaptive methods.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
@@ -113,9 +113,9 @@ def describe_cell(cell):
 
 
 def collect_notes(cells):
-    """Yield the rows of the table of explanations.
+    """Yield the rows of the table that explains failed runs and unexpected errors.
 
-    Test cases with the same explanation are combined in one row.
+    Test cases for which the report gives the same explanation share one row of the table.
     """
     explanations = {}
     for cell in cells:
@@ -138,7 +138,7 @@ def collect_notes(cells):
 
 
 def count_verdicts(cells):
-    """Yield the counts of all verdicts on each method."""
+    """Yield, for each method, the number of results with each verdict."""
     for name in column_names(cells):
         own = [cell for cell in cells if cell["method"] == name]
         errors = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
@@ -152,7 +152,7 @@ def count_verdicts(cells):
 
 
 def draw_verdicts(counts):
-    """Draw a bar chart of the verdicts on each method."""
+    """Draw a bar chart that shows how often each method received each verdict."""
     names = ["silently wrong" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
     indices = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
     order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in indices))

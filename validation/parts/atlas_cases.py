@@ -223,9 +223,9 @@ def antipodal_cases():
     """Yield test cases in which the axis is nearly reversed in one step.
 
     The Bobenko-Suris map rotates the axis by 2 atan(h |w| / 2) per step. The rotation angle per
-    step is less than half a turn. The axis rotates by half a turn minus `gap` if h |w| / 2 =
-    cot(gap / 2). Methods other than the Bobenko-Suris map rotate the axis by the angle h |w| per
-    step.
+    step is less than half a turn. The axis therefore rotates by pi - gap in each step if h |w| / 2
+    = cot(gap / 2). All methods except the Bobenko-Suris map rotate the axis of the top by the angle
+    h |w| in each step.
     """
     momentum = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
     light = scene_factory(lagrange, 1.0, momentum=momentum, gravity=1e-3)
@@ -398,7 +398,7 @@ FAMILIES = {
 
 
 def list_cases(quick=False):
-    """Yield all test cases, or only two of each family."""
+    """Yield all test cases, or only the first two of each family if `quick` is true."""
     for list_family, _ in FAMILIES.values():
         cases = list(list_family())
         yield from cases[:2] if quick else cases

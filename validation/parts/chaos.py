@@ -40,7 +40,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Return a copy of `size` with the largest energy drift and the number of states added."""
+    """Return `size` extended by the largest energy drift and the number of recorded states."""
     findings = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
@@ -87,7 +87,7 @@ def measure_frequencies(orbits):
 
 
 def measure_exponents(size):
-    """Compute Lyapunov exponents for a table and for an image."""
+    """Compute Lyapunov exponents for a table of bodies, and for a map over energy and momentum."""
     table = [
         lyapunov_exponents.summarize_exponents(name, size["orbits"]) for name in section_data.BODIES
     ]

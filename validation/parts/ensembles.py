@@ -78,7 +78,7 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Yield the run time per top at each target error.
+    """Yield the run time per top of every integrator at each target error.
 
     The run time of kreisel is given in microseconds. The run times of other integrators are given
     relative to that of kreisel.

@@ -53,7 +53,7 @@ def run_races(rows, scenes):
 
 
 def times_to_targets(rows, scene):
-    """Yield the smallest error of each method, and its run time for each target error.
+    """Yield, for each method, its smallest error and its run times for the target errors.
 
     For each target error, the cell with the shortest run time is marked as the fastest.
     """
@@ -77,7 +77,7 @@ def times_to_targets(rows, scene):
 
 
 def list_references(methods):
-    """Return a dictionary that maps the name of each other integrator to its title."""
+    """Return a dictionary from the names of the other integrators to their titles."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 

@@ -11,7 +11,7 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 def measure_rotation(orbits, name):
     """Return the axial momentum and the rotation number of each orbit.
 
-    The axial momentum is taken at the section point whose spin angle is closest to zero. The
+    The axial momentum is evaluated at the section point whose spin angle is closest to zero. The
     rotation number is the angle of precession per nutation period, without whole turns. The
     function also returns how much the rotation number changes between the two halves of each orbit.
     """

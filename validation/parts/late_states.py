@@ -61,7 +61,7 @@ def measure_late_state(problem, quick):
 
 
 def describe_late_state(entry):
-    """Describe the run times for computing the state at a large time."""
+    """Describe how long each method takes to compute the state of a top at a large time."""
     if not entry:
         return ""
     times = {name: entry[name] for name in ("exact", "state", "taylor", "heyoka")}

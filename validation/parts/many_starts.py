@@ -1,7 +1,7 @@
 """Run time against error, for kreisel and other integrators on many random initial states.
 
 Random initial states are obtained by rotating the initial state of a scene and scaling the
-momentum. The random motions are of the same type as the motion from the original initial state.
+momentum. The resulting motions are of the same type as the motion from the original initial state.
 Each program is run with many tolerances. The run time for a given error is the shortest run time of
 all runs whose error is not larger. For kreisel, the method is chosen automatically.
 """
@@ -58,7 +58,7 @@ def list_programs():
 def rotate_start(problem, random):
     """Return a problem with a random initial state.
 
-    If the momentum of the given problem is horizontal, so is that of the new problem.
+    If the vertical momentum of the given problem is zero, it remains zero.
     """
     axis = random.normal(size=3)
     half = random.uniform(0.0, ROTATION) / 2
@@ -180,7 +180,7 @@ def count_starts(findings):
 
 
 def make_bands(findings):
-    """Return the median and quantiles of each program's run time for several errors."""
+    """Return the median and quantiles of each program's run time for several target errors."""
     bands = {}
     for program, title in list_programs().items():
         times = [times_to_error(findings, program, target) for target in CURVE]
@@ -230,9 +230,9 @@ def finite_or_none(x):
 def compare_medians(findings, target):
     """Return kreisel's median run time [s], and the other programs' medians relative to it.
 
-    A program is omitted if it fails to reach the error for more than a quarter of the initial
-    states. The median run time of kreisel is None if it fails for more than a quarter of the
-    initial states.
+    A program is omitted if it fails to reach the target error for more than a quarter of the
+    initial states. The median run time of kreisel is None if it fails for more than a quarter of
+    the initial states.
     """
     medians = {}
     for program, title in list_programs().items():
@@ -256,7 +256,7 @@ def describe_group(title, findings, target):
 
 
 def describe_reached(findings, target):
-    """Describe how often each program reaches a given error."""
+    """Describe for which share of the initial states each program attains a given error."""
     shares = [
         f"{title} on {format_share(times_to_error(findings, program, target))}"
         for program, title in list_programs().items()

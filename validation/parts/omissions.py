@@ -1,7 +1,7 @@
 """Time and memory saved by omitting unneeded computations and output.
 
 The time saved by omitting gravity and by exploiting symmetry is measured for each method. For each
-scene, the time and memory saved by each omitted computation are measured separately.
+scene, the savings in time and memory are measured separately for each omitted computation.
 """
 
 from dataclasses import dataclass, replace
@@ -92,9 +92,9 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield the name of each omitted computation, and functions that run with and without it.
+    """Yield the name of each optional computation, and two functions that include and omit it.
 
-    Each of the two functions returns the memory [bytes] needed for its results.
+    Both functions return the memory [bytes] occupied by their results.
     """
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
@@ -125,7 +125,7 @@ def list_omissions(problem, end):
 
 
 def measure_scene(problem, end, rounds):
-    """Return the integration plans of a scene, and the time and memory saved by each omission."""
+    """Return the integration plans, and the time and memory with and without each omission."""
     scene, cases = problem.to_scene(), list(list_omissions(problem, end))
     calls = [call for _, *pair in cases for call in pair]
     sizes, seconds = [call() for call in calls], timing.best_times(calls, rounds)
@@ -180,7 +180,7 @@ def build_context(findings):
 
 
 def compute_savings(findings):
-    """Return the speedups that result from omitting each unneeded computation."""
+    """Return, for each optional computation, the speedups obtained by omitting it."""
     lines = group_seconds(findings.forms).values()
     speedups = {
         omission: [line[before] / line[after] for line in lines if before in line and after in line]

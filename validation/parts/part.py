@@ -1,8 +1,8 @@
 """The interface that all parts of the report implement.
 
-The page, the tables and the command line of the report are built from a list of parts. A new part
-needs a Python file, a template with the same name, and a line in report/contents.py. The Python
-file must define a `Part` object at its end.
+A single list of parts determines the page, the tables and the command line of the report. A new
+part needs a Python file, a template with the same name, and a line in report/contents.py. The
+Python file must end with the definition of a `Part` object.
 """
 
 import csv
@@ -41,7 +41,8 @@ class Part:
 def write_csv(columns, rows):
     """Format a list of dictionaries as CSV.
 
-    Missing values are left empty, and keys without a column are ignored.
+    Missing values are written as empty fields, and dictionary keys that are not in `columns` are
+    ignored.
     """
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, extrasaction="ignore")

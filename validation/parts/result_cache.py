@@ -1,8 +1,8 @@
 """A cache of results, from which an interrupted report can be continued.
 
-Each line of the file contains one result as JSON. The first line describes the conditions under
-which the results were computed. If the conditions have changed since the file was written, a new
-file is started.
+Each line of the file contains one result as JSON. The first line of the cache file describes the
+conditions under which the results were computed. If the present conditions differ from those in the
+file, a new file is started.
 """
 
 import json

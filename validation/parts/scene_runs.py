@@ -24,7 +24,7 @@ LOOKS = 100  # approximate number of states at which the energy is evaluated
 
 @dataclass
 class Measurement:
-    """The results of a method on one scene for one step size or tolerance."""
+    """The results of one method for one scene and one step size or tolerance."""
 
     scene: str
     t: float

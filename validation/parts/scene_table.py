@@ -53,7 +53,7 @@ def count_turns(path, end):
 
 
 def scene_context(problem, end):
-    """Return the description of a scene, its picture, and the number of turns."""
+    """Return a scene's description, its apex path as a picture, and the number of turns."""
     path = trace_path(problem, end)
     return {
         "name": problem.name,

@@ -1,14 +1,15 @@
 """The motion of a stiff top that spins 1e4 times faster than it precesses.
 
-The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the angular velocity at the
-midpoint, v = V / |V|, and a_ the symmetry axis at the midpoint. In a step of size h, the midpoint
-rule rotates the top by the angle 2 theta, where theta = 2 atan(h |V| / 4). A step changes <m,a> by
+The implicit midpoint rule conserves the vertical momentum <m,p>, but not the axial momentum <m,a>.
+Let V be the angular velocity at the midpoint, v = V / |V|, and a_ the symmetry axis at the
+midpoint. In a step of size h, the midpoint rule rotates the top by the angle 2 theta, where theta =
+2 atan(h |V| / 4). A step changes <m,a> by
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
 The change of <m,a> in one step is of order h^2 if the step size resolves the spin. If the step size
-does not resolve the spin, the change of <m,a> per unit of time does not depend on the step size.
-The change of <m,a> per unit of time is then comparable to the component of the torque along V.
+does not resolve the spin, the change of <m,a> per unit of time is independent of the step size, and
+of the same order as the component of the torque along V.
 """
 
 import kreisel as kr

@@ -3,7 +3,7 @@
 To judge a solution, a user can compute it again with half the step size or a hundredth of the
 tolerance. Let d be the difference in attitude between the two solutions. If the method attains its
 order p, the error of the first solution is about d 2^p / (2^p - 1). For an adaptive method, the
-error of the first solution is about as large as d.
+error of the first solution is approximately equal to the difference d.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -87,14 +87,15 @@ def tolerance_angle(true, rounding, tol, steps):
 def estimate_error(second_run, order):
     """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
 
-    The argument `second_run` is the angle between the attitudes of the two runs. For an adaptive
+    The argument `second_run` is the angle [rad] by which the attitudes computed in the two runs
+    differ. For an adaptive
     method, `order` is zero, and `second_run` itself is the error estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, estimate, per_turn, thresholds):
-    """Return a sign by which users can notice an attitude error, or None if there is none.
+    """Return an observation by which users can notice an attitude error, or None if there is none.
 
     The argument `estimate` is the error estimate obtained by comparison with a second run.
     `per_turn` is the number of steps per turn, which is infinite for adaptive methods. The argument
@@ -113,7 +114,7 @@ def find_sign(error, estimate, per_turn, thresholds):
 
 
 def choose_verdict(error, rounding, sign, tol=None):
-    """Return the verdict on a solution with a given attitude error [rad]."""
+    """Return the report's verdict on a numerical solution with a given attitude error [rad]."""
     if not isfinite(error):
         return SILENT
     if error <= rounding and error < LOST:

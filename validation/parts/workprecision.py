@@ -48,7 +48,7 @@ BUSY = 0.25  # if the spread of the times is larger than this, the times should 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Problems with their end times, reference solutions and runs."""
+    """Test problems with their end times, reference solutions and measured runs."""
 
     problems: list  # problems with their end times
     truths: dict  # truths by scene
@@ -164,7 +164,7 @@ def build_context(comparison):
 
 
 def recommend_methods(rows, scene):
-    """Recommend methods for one scene in a sentence."""
+    """Return a text that recommends methods for one scene."""
     hits = [(target, own) for _, target, own, _ in fastest.run_races(rows, [scene]) if own]
     if not hits:
         return "No method reached any of the errors of the table in the time allowed."

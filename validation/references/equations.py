@@ -45,8 +45,9 @@ def round_to(numbers, fp):
 def compute_coefficients(problem, form="velocity", digits=40):
     """Return the coefficients of the equations of motion in multiprecision.
 
-    The list contains the coefficients of the angular velocities, of the quadratic terms and of the
-    torque, in this order. For a damped top, the list ends with the decay rates due to damping.
+    The returned list contains the coefficients of the angular velocities, of the quadratic terms
+    and of the torque, in this order. For a damped top, the list ends with the decay rates due to
+    damping.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
@@ -65,7 +66,7 @@ def coefficients_from(J, lever, form="velocity"):
 
 
 def build_equations(numbers, fp):
-    """Return pairs of a variable and its time derivative for all seven equations.
+    """Return the seven equations of motion as pairs of a variable and its time derivative.
 
     Terms whose coefficient is zero are omitted from the equations.
     """

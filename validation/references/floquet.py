@@ -1,9 +1,9 @@
 """Derivatives of closed-form solutions with respect to the initial state.
 
 In the body frame, the vertical P and the momentum M are periodic with the period tau. For a
-symmetric body, P and M are periodic up to a rotation S about the symmetry axis. A tangent consists
-of a rotation vector theta and a change N of the momentum. Let Phi(t) be the matrix that maps theta
-and N at time 0 to theta and N at time t. By Floquet's theorem,
+symmetric body, these two vectors are periodic up to a rotation S about the symmetry axis. A tangent
+consists of a rotation vector theta and a change N of the momentum. Let Phi(t) be the matrix that
+maps theta and N at time 0 to theta and N at time t. By Floquet's theorem,
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
 The motion over one period is computed in 30-digit arithmetic. Matrix powers are computed with 50
 decimal digits, so that all 30 digits remain correct.
@@ -135,7 +135,7 @@ class _Point(NamedTuple):
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
         """Return functions of the state that are periodic in time.
 
-        For a symmetric body, the returned functions do not change when the body rotates about its
+        For a symmetric body, these functions are invariant under rotations of the body about its
         symmetry axis.
         """
         if axis is None:
@@ -292,8 +292,8 @@ def floquet_tangents(scene: kr.Scene, times: object) -> Array:
     """Return the derivatives of the state at arbitrary times with respect to the initial state.
 
     Raises ValueError if the motion lies on a separatrix, or if a derivative overflows. The result
-    has the shape (n, 6, 6), like path.tangents. The computation takes about a millisecond for each
-    time.
+    has the shape (n, 6, 6), like path.tangents. The computation takes about one millisecond per
+    requested time.
     """
     closed = kr.exact(scene)
     path = closed(times)

@@ -36,12 +36,12 @@ REGIONS = (  # a point (g, h) in each of the ten regions
 
 
 def vertical_momentum(g):
-    """Return the vertical momentum <m, e3> for a given value of g."""
+    """Return the vertical momentum <m, e3>, computed from g = <m, e3> / sqrt(2)."""
     return np.sqrt(2.0) * g
 
 
 def critical_values(g, h):
-    """Return the critical values of K that motions attain, in ascending order.
+    """Return the critical values of the integral K that motions attain, in ascending order.
 
     Each critical value is paired with the number (1 to 3) of the formula from which it is computed.
     """

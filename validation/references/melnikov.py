@@ -6,9 +6,9 @@ momentum c changes at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the 
 swing is
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
 Here psi is the spin angle at the lowest point of the swing. The Melnikov integral is evaluated
-along the separatrix motion for which psi is zero. Near the upright position, the nutation angle
-grows exponentially at the rate s, while the spin angle changes at the constant rate w. By
-Chirikov's criterion, motions with |c - <m, e3>| < 2 w e A / s are chaotic.
+along the separatrix motion for which this angle psi is zero. Near the upright position, the
+nutation angle grows exponentially at the rate s, while the spin angle changes at the constant rate
+w. By Chirikov's criterion, motions with |c - <m, e3>| < 2 w e A / s are chaotic.
 
 Sources: Melnikov, Transactions of the Moscow Mathematical Society 12 (1963) 1; Holmes and Marsden,
 Indiana University Mathematics Journal 32 (1983) 273; Chirikov, Physics Reports 52 (1979) 263.

@@ -82,7 +82,7 @@ class Problem:
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
     def highest_rate(self, q, m):
-        """Return the largest angular velocity [T^-1] of all states."""
+        """Return the largest angular velocity [T^-1] among the given states."""
         return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
@@ -115,8 +115,8 @@ class Problem:
     def scale_to_internal_units(self):
         """Convert to units in which all moments of inertia and the rotation rate are at most 1.
 
-        Returns the converted problem, and the units of moment of inertia and angular velocity. The
-        units are powers of two, so that the conversion is exact.
+        Returns the problem in these units, and the units of moment of inertia and angular velocity.
+        The units are powers of two, so that the conversion is exact.
         """
         moment, rate = (
             2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)

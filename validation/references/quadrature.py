@@ -175,8 +175,8 @@ class Lagrange:
         """Integrate weight / (a + b sn^2) from the initial value to `x`.
 
         If `weight` is zero, the angle is constant, except that it jumps by half a turn whenever the
-        axis passes through the vertical. Only those jumps that occur after the initial time are
-        added to the angle.
+        axis passes through the vertical. Only half-turn jumps after the initial time are added to
+        the angle.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
@@ -240,7 +240,8 @@ class Euler:
     def _order_axes(self, inertia, body):
         """Order the axes so that the second has the intermediate moment of inertia and M3 >= 0.
 
-        The attribute `relabel` is the rotation from the sorted axes to the body axes.
+        The attribute `relabel` is the rotation from the axes in this order to the original body
+        axes.
         """
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
         excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))

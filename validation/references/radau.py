@@ -83,7 +83,7 @@ class TopEquations:
         )
 
     def levers(self, times):
-        """Return the lever arm, scaled in proportion to the apparent gravity at each time."""
+        """Return the lever arm times the ratio of apparent to constant gravity at each time."""
         amplitude, rate, phase = self.shaking
         return np.outer(1 - amplitude * rate**2 * np.cos(rate * times + phase), self.lever)
 
@@ -178,8 +178,9 @@ def first_step(top):
 def integrate(problem, times, tol=TOL, **effects):
     """Return attitudes (n, 4) and body-frame momenta (n, 3) at positive times in ascending order.
 
-    The argument `tol` limits the relative truncation error of each step. Optional effects are the
-    rotor momentum, the angular velocity `turning` of the support, and `shaking`. The tuple
+    The argument `tol` limits the relative truncation error of each step. The optional keyword
+    arguments are the angular momentum `rotor` of a rotor, the angular velocity `turning` of the
+    support, and `shaking`. The tuple
     `shaking` contains amplitude / gravity, rate and phase. Raises ArithmeticError if the step size
     becomes too small.
     """

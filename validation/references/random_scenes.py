@@ -108,7 +108,8 @@ def fast(rng):
 def nearly_symmetric(rng):
     """Draw a nearly symmetric or nearly spherical top.
 
-    The relative deviation from an exactly symmetric body is between 1e-16 and 1e-11.
+    The moments of inertia or the centre of mass of the body deviate from exact symmetry by relative
+    amounts between 1e-16 and 1e-11.
     """
     first, second = 10 ** rng.uniform(-16, -11, 2) * rng.choice([-1.0, 1.0], 2)
     deviations = (first, 0.0), (0.0, second), (first, second)

@@ -3,11 +3,11 @@
 The solutions for the scenes of the report are stored in reference.json by the command `python -m
 validation.references.reference`.
 
-Each solution is computed from two forms of the equations in 128-bit arithmetic, and once in 80-bit
-arithmetic. The differences between these three solutions indicate the accuracy of the reference
-solution. The conditioning is the change in attitude caused by perturbing each parameter and initial
-value by one double-precision rounding error. In double precision, no method can be expected to have
-a smaller error than rounding the input causes.
+Each solution is computed three times: from two forms of the equations in 128-bit arithmetic, and
+from one of them in 80-bit arithmetic. The differences between these three solutions indicate the
+accuracy of the reference solution. The conditioning is the change in attitude caused by perturbing
+each parameter and initial value by one double-precision rounding error. In double precision, the
+error of any method is expected to be at least as large as the effect of rounding its input.
 """
 
 import argparse

@@ -6,9 +6,9 @@ the inertial frame is w = J^-1 (M - rotor). The equations are
     M' = M x w + mass g P x com - D (w - u) + k a,    q' = q (w - u) / 2
 
 with g = gravity - amplitude rate^2 cos(rate t + phase) and the unit vector a along the apex. The
-torque k of dry friction is -friction times the sign of the spin <w - u, a>. If the spin is zero, k
-takes the value that keeps it zero, provided that |k| does not exceed the friction. One compiled
-integrator in 128-bit arithmetic serves all tops.
+torque k of dry friction is -friction times the sign of the spin <w - u, a>. If the spin is zero,
+the torque k has the value that keeps the spin zero, provided that |k| does not exceed the friction.
+One compiled integrator in 128-bit arithmetic serves all tops.
 """
 
 import math
@@ -127,7 +127,7 @@ class SupportIntegrator:
         return top, outcome == hy.taylor_outcome.time_limit
 
     def _with_friction(self, friction, state, pars, t):
-        """Integrate from each change between sliding and rest to the next change."""
+        """Integrate piecewise, from each transition between sliding and rest to the next."""
         self.smooth.state[:], self.smooth.pars[:], self.smooth.time = state, pars, FP(0)
         spin, torque = self._measure(self.smooth)
         begin = FP(0)

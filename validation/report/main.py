@@ -86,7 +86,7 @@ def make_progress(console):
 
 
 def load_problems(files, budget):
-    """Load the problems in the given files, or those of the report by default."""
+    """Load the test problems in the given files, or by default the problems of the report."""
     if not files:
         return [
             (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()

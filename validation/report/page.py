@@ -32,7 +32,7 @@ def load_template(name, *folders):
 
 
 def cite_peers(svg, metadata):
-    """Return a note with versions and date if a figure shows other integrators, or else ""."""
+    """Return the versions of other integrators in a figure and the date, or "" if it shows none."""
     if not any(name in svg for name in (*(peer.name for peer in PEERS), "gsl_")):
         return ""
     return markupsafe.Markup("<small>{}</small>").format(metadata["peers"])

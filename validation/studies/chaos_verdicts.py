@@ -4,7 +4,7 @@ The reference is the classification after 30000 turns. If the value of MEGNO is 
 the top is counted as doubtful. Wrong classifications are counted separately if the value of MEGNO
 is far from the threshold. Conclusion: if the threshold is 4, and values from 2.5 to 8 are regarded
 as doubtful, no regular top is classified as chaotic. Few chaotic tops are classified as regular,
-and their number decreases with the duration.
+and their number decreases as the integration time increases.
 
     python -m validation.studies.chaos_verdicts --families 15
 """

@@ -70,7 +70,7 @@ def collect_ratios(scenes, seed):
 
 
 def print_row(name, ratios):
-    """Print the range and the median of the ratios, and return how many are too far from 1."""
+    """Print the range and median of the ratios; return how many lie outside [1/FACTOR, FACTOR]."""
     count = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
     print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{count:8}", flush=True)

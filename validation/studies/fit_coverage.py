@@ -4,9 +4,9 @@
 
 Measurements are simulated for tops with known parameters. The noise is normally distributed, with a
 standard deviation of 1 % of the signal or 0.01 rad. The fit starts from wrong moments of inertia, a
-wrong centre of mass and a wrong initial state. Because these values are wrong, kr.fit must derive a
-better initial guess from the measurements. Only quantities that can be determined from the
-measurements are compared. Errors within one fit are correlated, so that each fit counts as one
+wrong centre of mass and a wrong initial state. Because these initial values are wrong, kr.fit must
+derive a better initial guess from the measurements. Only quantities that can be determined from the
+measurements are compared. Errors within one fit are correlated, so each fit counts as a single
 sample.
 """
 

@@ -29,7 +29,7 @@ ORDERS, LESS = range(8, 28, 2), np.arange(-3.0, 12.0)
 
 
 def draw_families():
-    """Yield the name, the scenes and the final time of each family."""
+    """Yield the name, the scenes and the final time of each family of tops."""
     rng = np.random.default_rng(1)
     unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
     skew = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.3, -0.5, -1.0))
@@ -90,8 +90,8 @@ def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
     """Find the largest tolerance for which the errors are acceptable.
 
     Returns the base-2 logarithm of the factor by which the tolerance is reduced, a function that
-    integrates the scenes, and the errors. Returns None if the errors are too large for every
-    tolerance.
+    integrates the scenes with this tolerance, and the median and the 90 % quantile of its errors.
+    Returns None if the errors are too large for every tolerance.
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)

@@ -15,13 +15,13 @@ The conditioning of a state is its largest change, to first order, when each par
 value of the scene is rounded once. The conditioning is the larger of `path.conditioning`, which
 refers to the attitude, and the analogous value for the momentum. As a check, the reference is
 recomputed with each parameter and initial value multiplied at random by 1 + 2^-30 or 1 - 2^-30. The
-observed change of the reference, scaled to perturbations of 2^-53, must not exceed the predicted
-change.
+resulting change of the reference state, rescaled to perturbations of relative size 2^-53, must not
+exceed the predicted change.
 
 Errors in the attitude are rotation angles [rad]. Errors in the momentum are divided by the largest
 moment of inertia times the rotation rate of the top. No error should exceed 10 times the
 conditioning of the state, the effect of rounding the input. For solutions with 20 and 30 digits,
-this limit is reduced in proportion to the rounding errors of 1e-20 and 1e-30.
+the largest allowed error is reduced in proportion to the rounding errors of 1e-20 and 1e-30.
 """
 
 import argparse

@@ -1,13 +1,15 @@
 """Speed and accuracy of the Taylor method for various orders and tolerances.
 
-Conclusion: the order is 12, 16, 18, 22 or 28, depending on the tolerance. For 20 digits, the first
+Conclusion: the order of the Taylor method should be 12, 16, 18, 22 or 28, depending on the
+tolerance. For 20 digits, the first
 8 of 28 coefficients are computed in double-double arithmetic, and the tolerance is 2^-70. For 30
 digits, the first 20 of 36 coefficients are computed in double-double arithmetic, and the tolerance
 is 2^-100.
 
     python -m validation.studies.taylor_kernel_study [limits orders depth]
 
-All runs are timed alternately in one process, and median ratios are used.
+All variants of the code run alternately in one process, and medians of the ratios of their run
+times are used.
 """
 
 import argparse
@@ -65,8 +67,9 @@ def count_operations(order):
 def limits():
     """Compare the speed of the Taylor method with the peak speed of the processor.
 
-    The peak speed is two vector operations per clock cycle. The Taylor method does not reach the
-    peak speed, because the computation of each coefficient must wait for the previous one.
+    The peak speed of the processor is taken to be two vector operations per clock cycle. The Taylor
+    method does not reach the peak speed, because the computation of each coefficient must wait for
+    the previous one.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()

@@ -4,21 +4,21 @@
 
 Random tops are generated as in validation/benchmarks/kowalewski_speed.py. Here tau denotes the
 natural unit of time of the top. The reference solutions are computed by the Taylor method in
-30-digit arithmetic. For each top, the error is measured at one random time, 0.1 to `--longest` tau
-before or after the initial time. For a few tops, the errors are also measured at much later times,
-up to 1e6 tau. The conditioning is the change of a state if the initial state is perturbed by one
-rounding error in a random direction. The drift of the conserved quantities is measured up to 1e6
-tau.
+30-digit arithmetic. For each top, the error is measured at one random time that differs from the
+initial time by 0.1 to `--longest` times tau. For a few tops, the errors are also measured at much
+later times, up to 1e6 tau. The conditioning is the change of a state if the initial state is
+perturbed by one rounding error in a random direction. The drift of the conserved quantities is
+measured up to 1e6 times the natural unit of time tau.
 
 To test consistency, the closed form is also computed from a later state of the same motion. The two
 closed forms are compared at a late time, 1e6 times the natural unit of time tau. The difference
 between the two solutions is divided by the effect of one rounding error, because rounding errors
-change the frequencies.
+change the frequencies of the motion.
 
 Some algorithms rest on numerical evidence rather than proof, as the source files of the closed
 forms explain. With `--plans 1000000`, a million tops are tested. The closed form of each top is
 then compared with the Taylor method at one random time, 1 to 10 tau before or after the initial
-time. The certificate of a closed form is its error at the initial time and shortly afterwards.
+time. The certificate of a closed form is the largest error found in checks near the initial time.
 """
 
 import argparse
@@ -111,7 +111,7 @@ def compare_restarted(scene, top, tau, rng, scale):
     """Return the difference between closed-form solutions computed from two states of a motion.
 
     The difference between the two solutions is divided by the effect of one rounding error in the
-    initial state. Returns None if kr.exact rejects the second state.
+    initial state. Returns None if kr.exact does not accept the second state as an initial state.
     """
     start_time = float(rng.uniform(1.0, 20.0) * tau)
     begin = solve_with_30_digits(scene, [start_time])

@@ -7,8 +7,8 @@ each eps, the largest error at five times up to 1000 / max(1, rate) is printed, 
 the angular velocity. The reference solutions are computed by the Taylor method in 30-digit
 arithmetic. The letter c precedes the error estimate of the closed form (its certificate). If the
 error exceeds 3e-14, the effect of one rounding error in the initial state is also printed. An
-exclamation mark precedes this effect if it is less than a tenth of the error. If the closed form is
-rejected, the reason is printed.
+exclamation mark is printed if this effect of rounding is less than a tenth of the observed error.
+If the closed form is rejected, the reason is printed.
 """
 
 import argparse
@@ -85,7 +85,7 @@ def discriminant(h, vertical, c):
 
 
 def find_size(value, velocity, up, kind):
-    """Return a factor for the velocity that makes `value` zero, or None if none is found."""
+    """Return a factor for `velocity` at which `value` is zero, or None if none is found."""
     sizes = np.linspace(0.1, 2.5, 25)
     values = [value(make_scene(kind, x * velocity, up)) for x in sizes]
     for i in range(len(sizes) - 1):
@@ -102,7 +102,7 @@ def find_size(value, velocity, up, kind):
 
 
 def scale_to(kind, value, name):
-    """Return a family of random initial states for which `value` is zero at eps = 0.
+    """Return a family of random initial states for which the function `value` vanishes at eps = 0.
 
     For nonzero eps, the velocity at which `value` vanishes is multiplied by 1 + eps.
     """

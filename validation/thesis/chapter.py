@@ -1,4 +1,4 @@
-"""The chapter of the report on the thesis (Bodack 2008)."""
+"""The chapter of the report that examines the thesis (Bodack 2008)."""
 
 import time
 from dataclasses import dataclass
@@ -171,7 +171,7 @@ def make_units_table():
 
 
 def describe_run(results, seconds):
-    """Describe the computer, and the accuracy of the method extrap in experiment 6.2."""
+    """Return a description of the computer, and the error of method extrap in experiment 6.2."""
     equal_time = results.timed
     extrap = Trajectory(kr.solve(SCENE, equal_time.t, method="extrap", tol=1e-13), 0)
     return machine.describe_machine() | {

@@ -21,7 +21,7 @@ class Erratum:
 
 
 def register_erratum(number, place, statement, is_right, measure):
-    """Register a function that computes the error of a formula as printed and as corrected."""
+    """Register a function that computes the errors of a formula as printed and as corrected."""
 
     def make_erratum(compute):
         def compute_erratum():

@@ -45,7 +45,7 @@ class FourTops(Comparison):
     """The trajectories of the four tops in section 6.1.1, and a reference trajectory.
 
     The trajectories of the Bobenko-Suris method are red for the step size eps1 and blue for eps2.
-    The trajectories of the method extrap are yellow for the step size eps1 and green for eps2.
+    The trajectories of the method `extrap` are yellow for the step size eps1 and green for eps2.
     """
 
     scene: kr.Scene
@@ -60,7 +60,7 @@ class FourTops(Comparison):
 
     @cached_property
     def L(self):
-        """The errors of the body frame in each run, relative to the reference or to a finer run."""
+        """The error of the body frame as a function of time, for each pair of compared runs."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -113,8 +113,8 @@ def run_failing():
 def measure_growth(end=20.0, eps=0.2):
     """Return the errors of the Bobenko-Suris method for several values of gravity and momentum.
 
-    Each row contains the gravity, the factor of the momentum, the largest energy error and the
-    largest frame error.
+    Each row contains the gravity, the factor by which the momentum is multiplied, the largest
+    energy error, and the largest error of the body frame.
     """
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
@@ -160,7 +160,7 @@ class EqualTime(Comparison):
 
 
 def solve_in_periods(substeps, end, method=None):
-    """Integrate experiment 6.2 by a method of kreisel, or by theorem 4.2 if `method` is None."""
+    """Integrate experiment 6.2 by a method of kreisel, or by the map of theorem 4.2 by default."""
     step = PERIOD / substeps
     return (
         solve_fixed_step(SCENE, method, step, end, substeps)
@@ -207,7 +207,8 @@ def run_equal_time(end=3200.0):
 def find_crossings(equal_time, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
     """Return the times at which the method extrap becomes less accurate than Bobenko-Suris.
 
-    Each row contains a tolerance of extrap, this time (or None), and the final error of extrap.
+    Each row contains a tolerance of extrap, the time of this crossing (or None), and the final
+    error of extrap.
     """
     end, rows = equal_time.t[-1], []
     for tol in tolerances:
@@ -228,8 +229,8 @@ def find_crossings(equal_time, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 class EqualEvaluations(Comparison):
     """Experiment 6.3, in which two methods evaluate the torque equally often.
 
-    One Runge-Kutta step evaluates the torque four times, so that the Bobenko-Suris method uses a
-    quarter of its step size.
+    A Runge-Kutta step evaluates the torque four times, so the Bobenko-Suris method takes four steps
+    of a quarter of the size.
     """
 
     eps2: float
@@ -246,7 +247,7 @@ class EqualEvaluations(Comparison):
 
 
 def run_equal_evaluations(end=30.0):
-    """Run experiment 6.3 for several step sizes."""
+    """Run experiment 6.3 of the thesis for several step sizes."""
     return {
         h: EqualEvaluations(
             h,
@@ -259,7 +260,7 @@ def run_equal_evaluations(end=30.0):
 
 
 def measure_first_steps(equal_time, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Return, for each initial step size, the largest error of `extrap` in experiment 6.2."""
+    """Return the largest error of extrap in thesis experiment 6.2 for each initial step size."""
     times = equal_time.t[equal_time.t <= end]
     true = solve_truth(SCENE, times)
     return {

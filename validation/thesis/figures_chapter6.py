@@ -1,4 +1,4 @@
-"""The figures of chapter 6, redrawn.
+"""Redrawn figures of chapter 6 of the thesis (Bodack 2008).
 
 The left panels show the same curves as the figures in the thesis. Some figures have a right panel,
 which shows additional methods on a logarithmic scale.

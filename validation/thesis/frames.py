@@ -110,7 +110,7 @@ def draw_tops(axes, tops, half, pivot, origin):
 def origin_of(side):
     """Return the position of the fixed point in the left or right half of the picture.
 
-    The argument `side` is -0.5 for the left half and 0.5 for the right half.
+    The argument `side` is -0.5 for the left half and 0.5 for the right half of the picture.
     """
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))

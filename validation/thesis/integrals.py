@@ -24,7 +24,7 @@ def special_scene(kind, half=0.8):
 
 @dataclass(frozen=True)
 class FourthIntegral:
-    """The values of a fourth integral of motion along a path that the method extrap computes."""
+    """The values of the fourth integral of motion along a path computed by the method `extrap`."""
 
     t: np.ndarray
     start: float
@@ -32,9 +32,9 @@ class FourthIntegral:
 
 
 def measure_fourth_integral(kind):
-    """Compute the data of figure 5.5, or of the corresponding figure for the integral G.
+    """Compute the data of figure 5.5 of the thesis, or the corresponding data for the integral G.
 
-    The method extrap integrates over 300 units of time and is restarted every 0.1 units.
+    The method `extrap` integrates over 300 units of time and is restarted every 0.1 units.
     """
     course = solve_with_restarts(special_scene(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
@@ -87,10 +87,10 @@ def compare_forms_on(name, end, rounds):
 
 
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
-    """Return the attitude error [rad] if the angular velocity is updated only once per interval.
+    """Return the attitude error [rad] if the angular velocity is kept constant in each interval.
 
-    The angular velocity is set to its exact value at the beginning of each interval and then kept
-    constant.
+    At the beginning of each interval, the angular velocity is set to its exact value; it is
+    constant within the interval.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])

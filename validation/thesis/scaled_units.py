@@ -53,7 +53,7 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
         H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
 
     The energy is I1 (|m|^2 / 2 + <p, a> + (1 / alpha - 1) <m, a>^2 / 2), whose last term is
-    constant. The states of `path` need not be given in the scaled units.
+    constant. The states of `path` may be given in any consistent units.
     """
     i1, i3 = _lagrange_moments(path.scene.body)
     value: np.ndarray = (

@@ -1,4 +1,4 @@
-"""The quantitative statements of sections 6.1 and 6.2, with numerical checks."""
+"""Numerical checks of the quantitative statements in sections 6.1 and 6.2 of the thesis."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def describe_errors(experiment, t):
 
 
 def explain_experiment1(loose):
-    """Describe the effect of a larger tolerance in experiment 6.1."""
+    """Describe how a larger tolerance would affect the error in experiment 6.1 of the thesis."""
     tol, error = max(loose.items())
     return (
         f"Extrap keeps its tolerance; with {tol:.0e} its error would be {error:.1g} rad. The "
@@ -29,7 +29,7 @@ def explain_experiment1(loose):
 
 
 def explain_experiment2(crossings, target=900.0):
-    """Describe the tolerances for which the curves of experiment 6.2 cross as in the thesis."""
+    """State for which tolerances the error curves cross at the time given in the thesis."""
     late = [tol for tol, t, _ in crossings if t is None or t > target]
     early = [tol for tol, t, _ in crossings if t is not None and t <= target]
     return (
@@ -163,10 +163,11 @@ def check_energies(four):
 
 
 def correlate_errors(four, end=200.0):
-    """Return the correlation between the energy error and the oscillating part of the frame error.
+    """Return the correlation between the energy error and the oscillations of the frame error L.
 
     Returns the correlation at zero lag, the largest correlation, and the lag at which it occurs.
-    The frame error L grows linearly with time on average, so that L / t shows its oscillations.
+    On average, the frame error L grows linearly with time; its oscillations are therefore visible
+    in L / t.
     Only time lags shorter than half a nutation period are considered.
     """
     selection = (four.t > 20) & (four.t <= end)

@@ -1,4 +1,4 @@
-"""The quantitative statements of section 3.4 and of chapters 4 and 5, with numerical checks."""
+"""Quantitative statements of the thesis in section 3.4 and chapters 4 and 5, with checks."""
 
 import kreisel as kr
 import numpy as np
@@ -23,9 +23,9 @@ SPECIAL = {  # the construction in the text, and (each of the equal moments) / (
 
 
 def check_chapter3(forms, frozen):
-    """Yield the statements of section 3.4 on two forms of the equations of motion.
+    """Yield the statements in section 3.4 of the thesis on two forms of the equations of motion.
 
-    The dictionary `frozen` maps each length of an interval to the result of `frozen_frame_error`.
+    The dictionary `frozen` maps lengths of time intervals to results of `frozen_frame_error`.
     """
 
     def at_tolerance(form, tol=1e-8):
@@ -89,7 +89,7 @@ def check_chapter4(four):
 
 
 def compute_map_residual(eps=0.2):
-    """Return the deviation of the Bobenko-Suris method from theorem 4.1 as printed."""
+    """Return the deviation of the Bobenko-Suris method from theorem 4.1 as the thesis states it."""
     scaled = scaled_units(SCENE.body).into(SCENE)
     path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
@@ -169,8 +169,8 @@ def check_fourth_integrals(k, g, values):
 def measure_discrete_rod(eps=0.05, end=20.0):
     """Return the distance of the discrete rod from the continuous centre line for two step sizes.
 
-    The distance between the two curves is measured at the end of the rod. From each frame of the
-    discrete rod to the next, the centre moves by the step size along the tangent T.
+    The distance between the two curves is measured at the end of the rod. Between successive frames
+    of the discrete rod, the centre line advances by the step size along the tangent T.
     """
     errors = []
     for h in (eps, eps / 2):
@@ -220,7 +220,7 @@ def check_traces():
 
 
 def compare_with_rk4(target=1e-3, end=100.0):
-    """Return the torque evaluations that the methods rk4 and extrap need for the same accuracy."""
+    """Return how many torque evaluations rk4 and extrap each need to reach the same accuracy."""
     true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):

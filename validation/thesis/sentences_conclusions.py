@@ -109,7 +109,7 @@ def check_equal_time(equal_time):
 
 
 def find_overtaking(equal_time):
-    """Return the time from which extrap is less accurate than Bobenko-Suris, or None if it is not.
+    """Return the time from which `extrap` stays less accurate than Bobenko-Suris, or None if never.
 
     The two methods are compared at equal run time.
     """

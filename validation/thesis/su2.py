@@ -27,7 +27,7 @@ def rotate(Phi, x):
 
 
 def rotation_matrix(axis, angle):
-    """Return the rotation matrix Phi of theorem 3.4.
+    """Return the SU(2) rotation matrix Phi defined in theorem 3.4 of the thesis.
 
     If the factor of 2 that the thesis omits is included, X -> Phi^-1 X Phi is a rotation by -angle.
     """
@@ -63,7 +63,7 @@ def make_step(m, a, eps, g):
 
 
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
-    """Return the final attitude computed with theorem 4.2.
+    """Return the final attitude computed with theorem 4.2 of the thesis.
 
     The argument `c_of` names the vector in the formula for c: 'p' as printed in the thesis, or 'a'
     as corrected. The argument `side` determines whether the quaternion is multiplied by w_k from

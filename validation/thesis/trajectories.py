@@ -79,7 +79,8 @@ def solve_theorem42(scene, step, end, every=1):
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Integrate by the method extrap, and restart it after each interval as in the thesis.
 
-    An interval is the time between two pictures drawn by the program in the thesis. After each
+    The length of an interval is the time between two successive pictures drawn by the program in
+    the thesis. After each
     restart, the initial step size is used again. `every` is the number of intervals between two
     recorded states.
     """

@@ -174,8 +174,8 @@ class Apex:
 def apex(path: Path) -> Apex:
     """Return the curve traced on the unit sphere by the direction of the centre of mass.
 
-    If the centre of mass coincides with the fixed point, return the trace of the third principal
-    axis.
+    If the centre of mass coincides with the fixed point, return the curve traced by the third
+    principal axis.
     """
     check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 def compute_angle_between_paths(a: Path, b: Path) -> AngleBetweenPaths:
     """Return the angle between the attitudes along two paths at common times.
 
-    If a path does not store its attitude, the angle between the two apexes is returned. If the
-    paths have different times, they are compared in the time interval that both cover. One of the
+    If one of the paths does not store its attitude, the angle between the apex directions of the
+    two tops is returned. If the
+    paths have different times, they are compared in the time interval common to both. One of the
     paths is recomputed at the times of the other.
     """
     from .._plot.charts import AngleBetweenPaths

@@ -123,9 +123,10 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     turns over the path. The path should span many nutation periods, with more than two states per
     turn of the fastest-changing Euler angle. For a regular motion, the computed rates are as
     accurate as the states of the path. Additional states are computed where the body axis is close
-    to the direction about which it turns.
+    to the direction about which it precesses.
 
-    Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
+    Under gravity, the precession, nutation and spin rates refer to the motion of the apex about the
+    vertical. Without torque, the
     rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
     support turns about e3, the precession rate and the spectral lines are measured relative to the
     support.
@@ -171,7 +172,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
 
 def _refuse_varying_rates(scene: Scene) -> None:
-    """Raise ValueError for friction, or for a support whose motion makes the rates vary."""
+    """Raise ValueError if damping, friction or a moving support makes the mean Euler rates vary."""
     is_free = not (scene.gravity and any(scene.body.com))
     is_upright = not (any(scene.turning[:2]) or is_free)
     refuse_disturbances(
@@ -231,10 +232,10 @@ def _estimate_mean_angle_rate(t: Array, signal: Waves, increments: Array, part: 
     """Compute the mean rate of an angle from its `increments` between successive states.
 
     The mean rate differs from the frequency of the strongest spectral line by an integer multiple
-    of `part`, which is the nutation frequency or half of it. The mean rate is computed from this
-    frequency if the integer multiple can be determined with certainty. If the integer multiple is
-    uncertain but the angle varies smoothly, the mean rate is computed from the increments. In all
-    other cases, the result is NaN.
+    of `part`, which is the nutation frequency or half of it. If the integer multiple can be
+    determined with certainty, the mean rate is computed from the frequency of the strongest line.
+    If the integer multiple is uncertain but the angle varies smoothly, the mean rate is computed
+    from the increments. In all other cases, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(increments)) @ increments) / step

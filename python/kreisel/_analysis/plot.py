@@ -37,7 +37,8 @@ def plot(
     time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds
 
     For two paths, an additional chart shows the angle between their attitudes on a logarithmic
-    scale. If a path does not store its attitude, the chart shows the angle between the apexes. If
+    scale. If a path does not store its attitude, this chart shows the angle between the apex
+    directions of the two paths. If
     the times of the paths differ, one of the paths is recomputed at the times of the other.
 
     Dashed lines mark the least and greatest nutation angles of the motion if they are known in

@@ -10,8 +10,8 @@ the mean rate
 where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
 likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The body
 axis is vertical where z is zero. The winding number of z along a loop changes by one when the loop
-is moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the
-positions of the zeros. If z has zeros on the torus, the mean rate is generally not an integer
+is moved across a zero. If the function z has zeros on the torus, its mean winding numbers depend on
+where these zeros lie. If z has zeros on the torus, the mean rate is generally not an integer
 combination of w1 and w2.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
@@ -127,7 +127,7 @@ def _compute_grid_phase_differences(z: Waves, axis: int) -> Array:
 
 
 def _refine_zero_by_newton(form: ExactTorus, guess: Array, n: int) -> Array:
-    """Return the torus angles [turns] of a zero of z near a grid cell, or NaN if none is found."""
+    """Refine a guess of the torus angles [turns] at a zero of z; return NaN if no zero is found."""
     angles = guess
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):

@@ -4,8 +4,9 @@ Let z = sin(nutation) exp(i precession_angle) be the projection of a body axis o
 perpendicular to a fixed direction. At a pole, z = 0 and the axis is parallel or antiparallel to the
 fixed direction. Between two states, the projection z moves along an arc in the complex plane. An
 arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and the chord. The
-distance between an arc and its chord is bounded using the velocities at both endpoints. If 0 may
-lie between an arc and its chord, the arc is bisected at its midpoint in time.
+distance between an arc and its chord is bounded using the velocities at both endpoints. If the
+point 0 may lie between an arc and its chord, the arc is divided at the midpoint of its time
+interval.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class _ArcsBetweenStates(NamedTuple):
         return _ArcsBetweenStates(*columns)
 
     def halve_arcs(self, z: Waves, rate: Waves) -> _ArcsBetweenStates:
-        """Split each arc in two at its midpoint in time."""
+        """Split each arc between two states into two arcs at its midpoint in time."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
         second = self._replace(begin=middle, z0=z, rate0=rate)
@@ -89,11 +90,11 @@ class _ArcsBetweenStates(NamedTuple):
 
 
 class _ArcAnglesAndChordDistances(NamedTuple):
-    """The angles that arcs subtend at 0, and the distances of their chords from 0.
+    """Angles that arcs subtend at the origin, and distances of their chords from the origin.
 
     `is_known` is True if the number of turns about 0 is certain, so that the angle is unambiguous.
     `through` is 1 if the arc starts at 0 or passes through 0, and 0 otherwise. `distance` is the
-    smallest distance between the chord and 0.
+    smallest distance of the chord from the origin.
     """
 
     angle: Array
@@ -108,8 +109,8 @@ def compute_axis_motion_about_direction(
     """Compute the motion of a body axis about a fixed direction.
 
     `body_axis` contains the components of the body axis along the principal axes, and `space_axis`
-    is the fixed direction. The projection is a real number if the axis lies in the plane spanned by
-    `space_axis` and `east`.
+    is the fixed direction. The projection of the body axis perpendicular to `space_axis` is a
+    complex number, which is real if the body axis lies in the plane of `space_axis` and `east`.
     """
     axis, velocity = body_axis @ path.frame, path.velocity
     return BodyAxisMotion(
@@ -168,9 +169,10 @@ def _compare_with_integration(
 ) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
-    For each pair of states, return the angle and the distance between the projections of the body
-    axis. The second item returned is 1 if a pole lies between the projections of the two states,
-    and 0 otherwise. The distance is inf if the sense of rotation about 0 is uncertain.
+    For each pair of states, return the angle and the distance between the projections z of the body
+    axis onto the complex plane. The second item returned is 1 if the origin (a pole) lies between
+    the two projections, and 0 otherwise. The distance is inf if the direction in which
+    the projection turns about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -202,8 +204,8 @@ def _compute_spin_angle_increments(
     """Return the angles by which the body turns about the given axis between successive states.
 
     Near a pole, the spin and precession rates each have a peak, but their sum (or difference) is
-    smooth. The number of complete turns is computed from the sum or the difference of the rates,
-    whichever is smooth.
+    smooth. The number of complete turns is computed from the sum of these rates if the axis points
+    upwards, and from their difference otherwise.
     """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
@@ -219,7 +221,7 @@ def _compute_spin_angle_increments(
 
 
 def _measure_angles_subtended_at_origin(arcs: _ArcsBetweenStates) -> _ArcAnglesAndChordDistances:
-    """Compare each arc with its chord in a fixed frame and in a rotating frame."""
+    """Compute each arc's angle about the origin from its chord in a fixed or rotating frame."""
     angle, distance, bend = _measure_chord_angles_and_distances(arcs)
     is_safe_at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
@@ -251,7 +253,7 @@ def _measure_angles_subtended_at_origin(arcs: _ArcsBetweenStates) -> _ArcAnglesA
 
 
 def _transform_arcs_to_rotating_frame(arcs: _ArcsBetweenStates, pace: Array) -> _ArcsBetweenStates:
-    """Transform the arcs to a frame that rotates about 0 with the angular velocity `pace`.
+    """Transform the arcs to a frame that rotates about the origin with the angular velocity `pace`.
 
     For each arc, the rotating frame coincides with the fixed frame at the midpoint in time.
     """
@@ -291,8 +293,8 @@ def _compute_projected_axis_at_times(
 ) -> list[tuple[Waves, Waves]]:
     """Compute the projection of the body axis, and its time derivative, at the given times.
 
-    Row i of `times` contains times measured from the time of the state with index `parent[i]`. The
-    projection is NaN where the integration fails.
+    The times in row i of `times` are relative to the time of the state with index `parent[i]`. If
+    the integration from a state fails, the projections in its row are NaN.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     result = solve(tops, times)

@@ -77,7 +77,7 @@ def compare(
     repeats: int,
     csv_file: str | None,
 ) -> None:
-    """Compare errors and run times of methods.
+    """Compare the errors and run times of integration methods for one scene.
 
     If the comparison is interrupted, the results obtained so far are printed.
     """

@@ -174,7 +174,7 @@ def _read_measurement_record(
 def _write_fit_results(
     result: Fit, save: str | None, csv_file: str | None, plot: str | None
 ) -> None:
-    """Write the output files, and print a summary unless a file is written to standard output."""
+    """Write the results to the given files; print a summary if none of them is standard output."""
     if "-" not in (save, csv_file):
         click.echo(str(result))
     if save is not None:

@@ -99,7 +99,8 @@ def _print_warnings_on_one_line() -> Iterator[None]:
 def drop_unwritable_stdout() -> None:
     """Redirect standard output to the null device if its buffer cannot be flushed.
 
-    Without this redirection, the interpreter would report the same error again on exit.
+    Without this redirection of standard output, the interpreter would report the same error again
+    on exit.
     """
     try:
         sys.stdout.flush()

@@ -36,10 +36,10 @@ Columns = Mapping[str, Sequence[object]]
 
 
 class PathPieceReceiver(Protocol):
-    """An output that receives a path in consecutive chunks."""
+    """Interface of outputs to which the states of a path are passed in consecutive parts."""
 
     def receive_path_piece(self, piece: Path) -> None:
-        """Add the states of the next part of the path."""
+        """Receive the states of the next part of the path."""
 
 
 def write_bytes(file: str, data: bytes) -> None:

@@ -88,7 +88,7 @@ def write_path_pieces_to_outputs(
     run: Run | None,
     stops: StopSignalHandler,
 ) -> RunOutcome:
-    """Write all parts of a path to the outputs, and return the outcome of the run.
+    """Write a path to all outputs piece by piece, and return the outcome of the run.
 
     `run` provides the checkpoint.
     """

@@ -32,7 +32,7 @@ class TimeGrid:
         return self.first + k * self.step
 
     def select_later_times(self, t: float) -> TimeGrid:
-        """Return the grid of those times whose absolute value exceeds |t|."""
+        """Return the part of the grid whose times exceed |t| in absolute value."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return TimeGrid(self[k], self.step, self.count - k) if k else self
 
@@ -70,7 +70,7 @@ class TimeSequence:
 
 
 def parse_times(words: str) -> TimeSequence:
-    """Parse comma-separated numbers and grids start:end:step."""
+    """Parse comma-separated times, each given as a number or as a grid start:end:step."""
     grids = tuple(map(_parse_time_grid, words.split(",")))
     _refuse_unordered_time_grids([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
     return TimeSequence(grids, len(grids) == 1 and ":" not in words)

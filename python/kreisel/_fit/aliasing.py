@@ -23,10 +23,10 @@ def list_spin_aliases_of_point(
 ) -> list[FitPoint]:
     """Return parameters whose motion differs by one full turn between successive measurements.
 
-    Returns an empty list if the body rotates so slowly that its motion is unambiguous. If the
-    measurements contain fewer than two samples per turn of the body, the list also contains a
-    faster rotation in the same direction. If the moments of inertia are free parameters, the list
-    also contains motions with another moment of inertia but the same angular momentum.
+    Returns an empty list if the body rotates so slowly that the measurements resolve every turn. If
+    the measurements contain fewer than two samples per turn of the body, the returned list also
+    contains a faster rotation in the same direction. If the moments of inertia are free parameters,
+    the list also contains motions with another moment of inertia but the same angular momentum.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     interval = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
@@ -59,7 +59,7 @@ def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[A
 def _rescale_moment_for_same_momentum(
     p: FreeParameters, alias: FitPoint, axis: Array, factor: float
 ) -> list[FitPoint]:
-    """Return a list of at most one point with a rescaled moment of inertia about `axis`."""
+    """Return a list with one point whose moment about `axis` is rescaled, or an empty list."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
     if not (p.can_vary("moments") and is_principal and 0.0 < factor < np.inf):

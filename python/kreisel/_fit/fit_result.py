@@ -125,9 +125,10 @@ class Fit(ReadOnlyArrays):
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
         """Return the value of a function of the fitted scene, and its standard deviation.
 
-        The function must return a number or an array. The derivatives of the function are computed
-        by finite differences. The standard deviation is infinite if the function depends on a
-        combination of parameters that the data do not determine.
+        The function must return a number or an array. The derivatives of this function with respect
+        to the parameters of the fit are computed by finite differences. The standard deviation is
+        infinite if the function depends on a combination of parameters that the data do not
+        determine.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.cusps
@@ -165,8 +166,8 @@ class Fit(ReadOnlyArrays):
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n random scenes, drawn with the covariance of the fit.
 
-        The random scenes do not differ along directions in parameter space that the data do not
-        determine. Moments of inertia, damping and friction are clipped to their bounds.
+        The random scenes vary only in those directions of parameter space that the data determine.
+        Moments of inertia, damping and friction are clipped to their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw_random_parameter_changes(np.random.default_rng(key), count)

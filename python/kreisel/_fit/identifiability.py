@@ -56,7 +56,7 @@ def _describe_parameter_direction(direction: Array, names: list[str]) -> str:
 
 
 def _yield_unobservable_changes(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
-    """Yield parameter changes, each with a description, that leave some measurements unchanged."""
+    """Yield parameter changes that leave some measurements unchanged, and their descriptions."""
     yield from _yield_unobservable_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turning_change = np.cross([0.0, 0.0, 1.0], point.turning)
@@ -82,7 +82,7 @@ def _yield_unobservable_changes(p: FreeParameters, point: FitPoint) -> Iterator[
 def _yield_change_if_all_free(
     p: FreeParameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
-    """Yield `sentence` and the change described by `blocks` if all parameters in it are free."""
+    """Yield `sentence` and the vector of the changes in `blocks` if all its parameters are free."""
     if not all(p.can_vary(name) for name in blocks):
         return
     change = np.zeros(p.size)
@@ -92,7 +92,7 @@ def _yield_change_if_all_free(
 
 
 def _average_tied_components(columns: Array, values: Array) -> Array:
-    """Return the mean of each set of values that is marked by a column of `columns`."""
+    """Return the mean of each group of values, as marked by one column of `columns`."""
     mean: Array = columns.T @ values / columns.sum(axis=0)
     return mean
 
@@ -186,7 +186,7 @@ def _yield_unobservable_axial_changes(
 def _yield_unobservable_clock_changes(
     p: FreeParameters, point: FitPoint
 ) -> Iterator[tuple[str, Array]]:
-    """Yield parameter changes that shift all clocks or rotate the principal axes."""
+    """Yield parameter changes that delay the clocks of all records or rotate the principal axes."""
     scene = point.to_scene()
     [change] = values("body_acceleration", scene._block, scene._start_state)
     delays = [part for (name, _, _), part in p.slices.items() if name == "delay"]

@@ -73,7 +73,7 @@ class Guess(NamedTuple):
 
 
 class _LinearBodyEstimates(NamedTuple):
-    """Solution of the momentum equation; all fields but `vertical` share an unknown factor."""
+    """Solution of the momentum equation; all fields but `vertical` share one unknown factor."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -92,7 +92,7 @@ class _EnergyLossFlags(NamedTuple):
 def guess_parameters_from_records(
     parameters: FreeParameters, records: Sequence[Record]
 ) -> list[Guess]:
-    """Compute initial guesses of the parameters from the records.
+    """Compute initial guesses of the free parameters from the measurements in the records.
 
     Returns an empty list if the motion cannot be reconstructed from the records.
     """
@@ -266,7 +266,7 @@ def _fit_momentum_equation(
 def _list_momentum_equation_columns(
     motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossFlags
 ) -> list[Array]:
-    """Return the columns of the coefficient matrix as arrays of shape (n, 3, k)."""
+    """Return the columns of the matrix of the momentum equation as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
     turning = _get_turning_in_momentum_equation(motion, base)
     rate = motion.rate + turning @ rotation
@@ -295,7 +295,7 @@ def _list_momentum_equation_columns(
 def _get_turning_in_momentum_equation(motion: MotionSamples, base: FitPoint) -> Array:
     """Return the part of the support's angular velocity that is used in the momentum equation.
 
-    The components are zero if the motion is relative to the inertial frame.
+    The returned vector is zero if the motion is described relative to the inertial frame.
     """
     if motion.is_at_rest or motion.source == "gyroscope":
         return np.zeros(3)
@@ -330,7 +330,7 @@ def _unpack_linear_solution(
 
 
 def _build_inertia_to_momentum_matrices(rate: Array, is_full: bool) -> Array:
-    """Return matrices of shape (n, 3, k) that map the k independent components of J to J W."""
+    """Return (n, 3, k) matrices that map the k independent elements of the tensor J to J W."""
     matrices = np.zeros((len(rate), 3, 6 if is_full else 3))
     for k in range(3):
         matrices[:, k, k] = rate[:, k]
@@ -351,7 +351,8 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
 def _orient_principal_axes_like_scene(solution: _LinearBodyEstimates, base: FitPoint) -> Array:
     """Return the principal axes of a solution as columns, in the order of the scene's moments.
 
-    The signs of the axes are chosen so that the centre of mass is close to that of the scene.
+    The signs of the axes are chosen so that the estimated centre of mass agrees best with that of
+    the scene.
     """
     _, axes = np.linalg.eigh(solution.inertia)
     frame = np.empty((3, 3))
@@ -471,7 +472,7 @@ def _guess_from_apex_and_spin(
 
 
 def _build_spin_preserving_projection(parameters: FreeParameters, axis: Array) -> Array:
-    """Return the projection onto changes of attitude, velocity and instruments at fixed spin.
+    """Return the projection onto changes in initial state and instrument parameters at fixed spin.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """

@@ -61,7 +61,7 @@ class ApexSamples(NamedTuple):
 
 
 def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
-    """Reconstruct motions from the records, and return the most completely known motion first."""
+    """Return the motions reconstructed from the records, those with known attitudes first."""
     rotation = rotation_matrix(point.axes)
     motions: list[MotionSamples] = []
     for record in records:
@@ -213,7 +213,7 @@ def _reconstruct_motion_from_gyroscope(
 
 
 def _find_measured_vertical_near_time(t: Array, series: Series, times: Array) -> Array | None:
-    """Return the vertical measured nearest to the time `since[0]`, or None if there is none."""
+    """Return the measured vertical nearest in time to `times[0]`, or None if there is none."""
     indices = np.flatnonzero(series.measured.all(axis=1))
     if not indices.size:
         return None

@@ -1,8 +1,9 @@
 """Multiple shooting, which fits a motion in segments with separate initial states.
 
-The allowed size of the gaps between segments is reduced in several stages. Errors grow only within
-a segment, so chaotic motions can be fitted over many Lyapunov times. Source: Bock, Recent advances
-in parameter identification techniques for ODE, 1983.
+The standard deviation assumed for the jumps of the state between segments is reduced in several
+stages. Errors grow
+only within a segment, so chaotic motions can be fitted over many Lyapunov times. Source: Bock,
+Recent advances in parameter identification techniques for ODE, 1983.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class SegmentStartStates(NamedTuple):
 
 
 def choose_segment_count(point: FitPoint, records: Sequence[Record]) -> int:
-    """Return a number of segments that suffices to keep the error growth in each of them small."""
+    """Return a number of segments that is large enough to limit the error growth in each one."""
     times = np.concatenate([record.t for record in records])
     most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
     end = float(times[np.abs(times).argmax()])

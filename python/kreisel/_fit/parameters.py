@@ -219,7 +219,7 @@ def _is_physical(point: FitPoint) -> bool:
 
 
 def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Return the names in a fixed order, with "start" replaced by "attitude" and "velocity"."""
+    """Return the names of parameters in a fixed order; "start" means attitude and velocity."""
     items = [free] if isinstance(free, str) else free
     if not isinstance(items, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")

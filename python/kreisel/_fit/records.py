@@ -78,7 +78,7 @@ class Series(NamedTuple):
 
     @property
     def typical_value_scale(self) -> float:
-        """The standard deviation of the values, defined as 1 rad for angles and attitudes."""
+        """The standard deviation of the values; for angles and attitudes, 1 rad is used instead."""
         if self.is_attitude or self.is_angle:
             return 1.0
         number = np.maximum(self.measured.sum(axis=0), 1)
@@ -88,7 +88,7 @@ class Series(NamedTuple):
 
     @property
     def size(self) -> float:
-        """The root mean square of the values, defined as 1 rad for angles and attitudes."""
+        """The root mean square of the measured values; for angles and attitudes, always 1 rad."""
         if self.is_attitude or self.is_angle:
             return 1.0
         square = float((self.values**2).sum()) / max(int(self.measured.sum()), 1)

@@ -140,7 +140,7 @@ class ResidualModel:
         return self.parameters.compute_distances_to_bounds(point)
 
     def evaluate_residuals(self, point: FitPoint, has_jacobian: bool = True) -> ResidualEvaluation:
-        """Return the residuals at a point, or infinite ones if its motion cannot be computed."""
+        """Return the residuals for given parameters, or inf if the motion cannot be computed."""
         try:
             return self._evaluate_residuals(point, has_jacobian)
         except (Error, ValueError, np.linalg.LinAlgError):
@@ -180,7 +180,7 @@ class ResidualModel:
         return ResidualEvaluation(residuals, jacobian)
 
     def _merge_measurement_times(self, times: Array) -> tuple[Array, list[Indices]]:
-        """Return the distinct times of all records, and the indices of each record's times."""
+        """Return all distinct measurement times, and the indices of each record's times."""
         distinct, inverse = np.unique(times, return_inverse=True)
         ends = np.cumsum([len(record.t) for record in self.records])
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])

@@ -214,7 +214,7 @@ class SearchSession:
             self._fit_by_multiple_shooting(model, model.build_segment_starts(point), np.inf)
 
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
-        """Search from the guesses, starting with the one that agrees best with the records."""
+        """Search for a fit from the guesses, beginning with the best match to the records."""
         points = [(*self._find_match_end_and_cost(p), p) for p in map(self._refine_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
@@ -230,9 +230,8 @@ class SearchSession:
     def _fit_slowly_growing_time_spans(self, point: FitPoint) -> None:
         """Fit ever longer parts of the records, starting from the body given in the scene.
 
-        If the fitted part of the records grows slowly, the search does not lose the phase of an
-        oscillation. Moments estimated from noisy data are biased, so the motion would have wrong
-        frequencies.
+        If the fitted time span grows slowly, the computed oscillations stay in phase with the
+        records. Moments estimated from noisy data are biased and would give wrong frequencies.
         """
         body = self.parameters.start
         start = replace(
@@ -245,7 +244,7 @@ class SearchSession:
         self._search_from_point(start, 0.0)
 
     def _refine_guess(self, guess: Guess) -> FitPoint:
-        """Refine a guess by parameter changes in its subspace `allowed`, and return the point."""
+        """Refine a guess in its subspace `allowed` of parameter changes; return the result."""
         if guess.allowed is None:
             return guess.point
         return self._fit_point_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
@@ -294,7 +293,7 @@ class SearchSession:
         return SearchSettings(self.loss, limit, ftol, store_minimum)
 
     def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
-        """Report the cost of a minimum for all records, and store it if it is the best yet."""
+        """Report the cost of a fit to all records, and store the fit if it is the best."""
         self._report_cost(minimum.cost)
         if self.best is None or minimum.cost <= self.best.cost:
             point = minimum.point
@@ -309,7 +308,7 @@ class SearchSession:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
     def _search_from_point(self, point: FitPoint, agreement: float) -> None:
-        """Search from a point, starting with the parts of the records that agree with it."""
+        """Search from a point by fitting ever longer parts of the records."""
         old_best = self.best
         point = self._fit_growing_time_spans(point, agreement)
         settings = self._get_search_settings(_FTOL, self.model, self.limit)
@@ -321,7 +320,7 @@ class SearchSession:
             self.best = old_best  # equal minima differ by rounding: the nearer guess counts
 
     def _reverse_com_to_match_scene(self) -> None:
-        """Reverse the vector `com` if it points away from that of the scene.
+        """Reverse the fitted `com` if it points away from the scene's `com`.
 
         The vertical is reversed as well, so the readings of body-mounted instruments do not change.
         """
@@ -335,7 +334,7 @@ class SearchSession:
             self._try_equivalent(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _align_best_solution_with_scene(self) -> None:
-        """Rotate the best solution about the vertical so that `turning` has the scene's azimuth.
+        """Rotate the best fit about e3 so that `turning` has the same azimuth as in the scene.
 
         Body-mounted instruments cannot detect a rotation of the whole scene about the vertical.
         """
@@ -360,7 +359,7 @@ class SearchSession:
             self.best = BestFit(twin, *evaluation, natural, cost, best.has_converged)
 
     def _try_alternative_spins(self) -> None:
-        """Search from alternative spins, and store a solution that fits equally well or better."""
+        """Search from alternative spins, and store a solution that fits as well or better."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
@@ -397,7 +396,7 @@ class SearchSession:
         self._report_cost(minimum.cost)
 
     def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
-        """Return the parameters fitted to ever longer parts of the records."""
+        """Fit ever longer parts of the records, and return the parameters."""
         is_slow = agreement == 0.0
         horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
         least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
@@ -423,7 +422,7 @@ class SearchSession:
         return minimum.point
 
     def _build_residual_model_until(self, horizon: float) -> ResidualModel | None:
-        """Return the residual model for |t| <= horizon, or None if the data are too few."""
+        """Return the residual model for |t| <= horizon, or None for insufficient data."""
         records, sigmas = self._select_records_until(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
@@ -442,7 +441,7 @@ class SearchSession:
     def _find_match_end_and_cost(self, point: FitPoint) -> tuple[float, float]:
         """Return the time up to which a motion agrees with the records, and the motion's cost.
 
-        The soft loss function defines the cost.
+        The cost is the sum of all soft losses.
         """
         trial = self.model.evaluate_residuals(point, has_jacobian=False)
         if not np.isfinite(trial.residuals).all():
@@ -454,7 +453,7 @@ class SearchSession:
         return end, compute_cost(trial.residuals, "soft")
 
     def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Try multiple shooting with at least `least` segments; keep the fit if far better."""
+        """Try multiple shooting with `least` segments or more; keep a far better fit."""
         for guess in guesses:
             count = pieces or choose_segment_count(guess.point, self.records)
             if count < least or guess.motion is None:
@@ -476,19 +475,19 @@ class SearchSession:
             self._fit_by_multiple_shooting(model, begin, 0.5)
 
     def _sort_guesses(self, guesses: list[Guess]) -> list[Guess]:
-        """Return the guesses sorted by their agreement with the records."""
+        """Return the guesses, sorted by how well they fit the records."""
         entries = [(*self._find_match_end_and_cost(guess.point), guess) for guess in guesses]
         return [guess for _, _, guess in sorted(entries, key=lambda entry: (-entry[0], entry[1]))]
 
     def _has_guess_agreeing_with_records(self, guesses: list[Guess]) -> bool:
-        """Return True if some guess gives a motion that fits all records.
+        """Return True if the motion of any guess fits all records.
 
-        If one guess agrees with the records, chaotic motions of other guesses are probably wrong.
+        If one guess fits all records, other guesses with chaotic motions are probably wrong.
         """
         return any(self._find_match_end_and_cost(guess.point)[0] >= self._end for guess in guesses)
 
     def _try_gapped_fit(self, guess: Guess, count: int) -> bool:
-        """Return True if segments with gaps in between fit part of the records."""
+        """Return True if segments separated by gaps fit part of the records."""
         records, sigmas = self._select_records_until(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True

@@ -109,7 +109,7 @@ def _check_column_exists(kind: str, name: object, table: Mapping[str, Array]) ->
 def _join_vector_components(
     table: dict[str, Array], parts: Mapping[str, tuple[str, int]]
 ) -> dict[str, Array]:
-    """Combine the columns of vector components into arrays."""
+    """Merge the component columns of each vector quantity in a table into one array."""
     for name in table:
         if name not in parts:
             hint = unknown_name_message("quantity in the name of a column:", name, parts)

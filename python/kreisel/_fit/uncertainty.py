@@ -46,7 +46,7 @@ class ResidualStatistics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FitCovariance:
-    """The covariance of fitted parameters, and the directions that no measurement determines.
+    """The covariance of fitted parameters, and the parameter changes that affect no residual.
 
     natural  (size,) the natural sizes of the parameters, which are the units of the other fields
     factor   (size, k) the matrix F for which F F^T is the covariance
@@ -60,8 +60,8 @@ class FitCovariance:
     def propagate_errors(self, gradient: Array) -> tuple[Array, Array]:
         """Return the covariance matrix and standard deviations of k functions from their gradients.
 
-        The error of a function is infinite if it varies mainly along directions that the data do
-        not determine.
+        The standard deviation is infinite if the function depends mainly on combinations of
+        parameters that the data do not determine.
         """
         scaled = gradient * self.natural
         projection = scaled @ self.factor

@@ -29,8 +29,9 @@ _PLACEHOLDER = np.False_  # represents each member where only shapes matter
 class BatchBase(Generic[_M]):
     """Base class of ensembles and arrays of bodies, which store their parameters as arrays.
 
-    Each parameter is stored in an array whose shape is that of the batch, followed by that of one
-    value. Values that do not vary along a dimension are stored with stride zero.
+    Each parameter is stored in an array; its first dimensions are those of the batch, and its last
+    dimensions are those of a single value. Values that do not vary along a dimension are stored
+    with stride zero.
     """
 
     shape: Shape
@@ -116,8 +117,8 @@ class BatchBase(Generic[_M]):
     def __iter__(self) -> Iterator[Any]:
         """Iterate over the first dimension.
 
-        Yields single members if the batch is one-dimensional, and batches with one dimension fewer
-        otherwise. Raises TypeError if the batch has no dimensions.
+        Iteration over a one-dimensional batch yields its members; iteration over any other batch
+        yields batches with one dimension fewer. Raises TypeError if the batch has no dimensions.
         """
         if not self.shape:
             raise TypeError(f"{type(self).__name__} of shape () cannot be iterated")
@@ -268,7 +269,7 @@ def _apply_index_to_column(array: Column, key: Any) -> Any:
 def _is_basic_index(key: object) -> bool:
     """Return True if `key` contains only integers, slices, Ellipsis and None.
 
-    For such keys, NumPy returns a view instead of a copy.
+    Indexing a NumPy array with such a key returns a view instead of a copy.
     """
     return all(
         part is None or part is ... or isinstance(part, slice) or _is_integer_index(part)
@@ -289,7 +290,7 @@ def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
 
 
 def _expand_key_with_index_array(key: object, dims: int) -> tuple[Any, ...] | None:
-    """Expand a key of slices and one index array to all dimensions; return None for other keys."""
+    """Expand an index of slices and one array to all dimensions; return None for other indices."""
     parts = _expand_index_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1

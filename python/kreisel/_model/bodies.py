@@ -107,7 +107,8 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
     ) -> Self:
         """Validate all parameters and store them as columns.
 
-        Raises the same exception as the constructor `make` would for the first invalid member.
+        Raises the exception that the constructor `make` would raise for the first invalid body of
+        the array.
         """
         slacks = validate_parameter("inertia_rtol", inertia_rtol)
         unphysical_flags = _validate_boolean_array("unphysical", unphysical)

@@ -305,7 +305,8 @@ class Body(ShapeConstructors[float, float | Vector]):
 
         If the inertia is diagonal, the axes of the frame of description are the principal axes. For
         a non-diagonal inertia matrix, the principal axes are right-handed and as close as possible
-        to the axes of the frame of description. For a Lagrange top, T is along the symmetry axis.
+        to the axes of the frame of description. For a Lagrange top, the principal axis T is the
+        symmetry axis.
         """
         *_, w, x, y, z, _, _, _, _ = unpack("15d", self._block)
         return w, x, y, z
@@ -334,7 +335,7 @@ class Body(ShapeConstructors[float, float | Vector]):
 
     @cached_property
     def _nearby_integrable_case_message(self) -> str:
-        """A note that the body nearly meets the conditions of another kind (to 1e-8), or ''."""
+        """A note that the body meets the conditions of another kind of top within 1e-8, or ''."""
         tolerance, own_kind = KIND_RTOL, self.kind
         while tolerance < 1e-8:
             tolerance *= 2.0

@@ -46,7 +46,7 @@ class BatchParameter(NamedTuple):
         return self.values.shape[: self.values.ndim - len(self.value)]
 
     def broadcast_to(self, shape: Shape) -> Array:
-        """Broadcast the values to a batch of the given shape."""
+        """Broadcast the values of the parameter to a batch of the given shape."""
         return np.broadcast_to(self.values, shape + self.value)
 
     def raise_error_of_first_bad_value(self, bad: Any, validate: Validator) -> None:
@@ -74,7 +74,7 @@ def convert_to_python_numbers(value: Any) -> Any:
 def validate_parameter(
     name: str, numbers: object, value: Shape = (), form: str = ""
 ) -> BatchParameter:
-    """Convert an argument to a BatchParameter whose values are finite and have the shape `value`.
+    """Convert an argument to a BatchParameter with finite values, each of shape `value`.
 
     An argument that is already a BatchParameter is returned unchanged. `form` states the expected
     form in error messages.
@@ -167,7 +167,7 @@ def broadcast_column(values: Column, shape: Shape, trailing: int) -> Column:
 def broadcast_named_columns(
     entries: Iterable[tuple[str, Column, int]], shape: Shape
 ) -> dict[str, Column]:
-    """Return a dict of columns broadcast to `shape`, from triples (name, values, trailing)."""
+    """Broadcast columns, given as (name, values, trailing), to `shape`, and return them by name."""
     return {name: broadcast_column(values, shape, trailing) for name, values, trailing in entries}
 
 
@@ -193,7 +193,8 @@ def name_varying_dimensions(
 ) -> tuple[str | None, ...]:
     """Name each dimension after the only parameter that varies along it.
 
-    A dimension can be named only after a scalar parameter that varies along no other dimension. All
+    A dimension is named after a scalar parameter only if this parameter varies along no other
+    dimension. All
     other dimensions have the name None.
     """
     if not shape:

@@ -70,8 +70,8 @@ class EnsembleConstructors(EnsembleBase[S]):
         """Build an array of tops from z-x-z Euler angles and their rates (see Scene.from_euler).
 
         `angles` [rad] and `rates` [T^-1] have the shape (..., 3): precession, nutation and spin.
-        With degrees=True, angles and rates are in degrees. The arguments `gravity` to `friction`
-        have the same meaning as in Ensemble.
+        With degrees=True, angles and rates are in degrees. The arguments from `gravity` to
+        `friction` have the same meaning as in the constructor of Ensemble.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)

@@ -84,7 +84,8 @@ class EnsembleBase(BatchBase[S]):
     ) -> Self:
         """Validate the parameter arrays of the ensemble, and store them as columns.
 
-        Raises the same exception as the constructor `one` would for the first invalid member.
+        Raises the exception that the constructor `one` would raise for the first invalid member of
+        the ensemble.
         """
         shape = compute_common_top_shape(body, parameters)
         for name, column in columns.items():
@@ -287,7 +288,7 @@ def make_invalid_member_error(
     index: Index,
     text: str = "not a top",
 ) -> Exception:
-    """Return the exception that the single-top constructor `one` raises for an invalid member.
+    """Return the exception that the constructor `one` of a single top raises for an invalid top.
 
     If no exception is raised, a ValueError with the message `text` is returned.
     """

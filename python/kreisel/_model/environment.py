@@ -151,7 +151,7 @@ def validate_ensemble_environment(
 ) -> tuple[list[BatchParameter], dict[str, Array]]:
     """Validate the environment parameters of an ensemble, and convert them to columns.
 
-    Optional parameters that are None are omitted.
+    Optional parameters whose value is None are omitted from the columns.
     """
     gravity, (drag, dampings) = (
         validate_parameter("gravity", environment.gravity),

@@ -120,10 +120,11 @@ def refuse_rotor_in_steady_precession(body: Body | Bodies) -> None:
 
 
 def find_symmetry_moments(moments: Array, com: Array) -> tuple[Array, Array, BoolArray]:
-    """Return the transverse and axial moments of inertia of bodies, and which are symmetric.
+    """Return the transverse and axial moments of inertia of bodies, and a mask of symmetric bodies.
 
-    `moments` and `com` have the shape (..., 3), along the principal axes. The third result is True
-    for bodies that are symmetric about their apex, or without gravity about the third axis.
+    `moments` and `com` have the shape (..., 3), along the principal axes. The third result marks
+    bodies that are symmetric about the line from the fixed point to the centre of mass, or about
+    the third axis if these points coincide.
     """
     distances = np.abs(com)
     reach, largest = distances.max(axis=-1), moments.max(axis=-1)
@@ -160,7 +161,7 @@ def find_symmetry_moments_of_body(body: Body) -> tuple[float, float]:
 def solve_steady_precession(
     i1: Array, i3: Array, torque: Array, spin: Array, tilt: Array, fast: bool
 ) -> tuple[Array, BoolArray]:
-    """Return the rates W of steady precession, and for which tops one exists.
+    """Return the rates W of steady precession, and a mask of the tops for which such a rate exists.
 
     W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
     and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
@@ -185,7 +186,7 @@ def solve_steady_precession(
 def _compute_precession_coefficients(
     i1: Array, i3: Array, torque: Array, spin: Array, tilt: Array
 ) -> tuple[Array, Array, Array]:
-    """Return I1 cos(tilt), I3 spin, and the absolute value of I3 spin at which both roots agree."""
+    """Return I1 cos(tilt), I3 spin, and the |I3 spin| at which both precession rates are equal."""
     cosine = cos(tilt)
     with np.errstate(all="ignore"):
         a = np.where(np.abs(cosine) > 1e-15, i1 * cosine, 0.0)

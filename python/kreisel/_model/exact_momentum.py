@@ -39,7 +39,7 @@ def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
 def compute_momentum_after_body_change(
     old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
 ) -> tuple[Vector, Vector]:
-    """Return the angular momentum after the body is replaced at constant angular velocity.
+    """Return the angular momentum after a change of the body that keeps the angular velocity.
 
     The momentum is computed in rational arithmetic and rounded once at the end.
 

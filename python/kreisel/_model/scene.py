@@ -216,14 +216,15 @@ class Scene:
         Parameters are broadcast as in kr.Ensemble. They may be the parameters of
 
         - Scene: gravity, damping, turning, shaking, friction, body (a Body or kr.Bodies), attitude
-          or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. By default,
-          the momentum in the space frame is that of this scene.
+          or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
+          these four is given, the ensemble keeps the space-frame momentum of this scene.
 
-        - Body: mass, inertia, com, rotor. Momentum and attitude are those of this scene.
+        - Body: mass, inertia, com, rotor. Every top keeps the attitude and the space-frame momentum
+        of this scene.
 
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
-          unless steady=True. Omitted values, and the remaining Euler angles and rates, are taken
-          from the scene.
+          unless steady=True. Omitted values are taken from the scene, as are the other Euler angles
+          and rates.
 
         - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 
@@ -257,8 +258,8 @@ class Scene:
                   of the scene is applied; the momentum in space stays the same
         gravity   standard deviation of gravity [L T^-2]
 
-        Member i depends only on `seed` and i, not on `n`. The perturbations of one parameter do not
-        depend on the standard deviations of the other parameters.
+        Member i depends only on `seed` and i, not on `n`. Changing the standard deviation of one
+        parameter does not change the random perturbations of the others.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.scatter(1000, seed=7, attitude=0.01)
@@ -380,9 +381,10 @@ class Scene:
 
         A str of several lines is parsed as TOML text; any other argument is a file name. The
         top-level keys are the parameters of Scene, and the keys of the table [body] are those of
-        Body. Instead of the keys of Scene, a table [from_euler] or [spinning] may give the
-        parameters of the constructor of that name. A table such as [body.cuboid] may likewise
-        replace the keys of Body. Raises ValueError for unknown keys.
+        Body. Instead of the keys of Scene, the text may contain a table [from_euler] or [spinning]
+        with the parameters of the constructor of that name. Instead of the keys of Body, a table
+        such as [body.cuboid] may give the parameters of the constructor of that name. Raises
+        ValueError for unknown keys.
 
         >>> import kreisel as kr
         >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"

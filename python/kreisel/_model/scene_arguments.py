@@ -1,7 +1,7 @@
 """Validation of the constructor arguments of a scene.
 
-The C library validates arguments that are Python numbers. Other arguments are validated one by one
-in Python.
+The C library validates arguments that are Python numbers. If any argument is of another type, all
+arguments are validated one by one in Python.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def validate_scene_arguments_in_core(
     attitude: ArrayLike | Rotation | None,
     environment: tuple[object, object, object, object, object],
 ) -> SceneData | None:
-    """Validate arguments in the C library, or return None if they must be validated in Python."""
+    """Return scene data validated by the C library, or None if Python must do the validation."""
     if len(arguments) != 1:
         return None
     ((name, value),) = arguments.items()

@@ -20,7 +20,7 @@ class ShapeConstructors(Generic[Number, Size]):
     """Constructors of homogeneous bodies, shared by Body and Bodies.
 
     For Body, lengths, masses and densities are numbers, and vectors have three components. For
-    Bodies, they are numbers or arrays, and vectors have the shape (..., 3).
+    Bodies, lengths, masses and densities may also be arrays, and vectors have the shape (..., 3).
     """
 
     @classmethod

@@ -27,7 +27,7 @@ class ShapeMoments(Generic[R]):
 
     @property
     def has_volume(self) -> bool:
-        """True unless the shape, or each shape of an array, is thin."""
+        """True if the shape, or at least one shape of an array, has a volume."""
         return bool(np.any(self.volume))
 
     def compute_mass(self, density: R) -> R:
@@ -43,18 +43,18 @@ class ShapeMoments(Generic[R]):
 
 @dataclass(frozen=True)
 class CuboidMoments(Generic[R]):
-    """Volume and second moments of a cuboid, with the same order of operations as in the core."""
+    """Volume and second moments of a cuboid, computed by the same operations as in the C code."""
 
     half: tuple[R, R, R]  # half the lengths of the edges [L]
 
     @property
     def name(self) -> str:
-        """The name of the shape in messages."""
+        """The name of the shape in error messages."""
         return "cuboid"
 
     @property
     def has_volume(self) -> bool:
-        """True, because the edges of a cuboid are positive."""
+        """True, because a cuboid has edges of positive length and therefore a positive volume."""
         return True
 
     @property

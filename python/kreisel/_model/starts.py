@@ -5,8 +5,9 @@ axes, and let J be the inertia tensor. Let
     M = m_v J P / <P, J P> + w    with <w, P> = 0.
 The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
     U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
-is the amended potential (Smale 1970). For each P with U(P) <= energy, an initial state exists for
-any direction of w. The length of w is computed from the energy without cancellation.
+is the amended potential (Smale 1970). For each P with U(P) <= energy, there is an initial state of
+this energy for every direction of w. The length of the vector w is computed from the energy without
+cancellation.
 
 Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
 energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are uniformly distributed in
@@ -51,7 +52,7 @@ class _EnergySurface(NamedTuple):
         return values
 
     def momentum(self, P: Array, alpha: Array) -> Array:
-        """Return the angular momentum M for vertical directions P and angles alpha."""
+        """Return the angular momenta for the vertical directions P and velocity angles alpha."""
         JP, root = self.moments * P, np.sqrt(self.moments)
         first, second = self._build_scaled_velocity_basis(P)
         kinetic = np.maximum(self.energy - self.potential(P), 0.0)
@@ -69,14 +70,14 @@ class _EnergySurface(NamedTuple):
         return _build_perpendicular_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def find_angle_of_level_apex_motion(self, P: Array, apex: Array) -> Array:
-        """Return one of the two angles alpha of w for which the apex height is stationary."""
+        """Return one of the two angles alpha of w for which the apex moves horizontally."""
         first, second = self._build_scaled_velocity_basis(P)
         velocity = np.cross(apex, P) / np.sqrt(self.moments)
         angles: Array = np.arctan2(-(velocity * first).sum(axis=1), (velocity * second).sum(axis=1))
         return angles
 
     def potential_lower_bound(self, P: Array, reach: Array) -> Array:
-        """Return a lower bound on U for directions within the angular distance `reach` of P.
+        """Return a lower bound on the effective potential U within the angle `reach` of P.
 
         The bound uses the gradient of U at P and the largest curvature of U.
         """
@@ -100,7 +101,8 @@ class _EnergySurface(NamedTuple):
     def _find_potential_min_by_newton(self, P: Array) -> float:
         """Return a local minimum of the potential U near P by Newton's method on the sphere.
 
-        Each step uses the absolute values of the curvatures, so U decreases along the step. Among
+        Each Newton step uses the absolute values of the curvatures of U, so U decreases along the
+        step. Among
         successively halved step lengths, the one with the smallest U is used.
         """
         lowest = float(self.potential(P[None])[0])
@@ -150,8 +152,8 @@ def starts(
 
     The heading of a top affects neither its energy nor its vertical momentum, so each attitude is
     the smallest rotation from the upright position. Raises ValueError if no initial state has the
-    given energy and vertical momentum; the message states the least possible energy. Also raises
-    ValueError for a body with a rotor.
+    given energy and vertical momentum; the message states the least possible energy. Raises
+    ValueError also if the body has a rotor.
 
     >>> import kreisel as kr
     >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=3, seed=7)
@@ -260,7 +262,8 @@ def _sample_directions(
 def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
     """Return an array of shape (end - begin, 8) of uniformly distributed numbers in [0, 1).
 
-    Philox is a counter-based generator, so row i depends only on `seed`, `trial` and begin + i.
+    Philox is a counter-based random number generator, so row i depends only on `seed`, `trial` and
+    begin + i.
     """
     counter = [begin * _WORDS // 4, 0, trial + 1, 0]
     raw = np.random.Philox(key=seed, counter=counter).random_raw((end - begin) * _WORDS)

@@ -72,9 +72,9 @@ def call_constructor_with_table(
 ) -> _T:
     """Call the constructor `make` with the entries of a table as keyword arguments.
 
-    Raises ValueError for unknown and missing keys. `locations` maps keys of other tables to their
-    correct places in the file, which error messages state. The error message may also suggest the
-    keys in `others`.
+    Raises ValueError for unknown and missing keys. If a key belongs to another table, `locations`
+    contains its correct place in the file, which the error message states. The error message may
+    also suggest the keys in `others`.
     """
     parameters = inspect.signature(make).parameters
     for word in words:

@@ -19,8 +19,9 @@ def build_body_from_table(table: object, locations: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. The key `rotor` is allowed beside a table of constructor parameters. `locations`
-    maps keys of other tables to their correct places in the file, which error messages state.
+    constructor. Beside the table with the parameters of a constructor, only the key `rotor` is
+    allowed. `locations` maps keys that belong in other tables to their correct places in the file,
+    so that error messages can name these places.
     """
     words = dict(require_toml_table("body", table))
     if not MAKERS.keys() & words.keys():

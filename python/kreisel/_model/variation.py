@@ -134,7 +134,7 @@ def _vary_body(scene: Any, changes: Mapping[str, Any]) -> Body | Bodies:
 
 
 def _compute_initial_euler_state(scene: Any) -> _EulerState:
-    """Return the Euler angles and rates at t = 0; rates that are rounding errors are set to 0."""
+    """Return the initial Euler angles and their rates; rates within rounding error are set to 0."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start_state)[0]) for n in names]
     x, y, z = values("velocity", scene._block, scene._start_state)[0].tolist()
@@ -160,8 +160,8 @@ def _compute_varied_spin_start(
 ) -> _Start:
     """Compute the Euler angles and rates for varied values of spin, tilt or precession.
 
-    Parameters that do not vary are taken from the scene. The first flag in `steady` requests steady
-    precession, and the second selects the faster of its two rates.
+    Parameters for which no varied values are given are taken from the scene. The first flag in
+    `steady` requests steady precession, and the second selects the faster of its two rates.
     """
     state = _compute_initial_euler_state(scene)
     defaults = {"spin": state.spin, "tilt": state.angles[1], "precession": state.precession}
@@ -278,7 +278,7 @@ def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
     """Draw n rows of normally distributed numbers; row i depends only on `seed` and `first` + i.
 
     Each row uses 8 random 64-bit integers from the counter-based generator Philox. The Box-Muller
-    transform converts these integers to normally distributed numbers.
+    transform converts the random integers to normally distributed numbers.
     """
     samples = np.empty((n, _DRAWS))
     philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # each count gives 4 words

@@ -1,4 +1,4 @@
-"""The choice of method='auto' between a closed-form solution and the Taylor series."""
+"""The choice between a closed-form solution and the Taylor series for method='auto'."""
 
 from __future__ import annotations
 
@@ -93,9 +93,9 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return why the Taylor series is used, and the largest error of an accepted closed form.
+    """Return the reason for rejecting the closed form, and the largest error that is acceptable.
 
-    The reason is an empty string if the closed-form solution may be used.
+    The returned reason is an empty string if the closed-form solution may be used.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._has_disturbances or not methods[EXACT].suits(scene):

@@ -135,7 +135,7 @@ class Method:
     def applies_to(self, body: Body) -> bool:
         """Return True if the method applies to `body` for any value of gravity.
 
-        The attribute `tops` describes all bodies to which the method applies.
+        The attribute `tops` describes the bodies to which this integration method applies.
         """
         return method_applies(self.name, check_type("body", body, Body)._block)
 

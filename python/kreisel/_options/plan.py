@@ -168,7 +168,8 @@ def make_solve_plan(
 def _find_instruction_set_and_series_order(core: CoreArguments) -> tuple[str, int]:
     """Return the instruction set and the order of the Taylor series.
 
-    The instruction set and the order depend only on the options, not on the scene.
+    The instruction set and the order of the Taylor series depend only on the options, not on the
+    scene.
     """
     scene = Scene(Body(1.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
     _, top = start(scene._block, *core)

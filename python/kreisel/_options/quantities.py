@@ -61,7 +61,7 @@ ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians"
 
 
 def get_quantity_derivative_shape(name: str) -> tuple[int, ...]:
-    """Return the shape of the derivative of a quantity."""
+    """Return the array shape of derivatives of the quantity `name`."""
     return (3,) if name == "q" else QUANTITIES[name].shape
 
 

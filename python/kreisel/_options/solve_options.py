@@ -155,7 +155,7 @@ def validate_options_for_method(
     want: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the validated options for a method, independently of the scene.
+    """Return the validated options for a method, without any checks that depend on the scene.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -234,7 +234,7 @@ def validate_step(method: Method, step: object) -> float | None:
 
 
 def validate_tol(method: Method, tol: object) -> float | None:
-    """Return the tolerance, or None for the default tolerance.
+    """Validate the tolerance, and return it as a float, or None to use the default tolerance.
 
     Raises ValueError if the method has no tolerance, or if `tol` is not between 0 and 1.
     """

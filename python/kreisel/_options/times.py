@@ -109,7 +109,7 @@ def iterate_time_chunks(
 def find_time_direction_and_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return whether time runs backwards, and the requested times in chunks."""
+    """Return whether time runs backwards, and an iterator over arrays of the requested times."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = find_time_direction(t)
@@ -122,10 +122,10 @@ def _slice_times_into_chunks(times: Array, size: int) -> Iterator[Array]:
 
 
 def find_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return whether time runs backwards, and the requested times.
+    """Return a flag that is True if time runs backwards, and the requested times.
 
-    An iterator is read up to its first nonzero time. The returned iterator also yields the times
-    that have already been read.
+    If `t` is an iterator, times are read from it up to the first nonzero time. The returned
+    iterator starts again with the times that have already been read.
     """
     if isinstance(t, Iterator):
         head, is_back = [], False

@@ -65,8 +65,9 @@ class FigureAxes(tuple[Axes, ...]):
 
     A picture of paths has three axes for each path: trace, nutation and precession. For two paths,
     an additional chart at the end may show the angle between their attitudes or apexes. A picture
-    of a fit has two axes for each panel. Notebooks display the picture. To save the figure to a
-    file, call `picture.figure.savefig("top.png")`.
+    of a fit has two axes for each panel: one for the measurements and one for the residuals.
+    Notebooks display the picture. To save the figure to a file, call
+    `picture.figure.savefig("top.png")`.
     """
 
     __slots__ = ()

@@ -210,7 +210,8 @@ def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     """Rotate all states about the vertical so that the body leans to the side in the picture.
 
     After the rotation, the apex of the first clearly tilted state points to the right of the
-    picture and slightly towards the viewer. If there is none, the most tilted state is used.
+    picture and slightly towards the viewer. If no state is clearly tilted, the most tilted state is
+    used instead.
     """
     lean = np.hypot(apex[:, 0], apex[:, 1])
     index = int(np.argmax(lean >= min(_LEAN, float(lean.max()))))
@@ -241,7 +242,7 @@ def _build_body_faces(body: Body) -> tuple[Array, Array, float]:
     """Return the faces of a body, their colours, and the line width of their outlines [pt].
 
     The corners are given in the user's body frame, after scaling the body to fit into the unit
-    sphere. The outlines of a body of revolution have width 0.
+    sphere. For a body of revolution, the line width is 0, so that no outlines are drawn.
     """
     quads, colours = build_solid_faces(
         body.mass, np.array(body.moments), np.array(body.principal_com)

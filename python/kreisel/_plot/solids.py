@@ -169,7 +169,7 @@ def _connect_rings(rims: Array) -> Array:
 
 
 def compute_twist_free_normals(tangent: Array) -> Array:
-    """Return two unit normals at each point of a curve, without twist along the curve."""
+    """Return two unit normals at each point of a curve; they do not twist about the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
     for k, direction in enumerate(tangent):
@@ -184,7 +184,7 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
 
     The cuboid has the given principal moments of inertia about the fixed point. If no cuboid of the
     given mass has these moments of inertia, the mass is increased while mass * com is kept
-    constant. Of all increased masses, the one that makes the cuboid as large as possible is chosen.
+    constant. The increased mass is chosen to make the cuboid as large as possible.
     """
     best = _find_cuboid_of_same_inertia(mass, moments, mass * com)
     if best is None:

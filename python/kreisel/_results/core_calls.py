@@ -56,7 +56,7 @@ def compute_states_at_times(
     progress: Progress | Work | None = None,
     origin: RunStart = ORIGIN,
 ) -> CoreResult:
-    """Record the states at times that have already been validated.
+    """Record the states of the motion at the given times, which must have been validated before.
 
     `progress` is either a callback that receives the current time, or a Work object that can stop
     the run.
@@ -70,7 +70,7 @@ def compute_states_at_times(
 def compute_states_at_unordered_times(
     scene: Scene, options: SolveOptions, times: Array, origin: RunStart = ORIGIN
 ) -> CoreResult:
-    """Compute the states at times in any order, positive or negative.
+    """Compute the states at given times, which may be negative and need not be sorted.
 
     States at negative and at positive times are computed in separate runs. If a run fails, the
     result contains only the states that this run reached before the failure.

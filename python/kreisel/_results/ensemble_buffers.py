@@ -28,9 +28,9 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 class EventColumns(NamedTuple):
     """Events of several tops, stored as columns of equal length.
 
-    For each event, `top` contains the row of its top in the buffers, `states` the state, and `low`
-    the low-order part of the state. `which` and `direction` contain the indices and the directions
-    of the events.
+    For each event, `top` contains the row of the top in the ensemble's arrays. The columns `states`
+    and `low` contain the state at each event and the low-order part of this state. `which` contains
+    the index of the event function, and `direction` the direction of its sign change.
     """
 
     top: Counts
@@ -42,7 +42,7 @@ class EventColumns(NamedTuple):
     def select_and_renumber_events(
         self, indices: npt.NDArray[np.intp], numbers: Counts
     ) -> EventColumns:
-        """Return the events at `indices`, with `numbers` as the column `top`."""
+        """Return the events at `indices`, with the column `top` replaced by `numbers`."""
         states, low = self.states[indices], self.low[indices]
         return EventColumns(numbers, states, low, self.which[indices], self.direction[indices])
 
@@ -155,7 +155,7 @@ class EnsembleBuffers:
         return event_parts
 
     def insert_part_at_row(self, begin: int, part: EnsembleBuffers) -> None:
-        """Copy the results in the buffers `part` into these buffers, starting at row `begin`."""
+        """Copy the results of a slice of the ensemble from `part` to the rows from `begin` on."""
         end = begin + part.size
         arrays, columns = self._get_allocated_arrays_by_name(), self.columns
         for name, array in part._get_allocated_arrays_by_name().items():
@@ -165,7 +165,7 @@ class EnsembleBuffers:
         self.add_events_and_failures(begin, part)
 
     def add_events_and_failures(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures, chosen steps and events of `part`; add `begin` to their row indices."""
+        """Add failures, chosen steps and events of `part`, and add `begin` to their top indices."""
         if part is self:
             return
         if part.last:

@@ -88,7 +88,7 @@ def yield_reduction_columns(
 def _yield_reductions_with_units(
     reductions: Reduced,
 ) -> Iterator[tuple[str, QuantityDescription, Array]]:
-    """Yield the name of each reduction, a description of its quantity, and its values."""
+    """Yield the name of each statistic, a description of its quantity, and its values."""
     for name, kinds in reductions.items():
         quantity = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components

@@ -95,11 +95,11 @@ def estimate_attitude_error(
 def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
     """Return a matrix whose columns are changes of attitude and momentum caused by rounding.
 
-    Each column of the matrix is divided by the relative rounding error. For at most 16 digits, the
-    rounding error of the momentum is proportional to the largest moment of inertia and the
-    estimated angular velocity. For more than 16 digits, the C library stores the momentum in the
-    body frame. If the momentum is stored in the body frame, rounding the attitude also rotates the
-    momentum in space, and each of its components has its own rounding error.
+    Each column is the change of the state per unit of relative rounding error. For at most 16
+    digits, the rounding error of the momentum is proportional to the largest moment of inertia and
+    the estimated angular velocity. If more than 16 digits are requested, the C library stores the
+    momentum in the body frame. If the momentum is stored in the body frame, rounding the attitude
+    also rotates the momentum in space, and each of its components has its own rounding error.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
@@ -144,7 +144,7 @@ def estimate_rounding_growth(
     path. If at most 16 digits are requested, the largest amplification of a single rounding error
     is returned. For more than 16 digits, all rounding errors are combined as if they were
     independent. The amplification is infinite if a tangent overflows. Returns the result of the
-    Taylor-series run on which the estimate is based, and the amplification. If the run fails, the
+    Taylor-series run that provides the tangents, and the amplification. If the run fails, the
     states after the failure are missing.
     """
     directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
@@ -185,7 +185,8 @@ def compute_max_angle_between_attitudes(
 def compute_angles_between_attitudes(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the angles [rad] between corresponding attitudes in two arrays.
 
-    Each argument contains n attitudes and their low-order words. The quaternions are subtracted
+    Each argument is a pair of arrays: n attitude quaternions, and their low-order parts (beyond
+    double precision). The quaternions are subtracted
     before they are multiplied, so that small angles keep their relative accuracy.
     """
     (p, p_low), (q, q_low) = one, other

@@ -74,7 +74,7 @@ def run_jobs(
 
 @dataclass
 class DivisibleTask(Generic[_R]):
-    """A computation for n members of an ensemble that can be divided into slices.
+    """A computation for the n members of an ensemble, divisible into consecutive slices.
 
     job        a function that returns the job for the members begin..end
     collect    a function that receives the first index and the result of each slice

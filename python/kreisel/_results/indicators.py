@@ -71,7 +71,7 @@ class Indicator(ReadOnlyArrays):
                  pi divided by the larger of |m| / I and sqrt(mass |gravity| |com| / I), where I is
                  the largest moment
 
-    A notebook displays the indicator as a picture; see `plot`.
+    A notebook displays the chaos indicator as a picture, which the method `plot` draws.
     """
 
     t: Array
@@ -101,7 +101,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno`, namely 4, above which a motion is classified as chaotic.
+        """The threshold of `final_megno`, namely 4, above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
         of the Lyapunov exponent and t. All indicators use MEGNO to classify motions. Source:
@@ -149,7 +149,7 @@ class Indicator(ReadOnlyArrays):
         )
 
     def _find_reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
-        """Map each reason for doubt to a mask, which is valid only for runs that did not fail."""
+        """Map each reason for doubt to a mask, whose values are meaningless for failed runs."""
         megno, (low, high) = self.final_megno, NEAR
         return {
             f"certificate above {WORST:g}": ~(self.certificate <= WORST),
@@ -312,7 +312,7 @@ def _compute_indicator_rows(
 def _make_stop_error(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, indicator: Indicator
 ) -> Error | Interrupted:
-    """Return the exception for an indicator whose i-th top failed or was interrupted."""
+    """Return the exception for an indicator that failed or was interrupted at its `i`-th top."""
     scene = tops.ravel()[i]
     status = str(indicator.status.ravel()[i])
     result = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
@@ -323,7 +323,7 @@ def _make_stop_error(
 
 
 def extract_single_top_indicator(indicator: Indicator) -> Indicator:
-    """Return the indicator of a single scene, given that of an ensemble with one top."""
+    """Return the chaos indicator of a single scene, extracted from an ensemble with one top."""
 
     def take_first_value(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
         return values[0:1].reshape(())

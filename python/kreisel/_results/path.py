@@ -123,16 +123,16 @@ class Path(ReadOnlyArrays, TableExportMethods):
     def error(self) -> float:
         """The estimated error of the attitude [rad], as the maximum over all states.
 
-        The reference for the estimate is a closed form if one applies exactly and is sufficiently
-        accurate. If no closed form is suitable, the reference is a Taylor series in 20-digit
-        arithmetic. A 30-digit series is used if `digits` was passed to solve, or if the closed form
-        deviates too much from the 20-digit series.
+        The error is estimated relative to a reference, which is a closed-form solution if one
+        applies exactly and is sufficiently accurate. If no closed form is suitable, the reference
+        is a Taylor series in 20-digit arithmetic. A 30-digit series is used if `digits` was passed
+        to solve, or if the closed form deviates too much from the 20-digit series.
 
         For a path computed with 30 digits, the error is estimated from the growth of rounding
         errors and from three computations with shorter steps. A path computed with
         method='geometric' does not necessarily store the attitude. If the attitude is not stored,
-        the value is the error that was estimated when the step was chosen. If nothing is known
-        about the accuracy of the attitude, the value is pi, the largest possible error.
+        the returned value is the error that was estimated when the step size was chosen. If nothing
+        is known about the accuracy of the attitude, the value is pi, the largest possible error.
         """
         if not len(self):
             return 0.0
@@ -297,7 +297,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
     def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:
         """The events in the form in which path.save writes them.
 
-        Events are stored as a tuple: a path of their states, their indices and their directions.
+        The tuple contains the path of the states at the events, the indices of the events, and
+        their directions.
         """
         events = self._events
         return None if events is None else (events.path, events.which, events.direction)
@@ -479,8 +480,8 @@ def drop_unrequested_quantities(
 ) -> Path:
     """Return a copy of the path with only t and the quantities in `want`.
 
-    If `want` is None, the path itself is returned. If Ctrl-C interrupts this computation, the
-    quantities are computed again, and kreisel.Interrupted is raised with the complete path. `end`
+    If `want` is None, the path itself is returned. If Ctrl-C interrupts the computation of these
+    quantities, it is repeated, and kreisel.Interrupted is raised with the complete path. `end`
     is the last requested time.
     """
     if want is None:

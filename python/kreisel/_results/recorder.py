@@ -1,6 +1,7 @@
 """Recording of the path of a single scene.
 
-If only some quantities are requested, they are computed in chunks, and the states are discarded.
+If only some quantities are requested, they are computed from one chunk of states at a time, and the
+states are then discarded.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ def report_final_time(path: Path, progress: Progress | None) -> Path:
 def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
     """Return a copy of a path with recorded events.
 
-    `core_events` contains the state at each event, its low-order words, and the index and direction
-    of the event.
+    For each event, `core_events` contains the state, its low-order part, and the index and
+    direction of the event.
     """
     states, low, which, direction = core_events
     event_path = replace(path, states=states, _low=low)

@@ -22,7 +22,8 @@ class Reductions(EnsembleResult):
 
     The possible keys of these dictionaries are 'min', 'max', 'mean', 'variance', 'last',
     'where_min' and 'where_max'. The arrays are read-only. The shape of each array is the shape of
-    the ensemble, followed by that of the quantity. If a top failed, its values are NaN. The
+    the ensemble, followed by that of the quantity. If the computation of a top failed, its values
+    are NaN. The
     variance is the mean squared deviation of the recorded values from their mean. The minimum and
     the maximum are first attained at the times where_min and where_max [T].
 
@@ -119,9 +120,9 @@ class Reductions(EnsembleResult):
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        There is one column per reduced component, such as nutation_max or apex_z_mean. The varying
-        parameters, `status` and `reached` are stored as columns of the DataFrame. `attrs` contains
-        the units. Raises ImportError if pandas is not installed.
+        There is one column per statistic of a component, such as nutation_max or apex_z_mean. The
+        varying parameters, `status` and `reached` are stored as columns of the DataFrame. `attrs`
+        contains the units. Raises ImportError if pandas is not installed.
         """
         from .ensemble_tables import build_reduction_data_frame
 

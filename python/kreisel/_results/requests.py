@@ -85,7 +85,7 @@ def try_to_solve_in_core(
     want: object,
     progress: Progress | None,
 ) -> Path | None:
-    """Return the path of a scene, or None if the arguments must be validated in Python.
+    """Return the path of a scene, or None if Python code must first validate the arguments.
 
     Raises the exception returned by make_stop_exception if the run fails.
     """

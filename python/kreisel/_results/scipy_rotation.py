@@ -15,10 +15,10 @@ with optional_dependency("scipy"):
 
 
 class Attitudes(Rotation):
-    """Rotations that support read-only arrays, such as those of a path.
+    """SciPy rotations that also accept read-only arrays, such as the arrays of a kreisel.Path.
 
-    Without this class, SciPy 1.17 raises an exception for read-only arrays. Inverses, products and
-    subsets of Attitudes are Attitudes as well.
+    The class Rotation of SciPy 1.17 raises an exception for read-only arrays. Inverses, products
+    and subsets of Attitudes are Attitudes as well.
     """
 
     def apply(self, vectors: ArrayLike, inverse: bool = False) -> Array:

@@ -68,7 +68,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _drop_missing_states(self, rows: Array) -> Array:
-        """Return the entries of `rows`, of shape (tops, n, ...), for the states that were found."""
+        """Return the entries of `rows`, whose shape is (tops, n, ...), for all states found."""
         is_complete = bool(self._found_state_mask.all())
         return freeze_array(
             rows.reshape(-1, *rows.shape[2:]) if is_complete else rows[self._found_state_mask]

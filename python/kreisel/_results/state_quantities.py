@@ -94,7 +94,8 @@ class PathBase(QuantityAttributes):
     def want(self) -> tuple[QuantityName, ...] | None:
         """The quantities that the path stores in addition to t.
 
-        If the value is None, the path stores the states, from which all quantities can be computed.
+        The value None means that the path stores complete states, from which all quantities can be
+        computed.
         """
         return self._options.want
 
@@ -240,8 +241,9 @@ class PathBase(QuantityAttributes):
         quantity depends on the direction of the apex. The functions `kowalewski` and
         `goryachev_chaplygin` are conserved only for special bodies. Derivatives of `kowalewski` and
         `goryachev_chaplygin` are NaN for parameters whose variation violates the conditions on the
-        body. Changes of the moments of inertia violate these conditions, and so do changes of com
-        along the principal axis whose moment differs from the other two.
+        body. Changes of the moments of inertia violate the conditions on a Kowalewski or
+        Goryachev-Chaplygin body, and so do changes of com along the principal axis whose moment
+        differs from the other two.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -292,8 +294,9 @@ class PathBase(QuantityAttributes):
         """Return the readings of an accelerometer at a given point of the body [L T^-2].
 
         The result is the acceleration of the point minus the gravitational acceleration, in the
-        body frame. At the fixed point, the result is the gravitational acceleration with its sign
-        reversed. The result includes the acceleration caused by a turning or shaken support.
+        body frame. At the fixed point, the reading is the negative of the gravitational
+        acceleration, unless the support is shaken. The result includes the acceleration caused by a
+        turning or shaken support.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.asymmetric.replace(attitude=(1, 0, 0, 0), gravity=9.81)
@@ -316,7 +319,7 @@ class PathBase(QuantityAttributes):
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
         For a top with energy E and transverse moment of inertia I1, the method conserves the energy
-        E + step <torque, m> / (2 I1). The values are NaN unless the body is a Lagrange top. Like
+        E + step <torque, m> / (2 I1). All energies are NaN unless the body is a Lagrange top. Like
         `path.step`, the argument `step` is negative if the path runs backwards in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))

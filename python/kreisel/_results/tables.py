@@ -105,7 +105,7 @@ def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str,
 
 
 def _list_component_units(rows: QuantityRows) -> dict[str, str]:
-    """Return the unit or dimension of the time and of all components listed in `rows`."""
+    """Map the time and each component listed in `rows` to its unit or dimension."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 
@@ -113,7 +113,7 @@ def _list_component_units(rows: QuantityRows) -> dict[str, str]:
 def format_csv_table(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
     """Return the columns as CSV text in full precision.
 
-    The first line of the text contains the strings in `heads` or, by default, the column names.
+    The first line contains the strings in `heads`, or the column names if `heads` is None.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")

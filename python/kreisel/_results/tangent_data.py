@@ -73,7 +73,7 @@ class TangentData(NamedTuple):
 
 
 def collect_scene_numbers(scene: Scene) -> dict[str, tuple[float, ...]]:
-    """Return a dictionary of the numbers that define a scene; its keys are names of tangents."""
+    """Return the numbers that define a scene, with the names of the related tangents as keys."""
     return {
         # a change of a unit quaternion rotates by twice its size
         "start": (2.0, 2.0, 2.0, *scene.momentum),

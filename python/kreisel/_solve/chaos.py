@@ -170,7 +170,7 @@ def _compute_chaos_indicator(
 def validate_indicator_arguments(
     scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, tuple[float, int, Sequence[float]]]:
-    """Return the times at which the indicator is recorded, and the validated options.
+    """Return the times at which the chaos indicator is recorded, and the validated options.
 
     Raises TypeError or ValueError for an invalid argument.
     """

@@ -137,7 +137,7 @@ def plan(
         tops       (3,): 1 by closed form, 2 in lanes; by 2 threads
 
     Raises the same exceptions for invalid arguments as kreisel.solve. Raises ValueError for
-    method='geometric', which needs trial runs.
+    method='geometric', which chooses an integration method and its step by trial runs.
     """
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
         refuse_ensemble_arguments(scene, threads=threads, reduce=reduce)

@@ -183,9 +183,9 @@ class Exact(_ClosedFormBase):
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
         with m3 = <m, e3> and c = <m, apex>. The energy is the sum of the effective potential and I1
-        / 2 times the square of the nutation rate. The effective potential equals the energy at
-        turning points away from the vertical. The potential at nutation 0 or pi is inf if the apex
-        cannot reach this angle.
+        / 2 times the square of the nutation rate. At turning points where the axis is not vertical,
+        the effective potential equals the energy. The potential at nutation 0 or pi is inf if the
+        apex cannot reach this angle.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
@@ -201,8 +201,8 @@ class Exact(_ClosedFormBase):
     def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         """Return one state per row, or None if the times must be validated in Python.
 
-        Validation in Python is necessary unless all |t| are below `most` and the C library can
-        convert the times.
+        Times are validated in Python unless the C library can convert them and all |t| are below
+        `most`.
         """
         return exact_states(self._plan, t, most)
 
@@ -263,7 +263,8 @@ class ExactTorus(Exact):
         Each action is the integral of <m, dR R^T> along a closed loop on the torus, divided by 2
         pi. The vector m is the angular momentum, and R is the rotation from the body frame to the
         space frame. Along each loop, one angle increases by a full turn, while the other angles are
-        constant. The third action equals <m, e3>. The energy is a function of the actions, and its
+        constant. The third action variable is the vertical component <m, e3> of the angular
+        momentum. The energy is a function of the actions, and its
         derivatives are the frequencies: between neighbouring tops, d energy = sum of frequencies *
         d actions. For Goryachev-Chaplygin tops, the frequencies are derivatives of the energy only
         within the family of tops with <m, e3> = 0.
@@ -325,7 +326,7 @@ class ExactTorus(Exact):
         return replace(path, _tangent_data=data)
 
     def _compute_states_at_angles(self, turns: Array) -> Array:
-        """Return one state for each pair of angles on the torus, which are measured in turns.
+        """Return one state for each pair of torus angles, which are given in turns.
 
         All returned states share the rotation of the initial state about the vertical; for a
         Goryachev-Chaplygin top, this rotation is arbitrary.
@@ -378,7 +379,8 @@ class ExactGoryachevChaplygin(ExactTorus):
 
     The vertical component of the angular momentum must be zero up to rounding errors. The object
     can be called with a time or an array of times, and returns a kreisel.Path. The attributes are
-    described in kreisel.ExactTorus. The mean precession rate of this motion is zero.
+    described in kreisel.ExactTorus. The mean precession rate of such a Goryachev-Chaplygin top is
+    zero.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)

@@ -98,7 +98,7 @@ class Run:
     - The grid of a fixed step begins at the present time.
 
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
-      terminal event can be continued. The events to search for stay the same. An event at the
+      terminal event can be continued. The list of event functions is kept. An event at the
       present time is not reported again. A jump of the event function caused by run.push, run.reset
       or run.change is not an event.
 
@@ -195,8 +195,8 @@ class Run:
     ) -> Iterator[Path]:
         """Return an iterator over paths, as kreisel.stream does, starting at the current time.
 
-        The run can be saved or changed between two paths of the iterator. A changed run continues
-        with the remaining times.
+        The run can be saved or changed between two paths of the iterator. After a change, the run
+        continues with the remaining times.
         """
         number = validate_recording_interval(self._options.method, every)
         last_time, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
@@ -333,16 +333,16 @@ class Run:
     ) -> None:
         """Change the body or its environment at the current time.
 
-        The arguments are the same as for kreisel.Scene. The attitude is kept, and applies to the
-        frame in which the new body is described. The time in the parameter `shaking` is measured
+        The arguments are the same as for kreisel.Scene. The new body's frame of description keeps
+        the present attitude. The time in the parameter `shaking` is measured
         from the start of the run.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
               describes parts that already turn with the body when they join or leave it
 
-        Raises TypeError if no argument is given. Raises ValueError if the method cannot handle the
-        changed top.
+        Raises TypeError if no argument is given. Raises ValueError if the method is unsuitable for
+        the new top.
         """
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         arguments = _drop_missing_arguments(body=body, **environment._asdict())
@@ -554,7 +554,7 @@ def start(
             run.save(file)
 
     The arguments are the same as for kreisel.solve; if `back` is True, the motion is computed
-    backwards in time. The method 'geometric' cannot be used, because it needs trial runs. Each path
+    backwards in time. The method 'geometric' is refused, because it needs several runs. Each path
     contains the events that occurred after the end of the previous path. A terminal event ends the
     run, and run.t is then the time of this event.
 

@@ -114,7 +114,7 @@ def validate_section_arguments(
 
 
 def validate_section_event(event: object) -> Event:
-    """Validate the event of a section, and return it.
+    """Validate the event that defines a Poincare section, and return it.
 
     Raises ValueError if the event is terminal or limits the number of its occurrences.
     """
@@ -129,7 +129,7 @@ def validate_section_event(event: object) -> Event:
 
 
 def _validate_or_estimate_max_waits(tops: Ensemble, max_wait: object) -> Array:
-    """Return the longest time [T] for which each top is integrated without finding an event."""
+    """Return the time [T] after which the search for an event of each top is abandoned."""
     if max_wait is None:
         horizon_times = np.empty(tops.size)
         horizons(tops._core_scenes, horizon_times)

@@ -125,11 +125,11 @@ def solve(
     For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
     dimensions of its arrays are those of the ensemble. The result for each top does not depend,
     even in its last bit, on the other tops, the threads or the executor. The result for a top is
-    the same whether it is computed alone or in an ensemble. However, the rounding errors of the
-    methods taylor and exact may differ between these cases, and so may the method selected by
-    'auto'. `t` can also be an array of shape (*shape, k), which contains separate times for each
-    top. `progress` is called with the fraction of tops that have been computed, between 0 and 1. An
-    ensemble has further arguments:
+    the same whether it is computed alone or in an ensemble. However, the methods taylor and exact
+    may have different rounding errors for a single top and for an ensemble, and 'auto' may select
+    different methods. `t` can also be an array of shape (*shape, k), which contains separate times
+    for each top. `progress` is called with the fraction of tops that have been computed, between 0
+    and 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes

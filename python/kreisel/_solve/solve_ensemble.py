@@ -148,8 +148,8 @@ def stream_ensemble(
 ) -> Iterator[Paths]:
     """Return an iterator over the paths of consecutive groups of tops in an ensemble.
 
-    Each group contains at least one top. If a group contains several tops, they have at most
-    `chunk` states in total.
+    Each group contains at least one top. A group of several tops has at most `chunk` states in
+    total.
     """
     options = validate_ensemble_arguments(tops, method, arguments)
     pool = WorkerPool(validate_thread_count(threads, executor), executor)

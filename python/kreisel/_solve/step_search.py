@@ -438,8 +438,8 @@ def _write_path_to_buffers(
 def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
     """Return the indices of the states of a path at the given times, and their number.
 
-    Times after the end of the path are omitted. The path may contain states at times that were not
-    requested.
+    Times after the end of the path are omitted. The path may also contain states at times that were
+    not requested.
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0

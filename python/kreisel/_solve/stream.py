@@ -78,8 +78,8 @@ def stream(
     not be an iterator. threads, executor and progress are as in kreisel.solve.
 
     The statistics of each path refer to the entire run up to the last state of the path. Each path
-    contains the events that occurred after the end of the previous path. A terminal event ends the
-    iteration over paths.
+    contains the events that occurred after the end of the previous path. For a single scene, the
+    path that contains a terminal event is the last one.
 
     Raises the same exceptions as kreisel.solve. Exceptions for invalid arguments are raised
     immediately. Exceptions for failed runs and for invalid times from an iterator are raised only

@@ -8,7 +8,7 @@ is computed by the trapezoidal rule, which converges exponentially because the i
 and analytic.
 
 At the end of a loop, a Goryachev-Chaplygin top has not returned to its initial attitude. The
-rotation of a Goryachev-Chaplygin top about the vertical is not a function of the two angles.
+rotation of a Goryachev-Chaplygin top about the vertical is not a function of the two torus angles.
 However, the one-form does not depend on the rotation about the vertical if <m, e3> is zero. Vector
 components are taken along m/|m|, e3 x m/|m| and e3 instead of the space axes.
 

@@ -6,8 +6,8 @@ inversely proportional to time, so that the errors remain small relative to the 
 
 The initial states of the neighbouring motions are rounded to double precision. The distance between
 two rounded states is nevertheless known exactly, because the difference of two nearby doubles is
-exact. The derivatives along the coordinate axes are obtained from the changes along the rounded
-displacements by solving a linear system.
+exact. The changes along the rounded displacements are converted to derivatives along the coordinate
+axes by solving a linear system.
 
 Source: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics
 of Computation 51 (1988), table 1.
@@ -110,7 +110,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
 
 
 def _list_parameter_perturbations(scene: Scene, name: str) -> list[_ParameterPerturbation]:
-    """Return the groups of tangent columns for the parameter `name`."""
+    """Return perturbations of one parameter, each of which yields columns of the tangent matrix."""
     body = scene.body
     if name != "start":
         arm = body.mass * math.hypot(*body.com)
@@ -236,7 +236,7 @@ def _compute_central_differences(
     step: float,
     compute_states: ComputeStates,
 ) -> tuple[Array, Array]:
-    """Return central differences of order 8, and their relative difference from those of order 6.
+    """Return eighth-order central differences, and their relative deviation from sixth-order ones.
 
     Each difference is divided by the dimensionless norm of the tangent, or by 1 if the norm is
     smaller.

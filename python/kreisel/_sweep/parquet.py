@@ -64,8 +64,8 @@ def list_parquet_column_types(table: Table) -> list[tuple[str, Any]]:
 def convert_to_arrow_table(part: PartResults) -> Table:
     """Return the rows of a part as a pyarrow.Table.
 
-    The entry `units` in the metadata of each field states the unit of the column. The metadata
-    entry `per` states whether a column has values per top, per time or per event.
+    The entry `units` in the metadata of each column states the physical unit of its values. The
+    metadata entry `per` states whether a column has values per top, per time or per event.
     """
     columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
     scopes = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}

@@ -126,7 +126,7 @@ def _build_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
 
 
 def _add_event_columns(part: PartResults, events: EnsembleEvents | Section) -> None:
-    """Add columns for the events and for the number of events of each top."""
+    """Add columns that contain the recorded events and the number of events of each top."""
     part.columns[COUNT], part.units[COUNT] = events.count, ""
     for name, quantity in _STATES.items():
         values = getattr(events, name).reshape(-1, quantity.doubles)

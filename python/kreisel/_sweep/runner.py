@@ -40,7 +40,7 @@ def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None 
 
 
 class PartsLostError(RuntimeError):
-    """Error raised if an executor does not return all parts."""
+    """Error raised if an executor does not complete all parts of a sweep in two attempts."""
 
 
 class SweepPartsRunner:
@@ -54,9 +54,9 @@ class SweepPartsRunner:
         self._stopped = threading.Event()
 
     def compute_parts_locally(self, threads: int) -> None:
-        """Compute the requested parts of a sweep in the current process.
+        """Compute the requested parts of the sweep in the current process, without workers.
 
-        Each part is written to its file while the next part is computed.
+        While a part is being computed, a second thread writes the previous part to its file.
         """
         with ThreadPoolExecutor(1) as writer:
             future: Future[None] | None = None
@@ -88,7 +88,7 @@ class SweepPartsRunner:
         """Compute the requested parts of a sweep on the workers of an executor.
 
         Parts that the executor failed to complete are submitted a second time. Raises
-        PartsLostError if some parts are still missing after the second attempt.
+        PartsLostError if some parts of the sweep are still missing after the second attempt.
         """
         for _ in range(2):
             self._submit_all_parts(executor)
@@ -130,7 +130,7 @@ class SweepPartsRunner:
             raise KeyboardInterrupt
 
     def _mark_part_as_done(self, i: int, future: Future[int]) -> None:
-        """Count the tops of part i as computed if its file exists."""
+        """Add the tops of part i to the number of computed tops if the file of the part exists."""
         if future.cancelled():
             return
         tops = len(self.store.plan.list_tops_of_part(i))

@@ -79,9 +79,10 @@ class Source:
 
     @classmethod
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
-        """Return a source with one top for each combination of the given parameter values.
+        """Return a sweep source that contains one top for each combination of parameter values.
 
-        Each list of values becomes a dimension of the source, in the order of the arguments.
+        Each list of parameter values becomes a dimension of the array of tops, in the order of the
+        arguments.
         Parameters with a single value are the same for all tops. All parameters of Scene.vary
         except `body` are allowed. Raises TypeError and ValueError under the same conditions as
         Scene.vary.
@@ -119,8 +120,8 @@ class Source:
         them. For a vector parameter, the two bounds are the rows of an array. Parameters with a
         single value are the same for all tops. Each random value depends only on the seed, the
         index of the top and the parameter. All parameters of Scene.vary except `body` are allowed,
-        but inertia and attitudes must have a single value. Raises TypeError and ValueError under
-        the same conditions as Scene.vary.
+        but inertia and attitudes cannot be random and must be the same for all tops. Raises
+        TypeError and ValueError under the same conditions as Scene.vary.
 
         >>> import kreisel as kr
         >>> tops = kr.Source.random(kr.scenes.sleeping, 10**9, seed=7, spin=(0, 20), tilt=(0, 1))
@@ -206,7 +207,7 @@ class Source:
 
     @classmethod
     def of(cls, tops: Ensemble) -> Source:
-        """Return a source that consists of the tops of an ensemble."""
+        """Return a source of tops for a sweep, created from an ensemble."""
         check_type("tops", tops, Ensemble)
         if not tops.size:
             raise ValueError("an empty ensemble cannot be swept")
@@ -254,7 +255,8 @@ class Source:
     def _choose_validation_tops(self) -> Places:
         """Return the indices of the tops on which a plan is validated.
 
-        The selected tops are evenly spread over the source, and include the first and the last top.
+        The indices of the selected tops are evenly spaced, and include those of the first and the
+        last top of the source.
         If the tops are random, the first ones are selected, because all tops are statistically
         equivalent.
         """
@@ -269,7 +271,7 @@ class Source:
     ) -> Exception:
         """Return the error for the first invalid top, with the index of this top in its message.
 
-        If every top is valid on its own, the result is `common`, the error of the group as a whole.
+        If each top passes the validation on its own, return `common`, the error of the whole group.
         """
         while places.size > 1:
             middle = places.size // 2

@@ -73,7 +73,8 @@ def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
 def list_parameter_component_names(name: str, value: Shape) -> list[str]:
     """Return the names of the components of a parameter, such as momentum_x.
 
-    The shape of the parameter's value for a single top is passed as `value`.
+    The argument `value` is the shape of the parameter's value for a single top, such as (3,) for a
+    vector.
     """
     if not value:
         return [name]

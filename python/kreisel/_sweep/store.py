@@ -4,10 +4,11 @@ Each file is written under a temporary name and then renamed, so a file with its
 always complete. An existing part is valid if it belongs to the plan, was written by the same
 version of kreisel, and has a correct checksum.
 
-The names of part files are reserved; do not use them for other files in the folder. Invalid files
-that have the name of a part are replaced, and a warning is issued. Neither folders nor complete
-parts of a different plan are ever replaced, because they may be the results of long computations.
-All other files in the folder are left unchanged.
+The names of the part files are reserved; do not use them for other files in the folder of the
+sweep. If a file has
+the name of a part but invalid contents, it is replaced, and a warning is issued. Neither folders
+nor complete parts of a different plan are ever replaced, because they may be the results of long
+computations. All other files in the folder are left unchanged.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class SweepStore:
         return sorted(numbers)
 
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartResults:
-        """Read part i from its file, optionally only the columns in `names`.
+        """Read part `i` of the sweep from its file, or only the columns `names` of this part.
 
         If `names` is an empty list, the returned table has all columns but no rows. Raises
         ValueError if the file is damaged, or is not part i of this plan.
@@ -194,9 +195,9 @@ def _read_parameter_array(file: Path) -> Array:
 def create_or_open_sweep_store(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """Create the folder of a plan, or open the folder if it already exists.
 
-    Raises ValueError if the folder contains a different plan. Raises FileExistsError if the folder
-    is neither empty nor the folder of a sweep. Raises OSError if the folder cannot be written, and
-    ImportError if pyarrow is not installed.
+    Raises ValueError if the folder contains a sweep with a different plan. Raises FileExistsError
+    if the folder is neither empty nor the folder of a sweep. Raises OSError if the folder cannot be
+    written, and ImportError if pyarrow is not installed.
     """
     root = Path(os.path.abspath(folder))
     store = SweepStore(root, plan)

@@ -75,10 +75,11 @@ def sweep(
     of each part are determined, bit for bit, by the plan and the part number. A nonzero status
     means that the computation for the top failed.
 
-    Existing parts are verified by their checksums, and damaged parts are computed again. The names
-    of part files are reserved; do not use them for other files in the folder. Invalid files that
-    have the name of a part are replaced, and a warning is issued. Neither folders nor complete
-    parts of a different plan are ever replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
+    Existing part files are verified by their checksums, and damaged parts are computed again. The
+    names of part files are reserved; do not use them for other files in the folder. An invalid file
+    that has the name of a part file is replaced, and a warning is issued. Folders and complete
+    parts that belong to a different plan are never replaced. Requires pyarrow: pip install
+    'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
                all arguments up to part_size, and the scene (a name, a file or a table). It has one
@@ -149,7 +150,7 @@ def _select_nondefault_arguments(values: Mapping[str, Any]) -> dict[str, Any]:
 def _run_selected_parts(
     runner: SweepPartsRunner, part_range: range, threads: int, executor: Executor | None
 ) -> SweepResult:
-    """Compute parts of a sweep, and return the results of the whole sweep.
+    """Compute the selected parts of a sweep, and return the results of all parts that exist.
 
     Raises SweepInterrupted after Ctrl-C.
     """
@@ -184,7 +185,7 @@ def _make_sweep_plan(
 
 
 def _validate_part_range(parts: object, count: int) -> range:
-    """Validate and return the requested range of part numbers, by default that of all parts."""
+    """Validate and return the requested range of part numbers; the default is all parts."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:

@@ -114,7 +114,8 @@ class SweepPlan:
     def build_ensemble_of_tops(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with the given indices.
 
-        The ensemble on which the plan was validated is reused if it consists of the same tops.
+        The sample ensemble used to validate the plan is reused if it contains exactly the requested
+        tops.
         """
         places, ensemble = self.sample
         if len(places) == len(tops) and (places[0], places[-1]) == (tops[0], tops[-1]):
@@ -178,7 +179,7 @@ def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[
 def _list_varying_names_as_json(source: Source) -> list[str | list[Any]]:
     """Return the names of the varying parameters as JSON data.
 
-    The values of a parameter accompany its name unless the plan already contains them.
+    The values of a parameter are stored with its name unless the plan already contains them.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters_as_json([one])[0]

@@ -45,10 +45,12 @@ class SweepResult:
     columns  the names of the columns
     units    the dimension [M L T] of each column
 
-    Iteration yields each existing part as a mapping from column names to arrays. Raises ValueError
-    if a column is read while parts are missing. If partial=True was passed to kreisel.read_sweep,
-    only the existing parts are used. In a partial result, the column `result["top"]` contains the
-    indices of the tops. Damaged parts of a partial result are treated as missing.
+    Iteration over a SweepResult yields one mapping from column names to arrays for each existing
+    part of the sweep. Reading a column
+    raises ValueError if any part of the sweep is missing. If the sweep was opened with
+    partial=True, its missing parts are ignored. In a partial result, the column
+    `result["top"]` contains the indices of the tops. In a partial result, damaged part files are
+    treated as missing.
     """
 
     _store: SweepStore
@@ -60,7 +62,7 @@ class SweepResult:
 
     @cached_property
     def present(self) -> list[int]:
-        """The numbers of the existing parts; a partial result excludes damaged parts."""
+        """The numbers of the existing parts; with partial=True, damaged parts are excluded."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.determine_part_status(i) in (DONE, OLD)]
@@ -91,7 +93,7 @@ class SweepResult:
 
     @property
     def parts(self) -> int:
-        """The number of parts in the plan."""
+        """The number of parts into which the sweep is divided."""
         return self._store.plan.parts
 
     @property
@@ -140,7 +142,7 @@ class SweepResult:
         return values
 
     def _read_existing_parts(self, names: list[str] | None = None) -> Iterator[PartResults]:
-        """Return an iterator over the existing parts, optionally with only the columns in `names`.
+        """Return an iterator over the existing parts, limited to the columns `names` if given.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
@@ -156,13 +158,13 @@ class SweepResult:
         return (self._store.read_part(i, names) for i in self.present)
 
     def __iter__(self) -> Iterator[dict[str, Column]]:
-        """Yield each existing part as a mapping from column names to arrays."""
+        """Yield the results in each existing part as a mapping from column names to arrays."""
         for i in self.present:
             part = self._store.read_part(i)
             yield {**part.columns, **part.ragged}
 
     def part(self, i: int) -> dict[str, Column]:
-        """Return part `i` as a mapping from column names to arrays."""
+        """Return part `i` of the sweep as a mapping from column names to arrays."""
         number = as_int("the number of a part", i, 0)
         if number not in self._found:
             raise IndexError(f"there is no part {number}: the sweep has {len(self._found)} parts")
@@ -172,8 +174,8 @@ class SweepResult:
     def check(self) -> SweepResult:
         """Verify the checksums of all existing parts, and return this SweepResult.
 
-        Raises ValueError for the first damaged part. Raises FileExistsError if the name of a part
-        is used by a folder, or by a part of a different plan.
+        Raises ValueError for the first damaged part. Raises FileExistsError if a folder, or a part
+        of a different plan, has the file name of a part of this sweep.
         """
         for i in self._found:
             status = self._store.determine_part_status(i)
@@ -195,10 +197,10 @@ class SweepResult:
         return parts | ({MISSING: missing_numbers} if missing_numbers else {})
 
     def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
-        """Verify all parts whose files exist.
+        """Verify the files of all existing parts of the sweep.
 
-        Return a mapping from each status to the indices of its parts, and a list of the indices of
-        all existing parts.
+        Return a mapping from each status to the indices of the parts with this status, and a list
+        of the indices of all existing parts.
         """
         parts: dict[str, list[int]] = {DONE: []}
         numbers = []
@@ -213,8 +215,8 @@ class SweepResult:
     def events(self) -> EnsembleEvents | None:
         """The events of all tops, or None if no events were requested.
 
-        The events of tops in missing parts are omitted. If the task is "section", the value is
-        None, because the states are stored in columns instead. For each top, the column
+        The events of tops in missing parts of the sweep are omitted. If the task is "section", the
+        value is None, because the states are stored in columns instead. For each top, the column
         result["events"] contains the number of states recorded at events. The columns
         result["event_t"], result["event_q_w"] and so on contain the states of all tops.
         """
@@ -229,8 +231,8 @@ class SweepResult:
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
 
-        The entry `units` in the metadata of each field states the unit of the column. If a column
-        has several values per top, each cell contains a list.
+        The entry `units` in the metadata of each column states the physical unit of its values. If
+        a column has several values per top, each cell contains a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa

@@ -42,7 +42,7 @@ class SweepTask(Protocol):
 
     @property
     def as_json(self) -> dict[str, Any]:
-        """The task as a JSON object."""
+        """The task of the sweep as a JSON object."""
 
     def normalize_arguments(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
@@ -218,10 +218,10 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name i
 
 
 def build_task_from_arguments(task: object, arguments: Mapping[str, Any]) -> SweepTask:
-    """Return a task, given its name and its arguments.
+    """Return the task of a sweep that has the given name and arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
-    accept. An argument of a task cannot have different values for different tops.
+    accept. Every argument of a task has the same value for all tops of the sweep.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))

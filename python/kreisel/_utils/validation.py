@@ -124,7 +124,7 @@ def as_unit_name(name: str, value: object) -> str:
 def as_array(name: str, value: object, description: str) -> Array:
     """Convert `value` to a new array of doubles.
 
-    `description` is the description of the expected value in error messages.
+    Error messages describe the expected value by the text `description`.
     """
     # No array is masked unless numpy.ma is loaded; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
