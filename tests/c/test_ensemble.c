@@ -7,13 +7,15 @@
 
 enum { TOPS = 141, TIMES = 7 }; /* more tops than are set up together */
 
-/* Returns a body with three different moments and its centre of mass off the axes; every fourth
- * body is symmetric. Two of five bodies have a rotor. */
+/* Returns a body with three different moments and its centre of mass off the axes. Every fourth
+ * body is symmetric, two of five bodies have a rotor, and every seventh is described in other axes
+ * than its principal axes. */
 static kr_scene random_scene(int i)
 {
     kr_scene s = kr_scene_default();
     const kr_vec3 half = v3(uniform(0.2, 2.0), uniform(0.2, 2.0), uniform(0.2, 2.0));
     if (i % 4 != 3) kr_body_cuboid(1.0, half, random_vec(1.5), &s.body);
+    if (i % 7 == 6) s.body.axes = random_quat();
     s.gravity = uniform(-2.0, 3.0);
     s.start.q = random_quat();
     s.start.m = v_scale(s.body.inertia.x, random_vec(1.5));
