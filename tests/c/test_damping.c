@@ -241,8 +241,22 @@ static void test_growth_backward(void)
     NEAR(log(end.m.z) / (-0.1 * end.t), 1.0, 1e-9);
     kr_top_free(top);
 }
+/* Rotation about an axis without damping continues unchanged backward in time, although damping
+ * about the other axes, if it also acted about this one, would let the velocity grow without
+ * bound. */
+static void test_rotation_about_the_undamped_axis(void)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        const kr_vec3 along = v3(axis == 0, axis == 1, axis == 2);
+        const kr_scene s =
+            damped(v3(1.0, 1.25, 1.5), v3(along.x < 1.0, along.y < 1.0, along.z < 1.0), along);
+        const kr_state end = state_at(-900.0, &s, taylor(), (kr_config){.step = -0.1});
+        IS(memcmp(&end.m, &s.start.m, sizeof end.m) == 0);
+    }
+}
 int main(void)
 {
+    test_rotation_about_the_undamped_axis();
     test_growth_backward();
     test_half_momentum();
     test_overflow();
