@@ -651,6 +651,7 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
 /* clang-format off */
 #define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
     X(PLANNED,     "there is a plan")                                                             \
+    X(OTHER,       "it is another kind of top, or more than its weight acts on it")               \
     X(REST,        "the top is in equilibrium, or nearly")                                        \
     X(ROTATION,    "the top rotates uniformly about the vertical")                                \
     X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
@@ -685,9 +686,8 @@ typedef struct kr_kowalewski {
 /* Returns the size of the memory that kr_kowalewski_plan needs, in bytes. */
 KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution, stores it in `memory`, and sets `out` to its address. The
- * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD if the top is
- * damped, is not a Kowalewski top, or has no usable solution (see `refusal`). Solutions with
- * a `certificate` above `bound` are also refused; bound = 0 means KR_KOWALEWSKI_BOUND. */
+ * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD, with the reason
+ * in `refusal`, if no solution has a `certificate` below `bound` (0: KR_KOWALEWSKI_BOUND). */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
@@ -703,6 +703,7 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
 /* clang-format off */
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
+    X(OTHER,       "it is another kind of top, or more than its weight acts on it")               \
     X(VERTICAL,    "the angular momentum has a vertical component")                               \
     X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
     X(REST,        "the top is in equilibrium, or nearly")                                        \

@@ -1,4 +1,5 @@
-/* Stops a top whenever its axis is lowest. The times are exact, whatever the steps. */
+/* Stops a top whenever its axis is lowest. The times are as accurate as the states, whatever the
+ * steps. */
 #include <kreisel.h>
 #include <stdio.h>
 

@@ -1,4 +1,5 @@
-// The module of the binding. It contains no numerics, defaults or messages. Tables of the core
+// The module of the binding. It contains no numerics, and no messages except those for arrays of
+// the wrong shape. Tables of the core
 // become Python tables. States are an (n, 8) array that is shared, not copied; bodies and scenes
 // are blocks of bytes.
 #include <string>

@@ -1,11 +1,13 @@
-// Closed forms. Python stores a plan as an array of its doubles.
+// Closed forms. Python stores a plan as an array of its doubles, or as a TorusPlan if the motion is
+// on a torus.
 #include <algorithm>
 #include <memory>
 #include <vector>
 #include "results.hpp"
 #include "times.hpp"
 
-// Returns the members of a kr_exact or a kr_exact_map.
+// Returns the name of the status, the period, the mean rates and all doubles of a kr_exact or a
+// kr_exact_map.
 template <class Plan> static py::tuple planned(kr_status status, const Plan &plan)
 {
     static_assert(sizeof(Plan) % sizeof(double) == 0, "plain doubles");
@@ -154,8 +156,9 @@ static doubles torus_states_at(const torus_memory &plan, const doubles &turns)
     });
     return out;
 }
-// Calls use(i, scene) for the tops begin to end, until one is refused or the work is stopped.
-// Returns the index of this top, or `end`, and the status.
+// Calls use(i - begin, scene) for the tops i from begin to end, until one is refused or the work is
+// stopped. Returns the name of the status, and the index of the first top that is not done, or
+// `end`.
 template <class Use>
 static py::tuple each_of(const tops &all, size_t begin, size_t end, std::shared_ptr<work> with,
                          Use use)
@@ -264,8 +267,8 @@ static py::tuple exact_turning(const kr_scene &scene)
     if (status == KR_OK) std::copy(std::begin(row), std::end(row), out.mutable_data());
     return py::make_tuple(name_of(status), out, courses[course]);
 }
-// Writes the rows of the tops begin to end. Returns the index of the first top without turning
-// points, or `end`, and the status.
+// Writes the rows of the tops begin to end. Returns the name of the status, and the index of the
+// first top without turning points, or `end`.
 static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const py::object &rows,
                                 const py::object &numbers, const std::shared_ptr<work> &with)
 {

@@ -145,8 +145,9 @@ class run
         t.begin_at(now);
         return t.size() > 0 && t.are_below(most) && t.lead_from(forward * now, forward);
     }
-    // Records states with their tangents, the low words, and the largest last term of the series:
-    // (states, tangents, low words, rest). Up to 16 digits the low words of tangents are zero.
+    // Records states with their tangents. Returns the result for the states, the tangents, their
+    // low words, and the largest relative truncation error of the tangents. Up to 16 digits the low
+    // words of tangents are zero.
     py::tuple record_tangents(const doubles &t, bool low_too, const py::object &progress)
     {
         const turn mine(*this, true);

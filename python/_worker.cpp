@@ -115,7 +115,8 @@ class worker
     std::vector<std::unique_ptr<mover>> movers; // the first belongs to the calling thread
 
     // Starts all movers, each except the first on a thread of its own, as long as threads are
-    // available. The first thread to finish waits for the others and handles signals meanwhile.
+    // available. When the first mover is done, the calling thread waits for the others and handles
+    // signals meanwhile.
     void go(const task &asked)
     {
         std::vector<std::future<void>> others;

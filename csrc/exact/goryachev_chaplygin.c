@@ -339,6 +339,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     chaplygin_top top;
     across_way way;
     memset(head, 0, sizeof *head);
+    head->refusal = KR_CHAPLYGIN_OTHER;
     kr_status status = check_torus_scene(scene, KR_KIND_GORYACHEV_CHAPLYGIN, own);
     if (status != KR_OK) return status;
     const kr_vec3 m = scene->start.m;

@@ -159,6 +159,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     kowalewski_top top;
     across_way way;
     memset(head, 0, sizeof *head);
+    head->refusal = KR_KOWALEWSKI_OTHER;
     kr_status status = check_torus_scene(scene, KR_KIND_KOWALEWSKI, own);
     if (status != KR_OK) return status;
     head->mismatch = mismatch_of(&scene->body, 2.0);

@@ -62,8 +62,8 @@ static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1,
     return eighth_turn(k1 * b->first[i] + k2 * b->second[i] +
                        (is_imaginary(sum, b->second[i]) ? 2 : 0));
 }
-/* Appends a linear combination of classes of theta terms to the list if it is linearly independent
- * of the combinations already in the list. */
+/* Appends the part of a linear combination that is orthogonal to the combinations already in the
+ * list, unless this part is too small. */
 static void append_combination(dual_basis *b, int *found, const double weight[])
 {
     double rest[CLASSES], size = 0.0, left = 0.0;
@@ -148,7 +148,8 @@ static double distance_to_cell(const double bend[3], double k1, double k2)
     return bend[0] * (x - k1) * (x - k1) + bend[2] * (y - k2) * (y - k2) +
            2.0 * bend[1] * (x - k1) * (y - k2);
 }
-/* Returns the negative logarithm of the magnitude of one term of a dual theta sum. */
+/* Returns the negative logarithm of the magnitude of the coefficient of one term of a dual theta
+ * sum. */
 static dd exponent_of_term(const dual_work *d, const dual_term *n)
 {
     const dd a = dd_times(n->k1 * n->k1 / 16.0, dd_of(d->bend[0])),
@@ -169,7 +170,7 @@ static int scale_dual_terms(dual_work *d)
            d->lift + first + second < 340.0;
 }
 /* Lists the terms of the dual theta sums that are significant at some point of the torus. Returns 0
- * if the array of terms is too small, or if a term would exceed the range of doubles. */
+ * if an array is too small for the terms, or if a term would exceed the range of doubles. */
 static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
 {
     const double pi = 3.14159265358979323846, det = m->b11 * m->b22 - m->b12 * m->b12,

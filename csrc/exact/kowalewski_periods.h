@@ -118,8 +118,9 @@ typedef struct path_part {
 } path_part;
 
 /* Adds the contribution of one node u of the double exponential rule to the integrals of dt/dx and
- * (w - base) dt/dx. With y = exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 +
- * y) on a segment. Returns 0 if the contribution of the quadrature node is negligible. */
+ * (w - base) dt/dx. With y = exp(pi sinh u), tan^2(x/2) is y on a whole path; on a segment,
+ * tan^2(x/2), or cot^2(x/2) if it runs backwards, is `most` * y/(1 + y). Returns 0 if the
+ * contribution of the quadrature node is negligible. */
 static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2], double size[2])
 {
     const double pi = 3.14159265358979323846;
@@ -221,7 +222,7 @@ static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
     const double scale = sqrt(sqrt(least * most)) / cx_abs(way);
     return path_between(o, i, 1, cx_scale(-scale, from), cx_of(1.0, 0.0));
 }
-/* Returns the path from the real root with index i to the next lower real root. */
+/* Returns the path from the i-th real root in ascending order to the next lower real root. */
 static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
 {
     const int high = o->order[i], low = o->order[i - 1];
@@ -287,7 +288,8 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
     return 1;
 }
-/* Returns the straight integration path from a branch point e to the point e + way. */
+/* Returns the straight integration path that starts at a branch point e and passes through the
+ * point e + way. */
 static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx way)
 {
     kowalewski_path p = {
@@ -300,7 +302,7 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
     finish_path(&p, 1.0);
     return p;
 }
-/* Adds to b the integral from the end point of the arc that contains w1 to a real pole. The
+/* Adds to b half the integral from the end point of the arc that contains w1 to a real pole. The
  * integration path starts at the nearest real root that is larger than the pole. If the pole lies
  * to the left of a pair of complex roots, the path of integration starts at one of these roots
  * instead. The

@@ -91,7 +91,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
         out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
         const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* The ratio S/T = x/y of two theta sums can be computed from two formulas. The terms of the
+        /* The ratio S/T = y/x of two theta sums can be computed from two formulas. The terms of the
          * first one vanish where y[5] = -1, and those of the second one where y[5] = 1. */
         if (y[5].hi > 0.0) {
             out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
@@ -205,8 +205,8 @@ static void widen(kr_theta_sums *plan, const int most[2])
     for (int j = 0; j < 2; j++)
         if (most[j] > plan->wide[j]) plan->wide[j] = most[j];
 }
-/* Computes all theta sums of a Kowalewski top, and stores them in `plan`. Returns 0 if memory is
- * insufficient or if a theta sum has too many terms. */
+/* Computes all theta sums of a Kowalewski top, and stores them in `plan`. Returns 0 if a theta sum
+ * has more terms or rows than the arrays can hold. */
 static int fill_sums(kr_theta_sums *plan, theta_work *t)
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -233,7 +233,8 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
     }
     return 1;
 }
-/* Appends the terms of a dual theta sum to the solution, grouped into rows of equal k1. Returns 0
+/* Appends the terms of a dual theta sum to the solution, grouped into rows of equal k1 and equal k2
+ * modulo 4. Returns 0
  * if the array of terms or the array of rows is full. */
 static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual_work *d, int sum,
                             int *rows, int *terms)

@@ -1,6 +1,6 @@
 /* States of a Kowalewski top at given points of its torus, in double-double precision (Koetter,
  * Acta Math. 17 (1893) 209). For each root e of phi and each arc j, let g be a square root of +-(w
- * - e). With L = 1/((e - e')(e - e'')), A^2 = 2 (e + h) and B = l/A,
+ * - e) D. With L = 1/((e - e')(e - e'')), A^2 = 2 (e + h) and B = l/A,
  *     G = +- g1 g2,   a = sum L A G,   p = -sum L B G / a,   q = -d1 d2 / a,
  *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
  *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
@@ -13,7 +13,7 @@
 #define KR_KOWALEWSKI_SAMPLES_H
 #include "kowalewski_averages.h"
 
-enum { SAMPLES_EACH = 6, SAMPLE_STEPS = 16 /* samples between 0 and pi */, ORDER = 12 };
+enum { SAMPLES_EACH = 6, SAMPLE_STEPS = 16 /* steps between 0 and pi */, ORDER = 12 };
 
 typedef struct kowalewski_roots {
     cdd la[3], lb[3]; /* L A, L B */
@@ -192,7 +192,7 @@ static double miss_of(const dd got[6], const dd want[6])
     return most;
 }
 /* Determines the signs of the five square roots by comparison with a single state of the top. Only
- * one combination of signs should reproduce the angular velocity components p and q of this state.
+ * one combination of signs should reproduce p, q, r and g3 of this state.
  * Returns the error of the reconstructed state for the combination of signs that fits best. */
 static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
                          const dd state[6])
@@ -229,8 +229,8 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
 /* Determines the signs of the square roots and the initial angles on the torus. These signs are
  * determined at the first state at which w1 and w2 are not close to the ends of their arcs. If w1
  * or w2 moves very slowly, no such state may be found; points closer to the ends of the arcs are
- * then accepted. The returned error is divided by the state's rate of change, because errors in the
- * angles of a slow motion change the state only slightly. */
+ * then accepted. The returned error is divided by the state's rate of change if this rate is below
+ * 1, because errors in the angles of a slow motion change the state only slightly. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

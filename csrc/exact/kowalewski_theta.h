@@ -1,12 +1,12 @@
 /* The coefficients of the theta sums of a Kowalewski top. With n = (k1, k2)/2, up to a constant
  * factor for each class of n, the coefficients are
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
- * with beta = 0 for P, Q and R. The class and the sign of each term of a theta sum depend on how
- * the real roots of phi and the numbers k and -k are ordered. A theta sum need not contain terms of
- * every class. The rules were found numerically and have not been proved. The study
- * validation/studies/torus_accuracy.py tests these rules on 1e6 random tops. A solution is rejected
- * if its theta sums do not reproduce known states of the top. The constants of S and T are the null
- * vector of the equations
+ * with beta = 0 for P, Q and R, and without the factor i for Q. The class and the sign of each term
+ * of a theta sum depend on how the real roots of phi and the numbers k and -k are ordered. A theta
+ * sum need not contain terms of every class. The rules were found numerically and have not been
+ * proved. The study validation/studies/torus_accuracy.py tests these rules on 1e6 random tops. A
+ * solution is rejected if its theta sums do not reproduce known states of the top. The constants of
+ * S and T are the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constant factors of the theta sums P, Q and R are determined by
  * linear least squares.
@@ -349,7 +349,7 @@ static void find_velocity(theta_work *w, const int sum[2], int which)
     for (int index = 0, at = 0; index < CLASSES; index++)
         constant[index] = has_class(w->kind, sum[which], index) ? solution[at++] : 0.0;
     /* After the reflections, the elements of the right-hand side beyond the columns are the
-     * residuals. */
+     * reflected residual, whose length is unchanged. */
     for (int i = m->columns; i < m->rows; i++) miss = fmax(miss, fabs(right[i]));
     w->misfit = fmax(w->misfit, miss / most);
 }

@@ -2,7 +2,8 @@
  * z), alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
- * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top). All quantities that grow
+ * (Klein and Sommerfeld, Theorie des Kreisels). For torque-free tops (Jacobi), beta contains theta4
+ * instead of theta2, and the momentum is constant. All quantities that grow
  * with time are double-doubles, so that the errors of states do not grow. The common denominator
  * theta4(X) cancels when q is normalized.
  *

@@ -1,6 +1,7 @@
 /* The private layout of kr_exact, kr_exact_map and kr_turning. The public header declares only the
  * first members of each type and reserves memory for the rest, so programs do not depend on the
- * layout. Only dispatch.c uses the public types; all other files use the types of this header. */
+ * layout. In this directory, only dispatch.c uses the public types; all other files use the types
+ * of this header. */
 #ifndef KR_EXACT_LAYOUT_H
 #define KR_EXACT_LAYOUT_H
 #include <stddef.h>
@@ -27,8 +28,8 @@ typedef struct kr_exact_form {
     double begin;                    /* [T] */
     double curve;                    /* the kind of the series (lane_types.h) */
     kr_phase nutation, first, second;
-    /* For series in the dual nome: pi K/K' in two words, and the slopes of the phases of alpha and
-     * beta. */
+    /* For series in the dual nome: pi K/K', or half of it for torque-free bodies, in two words, and
+     * the slopes of the phases of alpha and beta. */
     double stretch, stretch_rest, slope[2];
     kr_theta alpha, beta, horizontal;
     double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */

@@ -26,7 +26,7 @@ typedef struct map_link {
     double sign;           /* sign of 1 + b s */
 } map_link;
 /* Parameters of the elliptic functions that describe the states of the Bobenko-Suris map. The phase
- * increases by 2 pi in each period. */
+ * increases by pi in each period of the nutation. */
 typedef struct map_curve {
     dd k2, kp2, mean, ratio; /* k^2, k'^2, agm(1, k'), K'/K */
     dd eta, y1, y2;          /* growth of the phase in a step; imaginary parts of the arguments */

@@ -22,7 +22,7 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     const wide enough = wide_splat(1e-8);
     dd a = dd_splat(1.0), g = kp, p[2], q[2];
     mask live = wide_equal(enough, enough);
-    wide apart = wide_splat(0.0); /* (a - g)/2 at the last step */
+    wide apart = wide_splat(0.0); /* (a - g)/2 before the latest averaging */
     for (int i = 0; i < n; i++) {
         p[i] = start[i]; /* p[i] holds p_n^2. */
         q[i] = sum[i] = dd_splat(1.0);
@@ -43,7 +43,7 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
         live = mask_and(live, again);
         if (mask_any(live)) g = dd_choose(live, dd_sqrt(ag), g);
     }
-    /* The last step uses a g = a^2 (1 - rest / 2), with rest = (a - g)^2 / 4 a^2. */
+    /* The last step uses a g = a^2 (1 - rest / 2), with rest = (apart / a)^2. */
     const wide part = apart / a.hi, rest = part * part;
     for (int i = 0; i < n; i++) {
         const dd square = dd_square(a);
@@ -120,9 +120,9 @@ static inline wide third_of_angle(wide c)
     }
     return x;
 }
-/* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: if there are three real roots, the one
- * farthest from the other two. Sets `top` to 1 if the isolated root is the largest, and to 0 if it
- * is the smallest. */
+/* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0, the one farthest from the other two. All
+ * three roots must be real up to rounding errors. Sets `top` to 1 if the isolated root is the
+ * largest, and to 0 if it is the smallest. */
 static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),

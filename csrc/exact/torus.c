@@ -1,5 +1,6 @@
 /* The public functions of the closed-form solutions for Kowalewski and Goryachev-Chaplygin tops.
- * Each function calls the code for the widest instruction set that the processor supports. All
+ * The functions that compute solutions and states call the code for the widest instruction set that
+ * the processor supports. All
  * instruction sets give bitwise equal results. */
 #include <math.h>
 #include "goryachev_chaplygin.h"

@@ -83,7 +83,8 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Sets the members of kr_turning_form that do not depend on the turning points, in internal units.
+/* Sets the members of kr_turning_form that do not depend on the turning points, in internal units,
+ * and sets both extreme angles to the initial nutation.
  * Gravity must point downwards. The argument `rotor` is the momentum of an axial rotor divided by
  * I3. */
 static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)

@@ -4,8 +4,9 @@
  * where W and P are the angular velocity and the vertical in the body frame, and h is the momentum
  * of the rotor. Neither method conserves any integral of the motion. This file uses GSL's step and
  * control objects, but not gsl_odeiv2_evolve. Unlike gsl_odeiv2_evolve, this file makes each step
- * size exactly equal to the difference between the end and the start time of the step. The end time
- * of a step may be infinite. A failed step does not change the state of the motion. */
+ * size exactly equal to the difference between the end and the start time of the step. The time
+ * limit `until` of a step may be infinite. A failed step does not change the state of the motion.
+ * */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>

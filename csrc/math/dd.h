@@ -11,7 +11,7 @@
 #include "isa.h"
 
 /* dd_part is the type of hi and lo. dd_truth is the type of the result of a comparison between two
- * numbers of this type. */
+ * values of type dd_part. */
 #if defined KR_DD_LANES
 #  include "simd.h"
 typedef wide dd_part;

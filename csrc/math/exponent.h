@@ -1,6 +1,6 @@
 /* The fraction and the exponent of a double, extracted from its bits. The functions in this file
- * return the same results as frexp and ldexp of libm in a fifth of the time. Zero, subnormal,
- * infinite and NaN arguments are passed to libm. */
+ * return the same results as frexp and ldexp of libm in a fifth of the time. The function
+ * fraction_of passes zero, subnormal, infinite and NaN arguments to libm. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H
 #include <math.h>

@@ -90,7 +90,7 @@ static inline int kr_has_avx2(void)
 }
 #endif
 #if defined KR_WITH_AVX512
-/* Returns 1 if the processor supports the level x86-64-v4. */
+/* Returns 1 if the processor supports AVX2, FMA, and the parts F, VL and DQ of AVX-512. */
 static inline int kr_has_avx512(void)
 {
     return kr_has_avx2() & (__builtin_cpu_supports("avx512f") != 0) &

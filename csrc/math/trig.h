@@ -43,7 +43,8 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     turns = x * 0.63661977236758138 + to_integer;
     memcpy(&quadrant, &turns, sizeof quadrant);
     turns -= to_integer;
-    /* pi/2 is split into parts of 33 bits (from fdlibm), whose products with `turns` are exact. */
+    /* pi/2 is split into three parts (from fdlibm); the first two have 33 bits, so their products
+     * with `turns` are exact. */
     r = ((x - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
         turns * 2.02226624879595063154e-21;
     cos_sinc_small(r * r, &c, &s);

@@ -70,8 +70,8 @@ static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE]
     return sqrt(sum / (double)GBS_SIZE);
 }
 
-/* Computes T(row, 1). Returns 0 if a substep changes the derivatives by more than twice their norm,
- * because the extrapolation would then diverge. */
+/* Computes T(row, 1). Returns 0 if the first substep of row 1 or 2 changes the derivatives by more
+ * than twice their norm, because the extrapolation would then diverge. */
 static inline int gbs_midpoint(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
@@ -139,8 +139,8 @@ static inline int gbs_converge(gbs_attempt *a, int from, int target)
     return GBS_REJECTED;
 }
 
-/* Returns the row of the extrapolation tableau that needs the least work per unit of integrated
- * time. */
+/* Returns the row of the extrapolation table that is expected to need the least work per unit of
+ * time in the next step. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;
@@ -161,8 +161,8 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
 {
     const int row = a->row, best = gbs_best_row(a, target, rejected);
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
-    /* A row that has not been computed is assumed to need the same work per unit of time as the
-     * last computed row. */
+    /* The step size of a row that has not been computed follows from the costs of the rows, as in
+     * ODEX. */
     if (best > row) next.h *= gbs_cost(row < target ? best + 1 : best) / gbs_cost(row);
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;

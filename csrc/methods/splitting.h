@@ -7,8 +7,8 @@
  * about N, about T, and about N again. For an asymmetric body, the local error of the drift is of
  * third order in the step size. The local error is smallest if B is the principal axis with the
  * intermediate moment of inertia. A rotor with momentum h changes the rates of rotation by
- * constants, such as -h_N / I_N about the axis N. If the body has a rotor, the drift contains an
- * additional rotation about the principal axis B.
+ * constants, such as -h_N / I_N about the axis N. For a body with a rotor, the drift generally
+ * contains two additional rotations about the principal axis B.
  * The drift of a symmetric body remains exact if the rotor momentum is along the symmetry axis T.
  * Sums are compensated: the rounding error of each sum is stored and added to the next sum (Kahan
  * 1965). With compensated sums, rounding errors affect the energy only through the small changes of
@@ -83,7 +83,8 @@ static inline splitting_body splitting_body_of(const splitting *s)
 }
 /* Rotates by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of the axes.
  * The arguments mj and mk are the components of the momentum along axes j and k. The arguments w,
- * ri, rj and rk are the components of the accumulated rotation. */
+ * ri, rj and rk are the components of the deviation r of the accumulated rotation from the
+ * identity. */
 static inline void splitting_turn(double half, double *mj, double *mk, double *w, double *ri,
                                   double *rj, double *rk)
 {
@@ -125,7 +126,8 @@ static inline void splitting_rotate(splitting *s, const splitting_body *b, doubl
     s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);
     s->q.z = splitting_sum(s->q.z, change.z, &s->low_q.z);
 }
-/* Returns 1 if the drift reproduces the torque-free motion of a body with a rotor exactly. */
+/* Returns 1 if the drift reproduces the torque-free motion of the body, including any rotor,
+ * exactly. */
 static inline int splitting_is_exact(const splitting *s)
 {
     return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;

@@ -4,8 +4,8 @@
  * coincide. */
 #include "body.h"
 
-/* Returns 1 if the moments satisfy the triangle inequality up to a relative tolerance: the larger
- * of `rounded` and KR_INPUT_RTOL. */
+/* Returns 1 if the moments are positive and satisfy the triangle inequality up to a relative
+ * tolerance: the larger of `rounded` and KR_INPUT_RTOL. */
 static int moments_are_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);

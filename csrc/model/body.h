@@ -10,7 +10,8 @@ typedef struct kr_working {
      * moment. */
     kr_quat axes;
     kr_vec3 inertia, com, damping, rotor;
-    int tilted; /* nonzero: T of a spherical body was rotated to pass through com */
+    int tilted; /* nonzero: T of a spherical body was rotated to pass through com, or along the
+                 * rotor */
 } kr_working;
 /* Returns the axes used for a damped body, and the inertia, centre of mass, damping and rotor along
  * these axes. A spherical body with unequal components of `damping` keeps its principal axes,

@@ -1,7 +1,7 @@
 /* Names and descriptions of status codes, kinds of tops and method flags, generated from the lists
- * in kreisel.h. All strings of a table are members of one struct, and the table contains their
- * offsets in this struct. An offset takes less memory than a pointer, and needs no relocation when
- * the library is loaded. */
+ * in kreisel.h. Except for the names of kinds, all strings of a table are members of one struct,
+ * and the table contains their offsets in this struct. An offset takes less memory than a pointer,
+ * and needs no relocation when the library is loaded. */
 #include <stddef.h>
 #include <string.h>
 #include "kreisel.h"

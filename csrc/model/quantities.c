@@ -236,7 +236,7 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const double weight = scene->body.mass * scene->gravity;
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    /* The Bobenko-Suris map does not apply to tops on moving supports. */
+    /* The Bobenko-Suris map does not apply to bodies with rotors or on shaken supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
     return kinetic_at_rest(scene, s) +
            weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +

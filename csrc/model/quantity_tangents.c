@@ -200,7 +200,8 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
-/* Returns dv plus the change of the vector v due to a small rotation about axis 3. */
+/* Returns dv plus the change of the components of v due to a small rotation of the axes about axis
+ * 3. */
 static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);

@@ -1,7 +1,7 @@
 /* Modified rates and the conserved energy of the fourth-order map bobenko_suris4. The units are
- * chosen such that the moment of inertia I1 is 1. All energies exclude the rotational energy about
- * the symmetry axis. Let u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible torque, and b =
- * e^2 g / 4. The map with step e
+ * chosen such that the moment of inertia I1 is 1. All energies are those of a top with I3 = I1, so
+ * c^2 (1/I3 - 1)/2 is missing for other tops. Let u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest
+ * possible torque, and b = e^2 g / 4. The map with step e
  *     half kick m += (e/2) V'(u) e3 x a,    a' = Cay(e m) a,    half kick,
  *     V'(u) = g (1 - b u) / (1 + b^2 u^2)
  * conserves c, l and

@@ -21,8 +21,8 @@ typedef struct kr_pull {
 /* Returns the mass, the gravity and the vector `com`, scaled by powers of two. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Returns the kind (integrable case) of a top. Without gravity, a top is a torque-free body
- * regardless of its centre of mass. */
+/* Returns the kind (integrable case) of a top. Without gravity, a top counts as a torque-free body
+ * regardless of its centre of mass and of any shaking of its support. */
 kr_kind kr_scene_kind(const kr_scene *scene);
 /* If KR_NO_SUPPORTS is defined, the Taylor method omits the terms for friction and moving supports,
  * and refuses scenes that need them. */

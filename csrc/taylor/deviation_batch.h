@@ -1,6 +1,6 @@
 /* Implements the types and operations of deviation.h for batches of eight tangents. Each lane of a
- * vector holds one tangent. A triple consists of three hardware vectors, one for each axis, so
- * cyclic permutations cost nothing. The even terms of a Cauchy product are summed before the odd
+ * vector holds one tangent. A triple consists of three vectors, one for each axis, so cyclic
+ * permutations cost nothing. The even terms of a Cauchy product are summed before the odd
  * ones, because there are too few vector registers to sum both at once. */
 #include "tangents.h"
 

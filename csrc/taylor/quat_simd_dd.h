@@ -38,9 +38,9 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
 #endif
 
 /* DOUBLED defines a type D, whose members are a high-order and a low-order word of type T, and the
- * arithmetic operations on D. For speed, fma returns an unnormalized result, in which |lo| may be a
- * few units in the last place of hi. The operations mul and store normalize their double-double
- * results, so that |lo| is at most half a unit in the last place of hi. */
+ * arithmetic operations on D. For speed, add and fma return unnormalized results, in which |lo| may
+ * be a few units in the last place of hi. The operations mul and store normalize their
+ * double-double results, so that |lo| is at most half a unit in the last place of hi. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \

@@ -242,8 +242,8 @@ static double log2_size(const kr_series *s, int n)
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the largest step size for which the Taylor terms n - 1 and n do not exceed the
- * tolerance. */
+/* Returns log2 of the largest step size h for which h^n times the coefficients n - 1 and n does not
+ * exceed the tolerance. */
 static double log2_step(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_size(s, n)) / n, (log2_tol - log2_size(s, n - 1)) / n);
@@ -264,8 +264,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
-    /* Clear the low words of the terms after the head, which refine_limit reads although they are
-     * not computed. */
+    /* Clear the low words of the terms after the head, which refine_limit reads although the
+     * evaluation of the series ignores them. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;

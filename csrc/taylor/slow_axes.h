@@ -30,7 +30,7 @@ enum {
  * three axes are strongly damped, the smaller factor STRONG_ALONE is used instead of STRONG. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
-/* An angular velocity below TINY_VELOCITY times the damping rate counts as zero. */
+/* An angular velocity below TINY_VELOCITY, in the units of the series, counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
 /* Errors of an angular velocity are relative to its magnitude, or to NEGLIGIBLE times the largest
@@ -46,7 +46,8 @@ enum {
 #define LOG_OF_2 0.6931471805599453
 
 /* Data of the strongly damped axes, in the units of the motion. `rate` is the largest rate of the
- * motion on the slow manifold, and `fall` is the largest rate at which the top falls over. */
+ * motion on the slow manifold, and `fall` is the largest rate at which the top falls over or its
+ * support shakes. */
 typedef struct held_directions held_directions;
 typedef struct slow_axes {
     int is_slow[3], has_rotor, turns, shakes, slides;

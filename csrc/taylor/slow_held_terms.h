@@ -64,7 +64,8 @@ static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
     for (int j = 0; j < 3; j++) moved = fmax(moved, fabs(high(minus(s->c[ROW_U + j][n], last[j]))));
     return moved;
 }
-/* Performs one iteration, which recomputes all Taylor coefficients of the motion. */
+/* Performs one iteration, which recomputes all Taylor coefficients except those of the attitude.
+ * Returns the largest change of a coefficient of U of order at most `order` / 2. */
 static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
                                  const NAME(directions) * held, int order)
 {

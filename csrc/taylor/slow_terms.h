@@ -222,7 +222,8 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold in a Taylor series about the end of the last step. The
- * error of the Taylor series is at most `noise` times the magnitude of W. Returns 0 if the
+ * iteration ends when no coefficient of low order changes by more than `noise` times the strongly
+ * damped angular velocity. Returns 0 if the
  * iteration does not converge, or if the motion has not reached the slow manifold. On failure, sets
  * `wait` to the time after which the expansion should be tried again. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,

@@ -3,8 +3,9 @@
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
- * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
- * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g is
+ * where y, E, d and g are the derivatives of the rotor, of O, of the apex a, and of the friction
+ * torque f. The lever per unit of acceleration is b, and the acceleration is k; the parameter
+ * decides which of the two is replaced by its derivative. While friction holds the top, g is
  * chosen such that the spin <U, a> of the perturbed motion remains zero. This source file is
  * included once for doubles and once for double-doubles. */
 

@@ -11,7 +11,8 @@ static inline int kr_support_moves(const kr_scene *scene)
     return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns an upper bound on the rates at which the support moves, the friction changes and the top
- * rotates. W is the current angular velocity. Returns 0 if the series does not need the terms of
+ * rotates. W is the current angular velocity. If `is_held` is nonzero, the change of the friction
+ * is not counted. Returns 0 if the series does not need the terms of
  * support.h. If the shaking of the support later increases the energy, kr_support_step adjusts the
  * unit of time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
@@ -41,8 +42,8 @@ double kr_support_friction(const kr_motion *motion, double rate);
 double kr_support_sliding(const kr_series *s);
 /* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes to `factor`
  * the factor that kr_support_jump_tangents needs. `factor` is NaN if the top starts without spin
- * and friction cannot hold the top. If the spin is zero, the direction of the friction depends on
- * the sign of the perturbation. */
+ * and friction cannot hold the top, because the direction of the friction then depends on the sign
+ * of the perturbation. */
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Computes the next step. With friction, the step ends at the latest when the spin vanishes or
  * friction can no longer hold the top. */

@@ -96,8 +96,9 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.holds = path->holds != 0.0;
     return data;
 }
-/* Computes the coefficients of the factor k (support_deviation.h), which is the acceleration of the
- * support or its derivative with respect to the amplitude, rate or phase of the shaking. */
+/* Computes the coefficients of the factor k (support_deviation.h), which is the effective
+ * acceleration or its derivative with respect to gravity or to the amplitude, rate or phase of the
+ * shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

@@ -37,7 +37,7 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 }
 /* Returns the number of batches of tangents, which precede the remaining single tangents in memory.
  * Tangents are bitwise equal whether computed in batches or one by one, so a small build can omit
- * batches. Tangents of tops on moving supports are never combined in batches. */
+ * batches. Tangents of tops with friction or on moving supports are never combined in batches. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -173,7 +173,8 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Stores a symmetric matrix by rows, given its elements xx, yy, zz, yz, zx, xy. */
+/* Stores a symmetric matrix as its three cyclic diagonals, given its elements xx, yy, zz, yz, zx,
+ * xy. */
 static void put_rows(double rows[3][4], const double B[6])
 {
     v_put(rows[0] + 1, v3(B[0], B[1], B[2]));
@@ -229,8 +230,8 @@ static void pass_stop(const kr_motion *motion, double *memory, size_t n)
         kr_support_jumps(motion, order_of(motion), &factor))
         kr_support_jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
 }
-/* Returns 1 if the support moves, or if a tangent is a derivative with respect to a parameter of
- * the support motion. */
+/* Returns 1 if there is dry friction, if the support moves, or if a tangent is a derivative with
+ * respect to a parameter of the support motion. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
     if (!KR_HAS_SUPPORTS) return 0;
@@ -400,8 +401,8 @@ static double expand_next_part(const kr_motion *motion, double *memory, size_t n
     return expand_part(motion, memory, n);
 }
 /* Propagates all tangents over the last step of the path. Returns the largest relative truncation
- * error of all substeps. Returns INFINITY if a tangent overflows, or if a substep cannot be made
- * short enough. */
+ * error of all substeps. Returns INFINITY if a tangent overflows, if a substep cannot be made short
+ * enough, or if MAX_PARTS substeps do not suffice. */
 static double propagate_over_parts(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);

@@ -3,7 +3,7 @@
  * consists of two vectors in the body frame: a rotation vector theta, which changes the attitude q
  * by q theta / 2, and the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
- *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
+ *     N' = N x W + (c x theta) x P + P x b + (D W) x theta - D (theta' - theta x W) - F W
  *
  * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
  * to the parameter of the tangent. B and F are symmetric matrices. On moving supports, the

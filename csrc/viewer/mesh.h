@@ -27,17 +27,17 @@ typedef struct kr_trail {
 } kr_trail;
 
 /* Returns a cuboid with the same inertia, mass and centre of mass as the body. For an unphysical
- * body, the cuboid has only the same inertia and the same product of mass and centre of mass. The
- * density of the cuboid is 1 if possible; otherwise, the function returns the largest possible
+ * body, the cuboid has only the same inertia and the same product of mass and centre of mass. In
+ * this case, its density is 1 if possible; otherwise, the function returns the largest possible
  * cuboid. If no suitable cuboid exists, the function returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
-/* Writes upper bounds on the momentum and the angular velocity, which determine the scale of the
- * picture. The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest
- * possible loss of potential energy. Here I is the largest moment of inertia, and the energies
- * refer to the inertial frame. The angular velocity is bounded by (|m| - |rotor|) / I plus the
- * angular speed of the support. The bounds are never smaller than the magnitudes of the initial
- * momentum and the initial angular velocity. A bound of zero, as for a top that cannot move, is
- * replaced by 1. */
+/* Writes an upper bound on the momentum and an estimate of the largest angular velocity, which
+ * determine the scale of the picture. The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <=
+ * initial kinetic energy + largest possible loss of potential energy. Here I is the largest moment
+ * of inertia, and the energies refer to the inertial frame. The angular velocity is the bound on
+ * (|m| - |rotor|) / I plus the angular speed of the support; rotations about axes of smaller
+ * moments may exceed it. Both numbers are at least the magnitudes of the initial momentum and the
+ * initial angular velocity. A value of zero, as for a top that cannot move, is replaced by 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points of the trail are up
  * to 2 % closer to the centre of the sphere. Returns the number of points written, which is at most

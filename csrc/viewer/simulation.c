@@ -103,7 +103,7 @@ static void halve_record(kr_simulation *simulation)
     simulation->stride *= 2;
 }
 /* Returns 1 if the current time is a sample time. Each interval between two rows of the record
- * contains `times` equidistant sample times. */
+ * contains up to `times` equidistant sample times, at which all tops have a state. */
 static int is_sample_time(const kr_simulation *simulation, int times)
 {
     const int64_t part = simulation->stride / times;

@@ -41,7 +41,8 @@ enum {
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
     /* The step budget: in a call for n steps of the simulation, the methods perform at most
-     * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps. A call for a few steps
+     * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps, plus up to 256 steps between
+     * two checks. A call for a few steps
      * therefore returns within milliseconds, even if a top rotates very fast. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
@@ -114,8 +115,8 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
  * If no floor is set, the height of the apex does not end the motion. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
- * `most` integration steps in total for all tops. Returns the time reached. Sets `is_late` if the
- * step budget is exhausted within a step. The next call of kr_simulation_advance continues the
+ * `most` steps of the simulation in total for all tops. Returns the time reached. Sets `is_late` if
+ * the step budget is exhausted within a step. The next call of kr_simulation_advance continues the
  * interrupted step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measured values of top i. All values are NaN if the computation for the top

@@ -71,7 +71,7 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
 
 /* Returns six numbers for a symmetric top: smallest and largest nutation, critical spin, mean
  * precession, period of the nutation, and spin. The period is NaN if it is infinite or unknown.
- * Returns NULL if the top is not symmetric. */
+ * Returns NULL if kr_exact_turning does not apply to the scene. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_turning turning;

@@ -1,7 +1,8 @@
 """Conversion of the package's plain-text docstrings to reST.
 
 A paragraph of lines "name  description" becomes a definition list, and an indented paragraph
-becomes a code block. `kreisel.name` becomes a link. All other text is unchanged.
+becomes a code block. `kreisel.name` becomes a link if the name is public. Lists and text in
+backquotes are converted, and other reST markup is escaped.
 """
 
 import inspect
@@ -120,5 +121,5 @@ def bases(app, name, thing, options, found):
 
 
 def skip_member(app, what, name, thing, skip, options):
-    """Skip members that every class has."""
+    """Skip the methods `count` and `index`, which named tuples inherit from tuple."""
     return True if name in {"count", "index"} and inspect.ismethoddescriptor(thing) else None

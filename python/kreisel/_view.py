@@ -146,13 +146,15 @@ def view(
     methods  one to three methods that the viewer starts with; by default, taylor for bodies with
              rotors and for tops with damping, friction or turning supports, bobenko_suris for
              other Lagrange tops, and strang for others
-    step     step of these methods, a multiple of 1e-6 [T]; by default, the path's step, or 0.01
+    step     step of these methods, a multiple of 1e-6 [T]; by default, the path's step or the
+             interval between its states, and 0.01 for a scene
     speed    units of time per second
     open     False: only build the viewer, for `.save("top.html")`
 
     The states of a path must begin at t = 0 and lie at equal intervals, a multiple of 1e-6, as with
-    every=n. Raises FileNotFoundError if the viewer is not part of this installation. Raises
-    TypeError or ValueError for invalid arguments.
+    every=n. Raises FileNotFoundError when the viewer is opened but is not part of this
+    installation. Raises TypeError or ValueError for invalid arguments, and AttributeError for a
+    path without states.
     """
     if not isinstance(what, (Scene, Path)):
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {short_repr(what)}")

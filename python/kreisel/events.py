@@ -254,7 +254,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     """Find the points at which a top is closest to its unstable equilibrium.
 
     Motions on both sides of the separatrix are slow near the unstable equilibrium. Under gravity,
-    the events are the points at which the centre of mass is highest. Without torque, the events are
+    the events are the maxima of the potential energy. Without torque, the events are
     extrema of the angular velocity about the intermediate principal axis. The states at the events
     show how close a motion is to the unstable equilibrium.
 

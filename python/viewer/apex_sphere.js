@@ -74,7 +74,7 @@ function makeZone(color, opacity) {
 }
 
 // Make a sphere of radius 1. `update` takes the limits of the tilt, or null, and the height of the
-// floor. If there are limits, only their zone is visible.
+// floor. If there are limits, only their circles and the zone between them are visible.
 export function makeApexSphere() {
   const [sphere, band] = [makeZone(INK, 0.07), makeZone("#e0a100", 0.1)];
   const [net, ...circles] = [makeParallels(), makeCircle(), makeCircle()];

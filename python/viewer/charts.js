@@ -47,7 +47,7 @@ function listDecades(low, high) {
   const count = Math.floor((to - from) / step) + 1;
   return Array.from({ length: count }, (_, i) => 10 ** (from + i * step));
 }
-const FLAT_HEIGHT = 1e-16; // height of a constant line
+const FLAT_HEIGHT = 1e-16; // smallest half height of a range, used for constant curves
 const isEmpty = (low, high) => low === null || high === null;
 // Make the range of a chart. Changes smaller than `fine` times the values are drawn as constant.
 // `known` returns values for which the chart has room from the start.

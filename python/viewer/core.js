@@ -109,7 +109,8 @@ export function makeBody(body, rotor = [0, 0, 0]) {
 export const findKind = (body) => readText(C.kr_page_kind(writeBody(body)));
 
 // Compute the limits of the tilt, the mean precession, the period, the critical spin and the spin
-// of a symmetric top. Returns null for other bodies. On a support that turns about the vertical the
+// of a symmetric top. Returns null for other bodies, for tops with damping or friction, and if the
+// support turns about another axis. On a support that turns about the vertical the
 // precession is that seen from the support, and the type of motion "".
 export function computeLimits(body, world, q, m) {
   const [x, y, about] = world.turning;

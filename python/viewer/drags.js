@@ -7,7 +7,7 @@ import { fitArrows } from "./camera.js";
 import { convertToCuboid, getCornerSigns, toQuaternion, resizeBody, toWxyz } from "./scene.js";
 import { makeArrow, makeHighlight } from "./meshes.js";
 
-// Change of momentum for a push as long as the arrow of m, at the largest lever.
+// Change of momentum, relative to m, for a push as long as the arrow of m at a lever of length 1.
 const PUSH_STRENGTH = 0.35;
 
 export class DragHandler {

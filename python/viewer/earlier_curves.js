@@ -1,5 +1,5 @@
 // The curves of the motion before a change, drawn pale below those of now. Both begin at t = 0.
-const SPAN = 12; // of time that a chart shows of them at least, in seconds at the scene's speed
+const SPAN = 12; // time for which a chart shows them at least, in seconds at the scene's speed
 const [PALENESS, WIDTH] = [0.4, 1.5]; // opacity; pixels
 
 export class EarlierCurves {

@@ -6,7 +6,8 @@ import presets from "./presets.json";
 import { completeScene, toQuaternion } from "./scene.js";
 import { loadText, saveText } from "./storage.js";
 
-const EQUAL = ["body", "gravity", "damping", "friction", "turning", "rotor"]; // parts of a scene in one game
+// Parts of a scene that are equal within one game.
+const EQUAL = ["body", "gravity", "damping", "friction", "turning", "rotor"];
 const ROUNDING = 1e-9; // of the energy, relative
 
 // Return the kinetic energy at the start of a scene.

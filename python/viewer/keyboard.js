@@ -31,7 +31,7 @@ const renderLine = ([keys, words]) =>
   html`<li>${keys.split("\n").map((key) => html`<kbd>${key}</kbd> `)}${words}`;
 
 export class Keyboard {
-  hasLetterKeys = true; // false disables keys without Control
+  hasLetterKeys = true; // false disables single characters without Control, except Space
   constructor(place, { page, view, drags, presets, choosePreset }) {
     const share = document.getElementById("share");
     Object.assign(this, { place, share, page, view, drags, presets, choosePreset });
@@ -88,7 +88,7 @@ export class Keyboard {
     );
     this.place.showModal();
   }
-  // List the keys of all controls.
+  // List all keys, first those of the controls.
   listKeys() {
     const words = (control) =>
       control.ariaLabel || (control.labels?.[0] ?? control).textContent.trim();

@@ -39,7 +39,8 @@ export class Labels {
     if (this.picture) this.placeLabels(...this.picture);
   }
   // Replace all labels. Each has its text, a colour or "", and `at`, which returns its position in
-  // pixels, and whether it stands to the left of it, or null. `times` scales their size.
+  // pixels, and whether it stands to the left of it, or null. `times` scales the room for each of
+  // them; the style sheet scales the text.
   setLabels(all, times = 1) {
     const label = ({ words, colour, about = "" }) =>
       html`<span class=${colour && "arrow"} title=${about}

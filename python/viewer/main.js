@@ -63,7 +63,7 @@ function choosePreset(preset) {
   showHomeView(view);
   page.setRunning(!reducedMotion.matches);
 }
-let isStale = false; // during a drag all updates wait for the next frame
+let isStale = false; // whether the panel waits for a later frame, as during a drag
 let drawn = {}; // the state at the last update
 const hasChanged = (before) =>
   ["clock", "tops", "isRunning"].some((key) => before[key] !== page[key]);

@@ -27,8 +27,8 @@ export function makeStand(depth) {
   );
 }
 
-// Make a solid of revolution. A painted sector shows the spin; the axle ends in a pen that touches
-// the apex sphere. Lengths are in units of the body.
+// Make a solid of revolution. A painted sector shows the spin. The axle has a tip at its lower end,
+// and its upper end touches the apex sphere. Lengths are in units of the body.
 const SECTOR = 1 / 6; // part of a full turn
 const STEEL = "#aab2bd";
 const CREAM = "#f7ecd2";
@@ -156,8 +156,8 @@ export function makeHighlight() {
 }
 
 // Make the trace of the apex. Its newest point comes first, in the strongest colour. The newest
-// part is drawn again on top.
-const FRESH_POINTS = 256; // points
+// part is drawn a second time and hides what lies behind it.
+const FRESH_POINTS = 256; // pieces of the newest part
 export function makeTrace(colour, ground) {
   const [shape, part] = [makeStrip(TRACE_POINTS), new THREE.BufferGeometry()];
   Object.assign(part, { attributes: shape.attributes, index: shape.index });
@@ -169,7 +169,7 @@ export function makeTrace(colour, ground) {
     mixed.lerpColors(ground, paint, strength).toArray(points, 3 * i);
   }
   writeCorners(points, TRACE_POINTS, shape.shades.array);
-  [line.renderOrder, fresh.renderOrder] = [1, 2]; // after solids, the newest part last
+  [line.renderOrder, fresh.renderOrder] = [1, 2]; // after solids; the opaque newest part first
   line.add(fresh);
   line.update = (i, radius, thickness) => {
     line.width = fresh.width = 2.4 * thickness;
@@ -220,7 +220,7 @@ export function makeFaintTrace(colour) {
 
 // Make the elastic rod from rings of points about its centre line. Long rods are scaled down to fit
 // into the picture.
-const ROD_REACH = 3.4; // largest distance from the fixed point
+const ROD_REACH = 3.4; // largest coordinate, from the fixed point
 const FACES = Array.from({ length: (ROD_RINGS - 1) * ROD_SIDES }, (_, a) => {
   const b = a % ROD_SIDES === ROD_SIDES - 1 ? a + 1 - ROD_SIDES : a + 1;
   return [a, b, a + ROD_SIDES, b, b + ROD_SIDES, a + ROD_SIDES];
@@ -247,7 +247,7 @@ export function makeRod(color) {
   return rod;
 }
 
-// Make the principal axes N, B, T at the fixed point and the centre of mass.
+// Make the principal axes N, B, T at the fixed point, and a dot at the centre of mass.
 export function makeAxes() {
   const frame = new THREE.Group();
   const colours = ["#e07a2e", "#a94fd0", "#1797a6"];

@@ -1,5 +1,6 @@
 // The state of the viewer: scene, undo, clock. Changes of the computation keep the start and the
-// time. Changes of the motion, such as a drag, make the current state the start.
+// time. Drags, pushes and new values of momentum, tilt or spin make the current state the start.
+// Other changes of the motion restart it from the start of the scene.
 import { findKind, computeLimits, makeBody, findMeasure } from "./core.js";
 import { measures, methods, simulation, TICKS, MAX_TOPS } from "./core.js";
 import { describeResult } from "./game.js";
@@ -9,13 +10,13 @@ import { getRange, listTops } from "./scene.js";
 
 const FINE_STEP = 0.02; // with larger steps the time of the end is told as an interval
 const FRAME_BUDGET = 8; // milliseconds per frame for computing steps
-// Steps between two checks of the time. All tops take at least one step.
+// Steps between two checks of the time: at least one for each possible top.
 const [MIN_SLICE, MAX_SLICE] = [MAX_TOPS, 2000];
 // Places whose change invalidates a path computed elsewhere.
 const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|damping|friction|turning|rotor|taken)/;
 // Places that leave the motion as it is.
 const KEEPS_MOTION = /^(speed|distance|stop|chart|integral|log|shown|corners|show)/;
-// The motion starts again and returns to its time.
+// Places whose change starts the motion again; it then returns to its time.
 const KEEPS_START = /^(methods|step|both|own|tol|ghost)/;
 const READ_FROM_MOTION = /^(momentum|tilt|spin)/; // shown and set for the current state
 const isDifferent = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
@@ -318,7 +319,7 @@ export class PageState {
     if (!this.isLate && this.goal !== null) this.setRunning(this.isResuming);
   }
   // Advance by the seconds that passed since the last frame. Return the speed of the last half
-  // second if it is too slow, else 0.
+  // second if it is too slow, else 0 or false.
   advanceFrame(passed) {
     const { target, scene } = this;
     if (this.goal !== null) this.approachGoal();

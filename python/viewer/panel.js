@@ -265,7 +265,7 @@ export class Panel {
       ["none", "nothing"],
     ];
     const isHidden = this.page.scene.show.solid === "none";
-    // Other bodies are drawn as boxes.
+    // Bodies that are not symmetric about an axis through the fixed point are drawn as boxes.
     const drawn = isHidden ? "none" : view.isRevolution ? "top" : "box";
     return [
       this.renderPair("Show as", this.renderSelect("Show as", "show.solid", solids, drawn)),

@@ -87,7 +87,8 @@ export function fitRevolution({ half, centre }) {
     const wide = half[(axis + 1) % 3] / Math.sqrt(3) / across;
     return shape.map(([z, r]) => [height + along * (z - mean), wide * r]);
   };
-  // Take the first solid that does not reach below the fixed point.
+  // Take the top for a body held at its centre, else the first solid that does not reach below the
+  // fixed point, or the drum.
   const [top, cone, drum] = SOLIDS.map(fit);
   const stands = ([[tip]]) => tip >= -CLOSE * size;
   const profile = !height || stands(top) ? top : stands(cone) ? cone : drum;

@@ -26,7 +26,8 @@ async function shareLink(page) {
   }
 }
 
-// Make a square canvas. `draw` copies the middle of the picture onto it, above the scene's name.
+// Make a square canvas. `draw` copies the middle of the picture onto it and writes the name of the
+// scene over it.
 function makeSquare({ canvas }, { scene }, size) {
   const square = Object.assign(document.createElement("canvas"), { width: size, height: size });
   const paper = square.getContext("2d");

@@ -11,7 +11,7 @@ const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
   !Object.keys(rest).length;
 // Return attitude and momentum of a start: tilt in degrees, spin about the apex, and precession
 // about the vertical, 0 by default. "slow" and "fast" select a steady precession W, a root of I1
-// W^2 cos - I3 spin W + mass gravity height = 0.
+// W^2 cos - (I3 spin + rotor) W + mass gravity height = 0 in the inertial frame.
 export function computeStart({ body, gravity, rotor, turning = [0, 0, 0] }, start) {
   if (!isStart(start)) throw new Error(`start cannot be ${JSON.stringify(start).slice(0, 60)}`);
   const made = makeBody(body, rotor);

@@ -37,7 +37,8 @@ def solve_in_steps(scene, method, step, count, tol):
     return scene
 
 `;
-// Return a Python program that computes the states of the viewer, one line for each top.
+// Return a Python program that computes end states as the viewer does, one line for each method and
+// step.
 export function toPython(top) {
   const { body, gravity, rotor, methods: names, second, tol } = top;
   const { half, pivot, density = 1, mass, inertia, com } = body;

@@ -6,7 +6,7 @@ import presets from "./presets.json";
 import { COLOURS, completeScene, findSuitable } from "./scene.js";
 import { findContact } from "./setters.js";
 
-const [STEP, SPAN] = [0.05, 12]; // of a trace [T]; its span is multiplied by the speed of the scene
+const [STEP, SPAN] = [0.05, 12]; // of a trace [T]; a speed of the scene above 1 multiplies its span
 const METHODS = ["exact", "strang", "taylor"]; // the first suitable one
 const ELEVATION = Math.PI / 4; // of the eye
 const [COS, SIN] = [Math.cos(ELEVATION), Math.sin(ELEVATION)];
@@ -69,7 +69,7 @@ export function drawThumbnails(show) {
   if (pictures.length < presets.length) setTimeout(drawThumbnails, 0, show);
   else show();
 }
-// Render the strip; `known` is the number of the current preset.
+// Render the strip; `known` is the index of the current preset, or -1 for another scene.
 export function renderThumbnails(known, choosePreset) {
   const areDrawn = pictures.length === presets.length;
   const renderChoice = (preset, i) =>
@@ -80,7 +80,7 @@ export function renderThumbnails(known, choosePreset) {
     ${presets.map(renderChoice)}</div>
     <button aria-label="More scenes" data-tip="More scenes" @click=${scrollStrip}>▸</button></div>`;
 }
-// Scroll the strip on by its width, from its end to its beginning.
+// Scroll the strip on by most of its width, or at its end back to its beginning.
 function scrollStrip() {
   const strip = document.getElementById("presets");
   const { scrollLeft, scrollWidth, clientWidth } = strip;

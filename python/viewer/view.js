@@ -33,7 +33,7 @@ const ASIDE = (2 * Math.PI) / 3; // from a leaning axis to the camera, about the
 const FRONT = new THREE.Vector3(0, -11, 4.4); // equally far from tops side by side
 const [TORQUE, ROTOR] = ["#b45309", "#7c3aed"]; // colours
 const WEIGHTS = ["#111827", "#f3f4f6"]; // on light and dark ground; both stand out from a red top
-const [WEIGHT_LENGTH, TORQUE_LENGTH] = [1.1, 1.5]; // in the picture; of a horizontal lever
+const [WEIGHT_LENGTH, TORQUE_LENGTH] = [1.1, 1.5]; // in the picture; torque of a horizontal lever
 const VERTICAL = "the vertical, as long as gravity is strong";
 const ROD = "#2f7f86"; // colour of the rod beside a red top
 const FLOOR = -2.7; // lowest height of the floor
@@ -116,11 +116,11 @@ export class View {
     this.footer = height;
     if (this.computeCovered() !== this.covered) this.moveAboveFooter();
   }
-  // Return the height in pixels below the picture that a large footer covers.
+  // Return the height in pixels of the part of the picture that a large footer covers.
   computeCovered() {
     return this.footer > LARGE_FOOTER * this.pixels[1] ? this.footer : 0;
   }
-  // Moves the picture up between the numbers and a large footer.
+  // Move the picture up, between the numbers and a large footer.
   moveAboveFooter() {
     const [w, h] = this.pixels;
     this.covered = this.computeCovered();
@@ -245,7 +245,7 @@ export class View {
     top.sphere.update(top.limits, this.floor.height / traceRadius);
     top.sphere.scale.setScalar(traceRadius);
     top.axes.update(this.page.body, zoom, 0.8 * this.bodySize * zoom);
-    // Bounded, so that it stays visible for any gravity.
+    // Bounded, so that it fits into the picture for any gravity.
     top.p.pointTo(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)));
     top.stand.visible = gravity !== 0 && this.page.scene.show.solid !== "none";
   }
@@ -310,7 +310,7 @@ export class View {
     this.floor.visible = show.floor;
     this.floor.showShadows(show.solid !== "none", show.rod);
     this.orbit.object = this.cameras[+show.flat];
-    // Keeps the camera above the floor.
+    // Keep the camera from sinking far below the floor.
     this.orbit.maxPolarAngle = show.floor && !show.flat ? 1.64 : Math.PI;
     this.orbit.update();
     this.camera.updateMatrixWorld();
@@ -386,7 +386,7 @@ export class View {
     this.renderer.render(this.world, this.camera);
     this.labels.placeLabels(this.pixels, this.covered);
   }
-  // Render a square picture of the home view's width, call `use`, and restore the size.
+  // Render a square picture with sides of `size` pixels, call `use`, and restore the size.
   renderSquare(size, use) {
     const { pixels, footer } = this;
     const ratio = this.renderer.getPixelRatio();
@@ -429,7 +429,8 @@ export class View {
       ...this.listNames(top),
     ];
   }
-  // The torque of the weight changes m, unless something else does so, too.
+  // The torque of the weight is the rate of change of m, unless friction, damping or a turning
+  // support contributes.
   describeTorque() {
     const { scene } = this.page;
     const isAlone = !hasFriction(scene) && !isTurning(scene);

@@ -159,6 +159,9 @@ static void degenerate_motions_are_refused_by_name(void)
     s = some_top();
     s.gravity = 1e-300;
     IS(refusal_of(&s) == KR_CHAPLYGIN_WEIGHTLESS);
+    s = some_top();
+    s.damping.x = 0.125;
+    IS(refusal_of(&s) == KR_CHAPLYGIN_OTHER);
     for (int i = 0; i < KR_CHAPLYGIN_REFUSAL_COUNT; i++) IS(kr_goryachev_chaplygin_refusal_text(i));
     IS(!kr_goryachev_chaplygin_refusal_text(-1) &&
        !kr_goryachev_chaplygin_refusal_text(KR_CHAPLYGIN_REFUSAL_COUNT));

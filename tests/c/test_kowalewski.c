@@ -277,6 +277,12 @@ static void refusals_have_texts(void)
     kr_scene slight = kowalewski_top_of(v3(0.6, 0.8, 0.0), v3(0.3, 0.2, 0.1));
     slight.gravity = 1e-300;
     IS(refusal_of(&slight) == KR_KOWALEWSKI_WEIGHTLESS);
+    kr_scene other = tilted();
+    IS(refusal_of(&other) == KR_KOWALEWSKI_OTHER);
+    other = kowalewski_top_of(v3(1.0, 0.0, 0.0), v3(0.5, 0.25, 1.0));
+    IS(plan_of(&other));
+    other.damping.x = 0.125;
+    IS(refusal_of(&other) == KR_KOWALEWSKI_OTHER);
     for (int i = 0; i < KR_KOWALEWSKI_REFUSAL_COUNT; i++) IS(kr_kowalewski_refusal_text(i));
     IS(!kr_kowalewski_refusal_text(-1) && !kr_kowalewski_refusal_text(KR_KOWALEWSKI_REFUSAL_COUNT));
 }

@@ -1,4 +1,4 @@
-"""Accuracy tests of all public functions on random tops, against 20-digit solutions.
+"""Accuracy tests of the main public functions on random tops, against 20-digit solutions.
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
@@ -7,8 +7,8 @@ events, sections, tangents and Lyapunov exponents. All functions are tested with
 precision. The
 reference solutions are computed by the Taylor method in 20-digit arithmetic. Each attitude error
 must not exceed a constant plus a small multiple of its sensitivity to rounding (the conditioning).
-The conditioning is the change in attitude when each initial value and parameter is perturbed by one
-rounding error. The program prints one line for each type of top and for each error that is too
+The conditioning bounds the change in attitude when each initial value and parameter is perturbed by
+one rounding error. The program prints one line for each type of top and for each error that is too
 large. The program exits with status 1 if any results disagree.
 """
 
@@ -251,7 +251,7 @@ def check_growth(reference, family):
 
 
 def check_top(family, scene, times, folder):
-    """Return, for each public function, the largest ratio of its error to the allowed error."""
+    """Return the largest error of each check over the allowed one, or {} if unresolved."""
     reference = Reference(scene, times)
     if reference.allowed.max() > UNRESOLVED:
         return {}

@@ -62,7 +62,7 @@ print(1e6 * min(timer.repeat(25, number)) / number)
 
 
 def time_core(folder):
-    """Return the run time [us] of the C library for each benchmark."""
+    """Return the run time [us] of the C library for each benchmark of kr.solve."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
     source = HERE / "call_overhead.c"

@@ -37,13 +37,13 @@ def plan_scene() -> object:
 
 
 def reduce_ensemble() -> Callable[[], object]:
-    """Compute summary statistics of 100 tops that differ in gravity."""
+    """Return a function that computes summary statistics of 100 tops that differ in gravity."""
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
     return lambda: kr.reduce(tops, TIMES, REDUCTIONS)
 
 
 def solve_ensemble() -> Callable[[], object]:
-    """Solve the equations of motion of 100 tops that differ in gravity."""
+    """Return a function that solves the equations of motion of 100 tops that differ in gravity."""
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
     return lambda: kr.solve(tops, TIMES)
 

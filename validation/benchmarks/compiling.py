@@ -1,7 +1,7 @@
 """Compilation of the C library together with additional code for benchmarks.
 
-A benchmark can add source files, and choose the instruction sets and the number of Taylor
-coefficients.
+A benchmark can add a source file, and choose the instruction sets and the compiler options, such as
+the number of Taylor coefficients.
 """
 
 import ctypes
@@ -26,7 +26,7 @@ ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")
 
 
 def core_files():
-    """Return the C source files of the library, without those for GSL and for the viewer."""
+    """Return the C source files of the library, without those for GSL and for WebAssembly."""
     files = sorted(CSRC.rglob("*.c"))
     return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
 
@@ -40,8 +40,8 @@ def isa_files():
 def size_options(file, options):
     """Return additional compiler options for `file` in a build for the baseline instruction set.
 
-    The baseline code is optimized for size if the library also contains code for newer instruction
-    sets.
+    Some files of the baseline code are optimized less, mostly for size, if the library also
+    contains code for newer instruction sets.
     """
     return SMALL.get(file.name, ()) if "-DKR_WITH_AVX2" in options else ()
 

@@ -1,8 +1,9 @@
 """Random Kowalewski and Goryachev-Chaplygin tops for studies of their closed-form solutions.
 
 The ratio of the principal moments is exactly 2 : 2 : 1 or 4 : 4 : 1, in any order. The initial
-angular velocities range from 0.1 to 10 in dimensionless units. The centre of mass lies in the plane
-of the two principal axes with equal moments of inertia; gravity may be positive or negative.
+momenta are normally distributed, with scales from 0.1 to 10 in natural units. The centre of mass
+lies in the plane of the two principal axes with equal moments of inertia; gravity may be positive
+or negative.
 """
 
 from itertools import permutations

@@ -43,7 +43,7 @@ class Top(NamedTuple):
 
 
 def draw_body(ratio, number, rng):
-    """Return a random body with two equal principal moments, and a random gravity and attitude."""
+    """Return a random body with two equal principal moments, a gravity, and a random attitude."""
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLE[number % 3]
     direction = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
     com = np.zeros(3)
@@ -65,7 +65,7 @@ def draw(number, rng):
     inertia, unit, com, gravity, attitude = draw_body(2, number, rng)
     rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / unit)
     momentum = rng.normal(size=3) * 2 * unit * rate * 10.0 ** rng.uniform(-1, 1)
-    if number >= 45:  # <m, e3> is zero or tiny for these tops
+    if number >= 45:  # <m, e3> is zero or small for these tops, and m is zero for the last two
         momentum[2] = (0.0, 1e-3, -1e-6, 1e-10, 1e-17, 0.0, 0.0)[number - 45]
         momentum *= number < 50
     time = LATE.get(number, 10.0 ** rng.uniform(0, 2.3) * rng.choice([-1, 1]))

@@ -5,8 +5,8 @@
 Each effect is switched on and off alternately, and the program prints the median ratio of the two
 run times. The
 program also times ensembles of tops on one thread. Ensembles of tops without support motion,
-friction or damping use SIMD instructions. For ensembles that cannot use SIMD instructions, the cost
-relative to single tops is also printed.
+friction or damping use SIMD instructions. For all ensembles, the cost relative to a single top
+without any effect is also printed.
 """
 
 import argparse
@@ -35,7 +35,7 @@ WORDS = {
 
 
 def make_scenes(kind):
-    """Return a simple scene, and variants of it with one additional effect each."""
+    """Return a simple scene, and variants of it with one or two additional effects each."""
     body = BODIES[kind]
     plain = kr.Scene(body, **START)
     rotor = plain.replace(body=replace(body, rotor=(0.1, 0.05, -0.08)))

@@ -8,8 +8,8 @@ from ..competitors import timing
 def median_times(calls, rounds=41):
     """Return estimates of the run times of several functions, which are called alternately.
 
-    The estimate for each other function is the median time of the first function, multiplied by the
-    median ratio of the two run times.
+    The estimate for each function after the first is the median time of the first function,
+    multiplied by the median ratio of the two run times.
     """
     estimates = [min(timing.time_once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = timing.time_in_turn(calls, estimates, rounds)

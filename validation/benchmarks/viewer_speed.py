@@ -55,7 +55,7 @@ STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     for (let i = 1; i <= 2000; i++) kreisel.simulation.advance((i * 1e6) / 60, 1e9);
     return (performance.now() - begin) / 2000;
 })"""
-# Drags a part and takes a picture after every 30 events. A pivot is a corner dragged with Alt.
+# Drags a part and waits for a frame after every 30 events. A pivot is a corner dragged with Alt.
 HELD = """async ([part, top, number, events]) => {
     const { canvas } = kreisel.view, altKey = part === "pivot";
     const [x, y] = kreisel.locate(altKey ? "corner" : part, top, number);
@@ -75,7 +75,8 @@ LOAD = """(name) => {
     const preset = kreisel.presets.find((preset) => preset.name === name.split(",")[0]);
     kreisel.page.load({ ...preset, ghost: name.endsWith("ghost") });
 }"""
-# Returns how many frames and milliseconds pass from each pointermove until it is drawn.
+# Records in window.seen how many frames and milliseconds pass from each pointermove until it is
+# drawn.
 WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove", (event) => {
     const { render } = kreisel.view.renderer.info, before = render.frame;
     let frames = 0;
@@ -92,7 +93,7 @@ def open_page(browser):
 
 
 def time_first_picture(browser):
-    """Measure how long the viewer takes to draw its first frame."""
+    """Return the elapsed and the processor time [ms] of the viewer until its first frame."""
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
@@ -131,7 +132,7 @@ def time_drag_events(browser, page, *arguments):
 
 
 def time_drag(page):
-    """Return the delays of the viewer after 100 mouse movements, in frames and in milliseconds."""
+    """Return the delay of the viewer after each of 100 mouse movements, in frames and in ms."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)

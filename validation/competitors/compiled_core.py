@@ -1,6 +1,6 @@
-"""Access to the C functions in the shared library of the installed package.
+"""The shared library of the installed package, and the C struct of a scene.
 
-No other module of `validation` uses private attributes of a scene.
+Some references and studies read private attributes of a scene themselves.
 """
 
 from pathlib import Path

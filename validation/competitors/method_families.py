@@ -17,7 +17,7 @@ TITLES = {
 
 
 def group_methods():
-    """Return a dictionary that maps the title of each figure to the methods shown in it."""
+    """Return a dictionary from the title of each figure to its methods and other integrators."""
     others = [*filter(is_of_gsl, kr.methods), *(peer.name for peer in PEERS)]
     yardstick = [PEERS[0].name]
     return {

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <time.h>
 
-/* The widest vectors, and as many independent sums as the registers hold. */
+/* The widest vectors, and enough independent sums to hide the latency, all in registers. */
 #if defined __AVX512F__
 enum { LANES = 8, SUMS = 16 };
 #elif defined __AVX__

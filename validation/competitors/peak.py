@@ -16,7 +16,8 @@ PRODUCTS = 21  # products of series in each term: 12 for the attitude, 6 for P, 
 def measure_peak():
     """Return the peak rate [1/s] of floating-point operations on one core.
 
-    A fused multiply-add counts as two operations. Returns None if no C compiler is available.
+    A fused multiply-add counts as two operations. Returns None if no C compiler is available, or if
+    the program fails.
     """
     compiler = shutil.which(os.environ.get("CC", "gcc")) or shutil.which("cc")
     if compiler is None:

@@ -210,7 +210,7 @@ def control_of(method):
 
 
 def choose_setting(method, step, tol):
-    """Return the option that a method needs: a step size, a tolerance, or None."""
+    """Return the setting that a method needs: a step size, a tolerance, or neither."""
     return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 

@@ -72,7 +72,7 @@ def make_log_panel(*size):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draw a group of methods in colour, and all other methods in grey."""
+    """Draw a group of methods in colour, the peers in dashes, and all other methods in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_log_panel()
         styles = choose_line_styles(family, peers)
@@ -91,7 +91,7 @@ def draw_family(lines, family, peers, label, floor, limits, cost):
 
 
 def draw_families(groups, families, quantity, label, cost, floor=None):
-    """Draw one panel for each group of methods."""
+    """Yield the title and the figure of each group of methods that has measurements."""
     lines, limits = collect_lines(groups, quantity, cost)
     for title, (family, peers) in families.items():
         if any(name in lines for name in family):
@@ -126,7 +126,7 @@ def select_leaders(groups, methods, quantities_and_costs):
 def draw_overview(groups, leaders, peers, quantity, label, cost, floor=None):
     """Draw the curves of all methods in one panel, highlighting the methods in `leaders`.
 
-    The list `leaders` determines the colour and the marker of each method.
+    The list `leaders` determines the colour and the marker of each method in it.
     """
     lines, limits = collect_lines(groups, quantity, cost)
     if not lines:

@@ -17,7 +17,7 @@ LEAST, NAMED_AT = 1e-17, 0.97  # value drawn for an error of zero; height of the
 
 
 def draw_distributions(errors, family, peers):
-    """Draw the error distributions of one group of methods in colour, and the others in grey.
+    """Draw the error distributions of a group in colour, of peers in dashes, of others in grey.
 
     `errors` maps each method to a sorted list of errors.
     """

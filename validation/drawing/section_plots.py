@@ -1,6 +1,6 @@
 """Plots of Poincare sections, and of curves together with measured points.
 
-The points are embedded as an image because of their large number.
+The points of sections and of swings are embedded as images because of their large number.
 """
 
 import numpy as np
@@ -107,7 +107,7 @@ def draw_kicks(angles, changes, amplitude):
 
 
 def draw_widths(e, measured, predicted):
-    """Draw the measured and the predicted width of the chaotic layer."""
+    """Draw the measured and the predicted half width of the chaotic layer."""
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
         axes.loglog(e, np.array(e) * predicted, color=INK, linewidth=1, label="Melnikov, Chirikov")

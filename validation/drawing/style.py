@@ -20,8 +20,8 @@ STROKES = (
     ((0, (5, 1.5, 1, 1.5)), "D"),
     ((0, (2, 1)), "^"),
 )
-# Each of these lines looks the same in all figures: the first methods of kreisel in a figure, and
-# the places of the other integrators in STROKES.
+# LEADERS are the first methods of kreisel in each figure that shows them. PEER_STROKES holds the
+# places of the other integrators in STROKES, the same in all figures.
 LEADERS = ("kreisel", "taylor", "exact")
 PEER_STROKES = {
     **dict.fromkeys(("heyoka", "heyoka, batches"), 0),
@@ -86,14 +86,14 @@ def format_tick(x, _=None):
 
 
 def set_power_ticks(axis, ticks=12):
-    """Set fixed ticks at powers of ten."""
+    """Set ticks at powers of ten, at most about `ticks` of them."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
     axis.set_major_formatter(format_tick)
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
 def axes_height(axes, y):
-    """Return the vertical position of a value as a fraction of the height of the axes."""
+    """Return the height of a value as a fraction of the axes; linear axes must run from 0 to 1."""
     low, high = axes.get_ylim()
     is_log = axes.get_yscale() == "log"
     return np.clip(np.log10(y / low) / np.log10(high / low) if is_log else y, 0, 1)

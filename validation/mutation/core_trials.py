@@ -25,7 +25,7 @@ SANITIZERS = (
 FUZZ = ("1", "20000")  # the seed and the number of rounds
 GOLDEN = "golden", "kernels", "snapshot"  # programs whose expected output is stored in a file
 LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as in CMakeLists.txt
-SLACK = 10  # time limit, as a multiple of the processor time of the unchanged core
+SLACK = 10  # limit of the processor time, as a multiple of the elapsed time without a mutation
 # Tests that depend on time or signals may fail on a busy machine.
 UNSURE = ("tests/python/test_interruption.py",)
 
@@ -37,7 +37,7 @@ def list_sources(root):
 
 
 def list_mutants(root, prefix=""):
-    """Return the mutants of all C files except the public header.
+    """Return the mutants of all C files except the public header, GSL and WebAssembly files.
 
     The public header contains only declarations.
     """
@@ -129,7 +129,7 @@ class Trial:
             sanitizers=sanitizers,
         )
         words = [program, *(FUZZ if name == "fuzz" else ())]
-        memory = None if sanitizers else MEMORY  # sanitizers reserve any amount of memory
+        memory = None if sanitizers else MEMORY  # sanitizers reserve more memory than the limit
         result = run_with_limits(words, self.root, seconds, 20 * seconds, memory)
         is_wrong = (
             name in GOLDEN and not result.status and not self.has_expected_output(name, result.said)

@@ -2,10 +2,10 @@
 
 Usage: `python -m validation.mutation.coverage core|package`.
 
-core     csrc, by the tests in C and those in Python that need no browser; code compiled for several
+core     csrc, by the tests in C and some in Python that need no browser; code compiled for several
          orders and instruction sets counts once, and lines with a comment "untaken: reason" do not
          count
-package  python/kreisel, by all tests in Python and in a browser
+package  python/kreisel, by most tests in Python and in a browser
 """
 
 import argparse

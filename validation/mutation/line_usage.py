@@ -1,8 +1,8 @@
 """The lines of the Python package that each test executes.
 
 Each test module is run separately, and the coverage is recorded for each test. The coverage results
-are stored beside the copies of the source tree. A test module is run again if its source or a
-helper file has changed.
+are stored beside the copies of the source tree. A test module is run again if its source, a helper
+file or the package has changed.
 """
 
 import hashlib
@@ -54,7 +54,7 @@ class ModuleUsage:
 
 
 def measure_usage(root, modules, folder):
-    """Run all test modules in parallel, and return the lines that each of them executes."""
+    """Run test modules without current results, and return the lines that each module executes."""
     folder.mkdir(parents=True, exist_ok=True)
     (root / "site/coverage.ini").write_text(SETTINGS)
     texts = compute_digests(root, modules)
@@ -72,7 +72,7 @@ def measure_usage(root, modules, folder):
 
 
 def compute_digests(root, modules):
-    """Return a hash of each test module and the helper files."""
+    """Return for each test module a hash of its source, the package and all helper files."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
     helpers = [file for file in files if not file.name.startswith("test_")]
     common = hashlib.sha256(b"".join(file.read_bytes() for file in helpers)).digest()

@@ -1,6 +1,6 @@
 """Mutation tests of the Python package.
 
-Only tests that execute the changed line are run, beginning with those that execute few lines.
+Only tests that the changed line may affect are run, beginning with those that execute few lines.
 Tests that need a browser are not run.
 """
 
@@ -54,8 +54,7 @@ def list_mutants(root, prefix=""):
 def list_test_modules(root):
     """Return all test modules that are used in mutation testing.
 
-    Tests of the code style are excluded, because they check the source text rather than its
-    behaviour.
+    Slow tests are excluded, and tests that do not check the behaviour of the Python package.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     modules = [file for file in files if file.name not in SLOW + ELSEWHERE]

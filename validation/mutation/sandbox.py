@@ -17,7 +17,7 @@ sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(f
 
 
 class TrialError(Exception):
-    """An exception that is raised if tests fail on the unmodified source."""
+    """An exception that is raised if tests fail on the unmodified source, or a build fails."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def run_with_limits(command, cwd, cpu, wall, memory=MEMORY):
 
 
 def kill_group(process):
-    """Terminate a program and all its child processes."""
+    """Terminate a program that is still running, and all its child processes."""
     if process.poll() is None:
         os.killpg(process.pid, 9)
         process.communicate()

@@ -29,7 +29,7 @@ def describe_kinds(problems):
 
 
 def find_winner(rows, scene):
-    """Return the method that is fastest for most target errors, or None if none was measured."""
+    """Return the method of kreisel that is fastest for most target errors, or None."""
     wins = [own.method for _, _, own, _ in fastest.run_races(rows, [scene]) if own]
     return Counter(wins).most_common(1)[0][0] if wins else None
 

@@ -1,7 +1,8 @@
 """Test cases of the stability atlas: stiff tops, extreme parameters, and very large or small steps.
 
 The length of an integration is measured in turns of the top. One turn takes 2 pi divided by the
-larger of the initial angular velocity and the pendulum frequency.
+rate of the case. The default rate is the larger of the initial angular velocity and the pendulum
+frequency.
 """
 
 from collections.abc import Callable
@@ -26,7 +27,7 @@ class Case:
     rate: float | None = None  # rate that defines a turn [T^-1]
     begin: bool = False  # True if the step is also the first step of adaptive methods
     most: int = 100_000  # largest number of steps of an adaptive method
-    # True if the run is so long that only a closed form can be the reference
+    # True if the run is so long that the reference is computed by quadrature
     closed: bool = False
 
     @property

@@ -15,7 +15,7 @@ class Budget:
     longest: float  # after a run longer than this, no tighter setting is tried [s]
     rounds: int  # number of timing rounds
     least_rounds: int
-    members: int  # number of tops of each ensemble
+    members: int  # scale of the numbers of tops and of starts
 
     @property
     def quick(self):
@@ -58,7 +58,7 @@ class Clock:
 
 
 def run_tasks(tasks, store, budget, bar):
-    """Run all tasks that have no stored result, and return a message about skipped tasks."""
+    """Run all tasks without a stored result; return a message on skips or an interruption."""
     clock = Clock(budget)
     task_bar = bar.add_task("", total=sum(task.weight for task in tasks))
     try:

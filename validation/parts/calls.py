@@ -1,11 +1,12 @@
 """Comparison of the run times of kreisel and heyoka for one top at equal error.
 
-Two uses of kreisel are timed: calling kr.solve, and resetting an existing kr.Run. The integrator of
-heyoka is compiled only once. For SciPy's DOP853, the right-hand side of the equations is compiled
-by heyoka. Processor times are measured, because other programs hardly affect them.
+Two uses of kreisel are timed: calling kr.solve, and resetting an existing kr.Run. The run times of
+heyoka do not include the compilation of its integrator. For SciPy's DOP853, the right-hand side of
+the equations is compiled by heyoka. Processor times are measured, because other programs hardly
+affect them.
 
-Run times at equal error are interpolated linearly in the logarithms of time and error. If several
-tolerances give the same order of the Taylor series, heyoka is timed only once.
+Run times at equal error are interpolated linearly in the logarithms of time and error. For each
+order of its Taylor series, heyoka is run with only one tolerance.
 """
 
 import time
@@ -38,7 +39,7 @@ TARGETS = (1e-3, 1e-6, 1e-9, 0.0)  # attitude errors [rad]; 0 is the smallest th
 METHOD = "taylor"
 TOLERANCES = (*(10.0 ** (-k / 4) for k in range(8, 63)), 2.0**-53)
 ORDERS = range(4, 20)  # orders of heyoka's series, below that of its tightest tolerance
-DECADES = range(4, 14)  # tolerances of DOP853
+DECADES = range(4, 14)  # negative exponents of the tolerances of DOP853
 LATEST = 1e4  # a run begins anew at this time, so that its times have enough digits [T]
 SOLVE, RUN, HEYOKA, FUNCTION = "kr.solve", "kr.Run", "heyoka", "heyoka.cfunc"
 COLUMNS = (

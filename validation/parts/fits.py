@@ -28,7 +28,7 @@ def load_fitters():
 
 
 def make_scene(factor):
-    """Return a heavy asymmetric top with all parameters scaled by a factor."""
+    """Return a heavy asymmetric top whose moments, lever and velocity are off by a factor."""
     moments = np.array((1.0, 1.3, 0.6)) * (factor, 1.0 / factor, factor)
     body = kr.Body(1.0, moments, com=(0.0, 0.0, 0.4 * factor), unphysical=True)
     velocity = np.array((3.0, 2.0, 12.0)) * factor

@@ -22,7 +22,7 @@ def verb_be(n):
 
 
 def format_brief(x):
-    """Format a number with two digits and without an exponent."""
+    """Format a number of 10 or more as an integer, and a smaller one with two digits."""
     return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
 
 

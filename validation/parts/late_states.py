@@ -18,7 +18,7 @@ INTEGRATORS = "taylor", "heyoka"
 
 
 def make_closed_form(problem):
-    """Return the closed-form solution of a quasi-periodic motion, or None for other motions."""
+    """Return the closed form of a Kowalewski or Goryachev-Chaplygin top, or None for other tops."""
     try:
         form = kr.exact(problem.to_scene())
     except ValueError:
@@ -37,7 +37,7 @@ def list_tasks(problem, budget):
 
 
 def measure_late_state(problem, quick):
-    """Return the run times [s] that all methods take to compute the state at a large time."""
+    """Return the run times [s] of exact, taylor and heyoka for the state at a large time."""
     t = QUICK if quick else LATE
     form = make_closed_form(problem)
     exact, taylor = (

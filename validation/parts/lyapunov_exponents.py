@@ -43,7 +43,7 @@ def map_exponents(side):
 def summarize_exponents(name, n):
     """Return statistics of the Lyapunov exponents for `n` random initial states.
 
-    The drift of the conserved quantities indicates the accuracy of the Lyapunov exponents.
+    The certificate is the largest estimate of the relative error of a tangent.
     """
     tops = kr.starts(
         section_data.make_body(name),

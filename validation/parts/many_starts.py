@@ -230,9 +230,9 @@ def finite_or_none(x):
 def compare_medians(findings, target):
     """Return kreisel's median run time [s], and the other programs' medians relative to it.
 
-    A program is omitted if it fails to reach the target error for more than a quarter of the
-    initial states. The median run time of kreisel is None if it fails for more than a quarter of
-    the initial states.
+    A program is omitted if it fails to reach the target error for at least a quarter of the initial
+    states. The median run time of kreisel is None if it fails for at least a quarter of the initial
+    states.
     """
     medians = {}
     for program, title in list_programs().items():

@@ -1,7 +1,7 @@
 """The interface that all parts of the report implement.
 
 A single list of parts determines the page, the tables and the command line of the report. A new
-part needs a Python file, a template with the same name, and a line in report/contents.py. The
+part needs a Python file, a template with the same name, and two lines in report/contents.py. The
 Python file must end with the definition of a `Part` object.
 """
 

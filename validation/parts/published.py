@@ -1,6 +1,7 @@
 """Test problems from the literature, with comparisons of published and computed results.
 
-The file problems.json contains the published numbers and 30-digit reference values.
+The file problems.json contains the published numbers, and reference values that were computed with
+30 digits and rounded to 17.
 """
 
 import json

@@ -25,7 +25,7 @@ from .part import Part, write_csv
 
 SEED, TURNS = 6, 10.0
 END = TURNS * 2 * pi
-GIVEN = 0.4e-3  # run time for each method [s]
+GIVEN = 0.4e-3  # run time of each method for one top [s]
 SOME, TRIALS = 16, 3  # numbers of tops and of repetitions to find the setting
 FAR = 3.0  # longer run times, as multiples of the given time, are not due to noise
 PIECE = 50  # number of tops before the next method runs
@@ -42,7 +42,7 @@ KINDS = {
 
 
 def draw_body(kind, random):
-    """Draw a random body of the given kind, with moments of inertia between 0.2 and 1."""
+    """Draw a random body of the given kind, with moments of inertia between 0.05 and 2."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)

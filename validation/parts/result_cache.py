@@ -1,7 +1,7 @@
 """A cache of results, from which an interrupted report can be continued.
 
-Each line of the file contains one result as JSON. The first line of the cache file describes the
-conditions under which the results were computed. If the present conditions differ from those in the
+The first line of the cache file describes the conditions under which the results were computed.
+Each further line contains one result as JSON. If the present conditions differ from those in the
 file, a new file is started.
 """
 

@@ -29,7 +29,7 @@ def compute_section(name, orbits, crossings):
 
 
 def compute_kowalewski_section(region, orbits, crossings):
-    """Return the Poincare section of orbits with evenly spaced values of K^(1/4)."""
+    """Return the Poincare section of orbits with nearly evenly spaced values of K^(1/4)."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
         kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1

@@ -7,9 +7,9 @@ midpoint. In a step of size h, the midpoint rule rotates the top by the angle 2 
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
-The change of <m,a> in one step is of order h^2 if the step size resolves the spin. If the step size
-does not resolve the spin, the change of <m,a> per unit of time is independent of the step size, and
-of the same order as the component of the torque along V.
+The change of <m,a> per unit of time is of order h^2 if the step size resolves the spin. If the step
+size does not resolve the spin, the change of <m,a> per unit of time is independent of the step
+size, and of the same order as the component of the torque along V.
 """
 
 import kreisel as kr
@@ -91,7 +91,7 @@ def load_findings(store):
 
 
 def conclude(lines):
-    """Name the methods that conserve the energy and compute accurate attitudes."""
+    """Name the methods that keep energy and attitude, lose the attitude, or stop before the end."""
     if not lines:
         return ""
     end = max(line["t"][-1] for line in lines if line["t"])

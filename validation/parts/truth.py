@@ -29,7 +29,7 @@ def compare_truths(problem, end, store):
 
 
 def load_findings(problems, store):
-    """Return the reference solutions of each scene, computed in several ways."""
+    """Return the deviations [rad] of independent computations from the reference of each scene."""
     return [
         {
             "scene": problem.name,

@@ -65,7 +65,9 @@ def rounding_angles(problem, true, cell, by_steps):
     """Return the attitude errors [rad] caused by random and by systematic rounding errors.
 
     Random rounding errors are assumed to occur once in each step. Systematic rounding errors are
-    assumed to occur in each evaluation of the equations of motion, always in the same direction. A
+    assumed to occur in each evaluation of the equations of motion, always in the same direction.
+    For an undamped top, methods with steps are assumed to make at least one rounding error per
+    radian. A
     closed form does not accumulate rounding errors.
     """
     # A damped top comes to rest, so its roundings are those of its steps.

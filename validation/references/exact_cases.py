@@ -1,4 +1,4 @@
-"""Degenerate motions of Lagrange tops and free bodies, for tests of closed-form solutions."""
+"""Ordinary and degenerate motions of Lagrange tops and free bodies, to test closed forms."""
 
 import math
 

@@ -23,7 +23,7 @@ Array = npt.NDArray[np.float64]
 Decimals = npt.NDArray[np.object_]  # an array of decimals
 _PRECISION = 50
 _LATE = 1e-9  # relative error allowed for the period in doubles
-_STEADY = 1e-12  # a relative size of motion below this value counts as rest
+_STEADY = 1e-12  # relative rates of change below this value count as zero
 _AXES = np.eye(3)
 
 
@@ -234,7 +234,7 @@ def _make_separatrix_error(scene: kr.Scene) -> ValueError:
 
 
 def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float) -> float:
-    """Return the period of the motion, exact up to rounding errors.
+    """Return the period of the motion, or of small oscillations about a steady motion.
 
     Raises ValueError if the motion lies on a separatrix.
     """

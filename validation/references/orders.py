@@ -16,7 +16,8 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
     """Return a scene in which the top is not upright.
 
-    With an upright top, first-order errors would not be noticed, because no torque acts on it.
+    With an upright top, first-order errors would not be noticed, because no torque acts at the
+    start.
     """
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 

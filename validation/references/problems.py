@@ -36,7 +36,7 @@ class Problem:
     momentum: tuple  # about the fixed point, in the space frame [M L^2 T^-1]
     # the torque is -damping * w along the principal axes [M L^2 T^-1]
     damping: tuple = (0.0, 0.0, 0.0)
-    user: kr.Scene | None = None  # the original scene, if it contains more than this description
+    user: kr.Scene | None = None  # the scene from which the problem was made, if any
 
     def to_scene(self):
         """Convert the problem to a scene.

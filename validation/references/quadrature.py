@@ -172,7 +172,7 @@ class Lagrange:
         ]
 
     def _integrate_angle(self, x, weight, a, b, at_bottom):
-        """Integrate weight / (a + b sn^2) from the initial value to `x`.
+        """Integrate weight / (2 rate (a + b sn^2)) from the initial value to `x`.
 
         If `weight` is zero, the angle is constant, except that it jumps by half a turn whenever the
         axis passes through the vertical. Only half-turn jumps after the initial time are added to
@@ -191,7 +191,7 @@ class Lagrange:
     def __call__(self, t):
         """Return the attitude and the momentum at time `t`.
 
-        The symmetry axis must not be vertical at the initial time.
+        The symmetry axis must not be vertical at this time.
         """
         with mp.workdps(DIGITS):
             x = self.rate * mp.mpf(t)

@@ -1,10 +1,10 @@
-"""Reference solutions for strongly damped tops, by Radau collocation in 64-bit precision.
+"""Reference solutions for strongly damped tops, by Radau collocation in extended precision.
 
 The angular velocity w, the damping D and the rotor momentum h refer to the principal axes. The
 support turns with O and shakes, so that gravity is multiplied by g:
 
     J w' = (J w + h) x w + g (q* e3 q) x lever - D (w - q* O q),    q' = (q w - O q) / 2
-    g = 1 - amplitude rate^2 cos(rate t + phase)
+    g = 1 - amplitude rate^2 cos(rate t + phase) / gravity
 
 The integrator is the Radau IIA method of order 17 (Hairer and Wanner, Solving Ordinary Differential
 Equations II, section IV.5). The Radau method damps fast modes at any step size, so that steps can
@@ -33,7 +33,7 @@ NONE, Z = (0.0, 0.0, 0.0), np.array((0.0, 0.0, 1.0))
 
 @cache
 def radau_table():
-    """Return the nodes and the matrix of the Radau method, and the weights of its error estimate.
+    """Return the matrix of the Radau method, and the weights of its error estimate.
 
     The error estimate is the last coefficient of the collocation polynomial in a Legendre
     expansion.

@@ -57,7 +57,7 @@ def draw_tops(kind, n, end=END):
 
 
 def solve_end(scene, end, digits):
-    """Return the final attitude as an unevaluated sum of two doubles."""
+    """Return the final attitude in extended precision."""
     path = kr.solve(scene, [end], "taylor", digits=digits)
     return np.array(path.q[-1], np.longdouble) + path.q_low[-1]
 

@@ -24,7 +24,7 @@ def random_body(rng, kind):
 def any_body(rng):
     """Draw a random top of any kind.
 
-    One top in five starts close to the upright or hanging position. One top in ten rotates ten
+    One top in five starts with its third axis nearly vertical. One top in ten rotates ten
     times faster than usual, and one in ten a hundred times slower.
     """
     body = random_body(rng, KINDS[rng.integers(len(KINDS))])
@@ -92,7 +92,7 @@ def near_a_rod(rng):
 
 
 def nearly_flipping(rng):
-    """Draw an asymmetric top with chaotic motion and almost enough energy to flip over."""
+    """Draw an asymmetric top with about the energy that is needed to flip over."""
     body = random_body(rng, "asymmetric")
     lever = body.mass * np.linalg.norm(body.com)
     momentum = rng.normal(size=3) * np.sqrt(lever * max(body.moments))

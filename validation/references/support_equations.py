@@ -8,7 +8,7 @@ the inertial frame is w = J^-1 (M - rotor). The equations are
 with g = gravity - amplitude rate^2 cos(rate t + phase) and the unit vector a along the apex. The
 torque k of dry friction is -friction times the sign of the spin <w - u, a>. If the spin is zero,
 the torque k has the value that keeps the spin zero, provided that |k| does not exceed the friction.
-One compiled integrator in 128-bit arithmetic serves all tops.
+Three compiled integrators in 128-bit arithmetic serve all tops.
 """
 
 import math

@@ -39,7 +39,7 @@ def cite_peers(svg, metadata):
 
 
 def render_section(part, findings, metadata):
-    """Return the HTML code of one part of the report."""
+    """Return the conclusion of one part of the report and its HTML fragments, by name."""
     text = load_template(f"{part.name}.html").render(about=metadata, **part.build_context(findings))
     summary, mark, details = text.partition(FOLD)
     lead = ""

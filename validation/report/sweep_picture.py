@@ -1,8 +1,8 @@
 """A figure for docs/theory/ensembles.md that shows the largest tilt of two million tops.
 
-All tops have the same body. The motion has no closed-form solution, because the centre of mass is
-slightly off the symmetry axis. The tops have different spins and initial tilts. An interrupted
-computation is continued from the results in FOLDER.
+All tops have the same body. The motion has no closed-form solution, because all moments of inertia
+are different and the centre of mass is not the fixed point. The tops have different spins and
+initial tilts. An interrupted computation is continued from the results in FOLDER.
 
     python -m validation.report.sweep_picture FOLDER [validation/report/sweep.png]
 """
@@ -17,7 +17,7 @@ from ..drawing.style import plt
 
 BODY = kr.Body(1.0, (1.0, 1.2, 0.5), com=(0.2, 0.0, 1.0), unphysical=True)
 SPINS, TILTS = np.linspace(0.0, 8.0, 2000), np.linspace(0.001, 1.5, 1000)
-TIMES = np.geomspace(1.0, 100.0, 101)  # not a multiple of a nutation period
+TIMES = np.geomspace(1.0, 100.0, 101)  # unequal intervals, not in step with the nutation
 TARGET = Path(__file__).with_name("sweep.png")
 
 

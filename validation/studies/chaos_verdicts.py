@@ -1,8 +1,8 @@
 """The reliability of MEGNO as an indicator of chaos, for several durations.
 
 The reference is the classification after 30000 turns. If the value of MEGNO is near the threshold,
-the top is counted as doubtful. Wrong classifications are counted separately if the value of MEGNO
-is far from the threshold. Conclusion: if the threshold is 4, and values from 2.5 to 8 are regarded
+the top is counted as doubtful. Among the other tops, the wrong classifications as chaotic and as
+regular are counted. Conclusion: if the threshold is 4, and values from 2.5 to 8 are regarded
 as doubtful, no regular top is classified as chaotic. Few chaotic tops are classified as regular,
 and their number decreases as the integration time increases.
 

@@ -24,7 +24,7 @@ LOOKS = 41
 FACTOR = 3.0  # tolerated ratio of estimated to true error
 # tolerated fraction of ratios beyond the factor, if the errors are due to rounding
 LUCKY = {"taylor 30": 0.1}
-ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # true errors below this value are left to chance [rad]
+ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # true errors below this value are not compared [rad]
 WAYS = {
     "auto": {},
     "strang": {"step": 0.01},

@@ -4,10 +4,10 @@
 
 Measurements are simulated for tops with known parameters. The noise is normally distributed, with a
 standard deviation of 1 % of the signal or 0.01 rad. The fit starts from wrong moments of inertia, a
-wrong centre of mass and a wrong initial state. Because these initial values are wrong, kr.fit must
-derive a better initial guess from the measurements. Only quantities that can be determined from the
-measurements are compared. Errors within one fit are correlated, so each fit counts as a single
-sample.
+wrong initial state and, for asymmetric tops, a wrong centre of mass. Because these initial values
+are wrong, kr.fit must derive a better initial guess from the measurements. Only quantities that can
+be determined from the measurements are compared. Errors within one fit are correlated, so the
+number of independent samples is the number of fits.
 """
 
 import argparse

@@ -1,4 +1,5 @@
-/* Runs of ensembles with a given instruction set, order and tolerance, which users cannot select.
+/* Runs of ensembles with a given tolerance, and with an instruction set and an order that users
+ * cannot select.
  * Used by lane_orders.py. */
 #include <stdlib.h>
 #include "ensemble/worker.h"

@@ -34,7 +34,7 @@ static double *term(kr_lanes *l, int n, int i)
     double *const others[] = {l->turn[n], l->rate[n], l->near[n]};
     return i < 3 ? l->p[n][i] : i < TURN ? l->w[n][i - 3] : others[i - TURN];
 }
-/* Converts a number of both groups, with the address of that of the first. */
+/* Converts the corresponding numbers of both groups; `first` points to that of the first group. */
 INLINE floats to_floats(const double *first)
 {
     const double *second = (const double *)((const char *)first + sizeof(kr_lanes));

@@ -1,9 +1,9 @@
 """Run times of the Taylor method with the last coefficients in single precision.
 
 Conclusion: single precision is not worth using. With AVX-512, the run time of a step is determined
-by latency, because each coefficient depends on the previous ones. Single precision is 1.2 to 1.5
-times faster, but only if each thread integrates twice as many tops at a time as in double
-precision. See "Measured and left out" in docs/theory/taylor.md.
+by latency, because each coefficient depends on the previous ones. For many tops, single precision
+is 1.2 to 1.5 times faster, but only if each thread integrates twice as many tops at a time as in
+double precision. See "Measured and left out" in docs/theory/taylor.md.
 
     python -m validation.studies.single_precision
 

@@ -1,5 +1,5 @@
-/* Runs of the Taylor method with a given kernel and tolerance, which users cannot select. Used by
- * taylor_kernels.py. */
+/* Runs of the Taylor method with a given tolerance, and with a kernel that users cannot select.
+ * Used by taylor_kernels.py. */
 #define _POSIX_C_SOURCE 199309L
 #include <math.h>
 #include <stdlib.h>
@@ -21,8 +21,8 @@ const char *kr_bench_isa(int i)
 }
 /* Returns the order of the i-th kernel, or 0 beyond the last. */
 int kr_bench_order(int i) { return i < KR_ORDERS ? kr_taylor_isa(0)->plain[i].order : 0; }
-/* Returns the duration of a clock cycle in seconds, measured by dependent shifts and additions of
- * one cycle each. */
+/* Returns the duration of a clock cycle in seconds, measured by dependent shifts and exclusive ors
+ * of one cycle each. */
 double kr_bench_cycle(void)
 {
     enum { ROUNDS = 10000 };

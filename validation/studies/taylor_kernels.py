@@ -25,7 +25,7 @@ def compile_library(folder, terms):
 
 
 def read_list(get_number):
-    """Return the values of `give(i)` for i = 0, 1, 2 and so on, before the first false value."""
+    """Return the values of `get_number(i)` for i = 0, 1, 2, ... before the first false value."""
     numbers = []
     while number := get_number(len(numbers)):
         numbers.append(number)

@@ -1,5 +1,6 @@
-/* Runs a number of steps of Taylor kernels, of each order and with or without the heading, with
- * negligible other work. Usage: taylor_steps COUNT [whole|headless|digits ORDER]. */
+/* Runs a number of steps of one Taylor kernel, with negligible other work. The kernel computes the
+ * whole motion, the motion without the heading, or more digits. Usage: taylor_steps COUNT
+ * whole|headless|digits ORDER. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

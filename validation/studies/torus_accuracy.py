@@ -5,12 +5,13 @@
 Random tops are generated as in validation/benchmarks/kowalewski_speed.py. Here tau denotes the
 natural unit of time of the top. The reference solutions are computed by the Taylor method in
 30-digit arithmetic. For each top, the error is measured at one random time that differs from the
-initial time by 0.1 to `--longest` times tau. For a few tops, the errors are also measured at much
-later times, up to 1e6 tau. The conditioning is the change of a state if the initial state is
-perturbed by one rounding error in a random direction. The drift of the conserved quantities is
-measured up to 1e6 times the natural unit of time tau.
+initial time by 0.1 to `--longest` times tau. For the first `--late` tops, the error is also
+measured at a random time from 1e4 to 1e6 tau. The conditioning is the largest change of a state if
+the initial state is perturbed by one rounding error in each of three random directions. The drift
+of the conserved quantities is measured up to 1e6 times the natural unit of time tau.
 
-To test consistency, the closed form is also computed from a later state of the same motion. The two
+To test consistency, the closed form of the first `--restarted` tops is also computed from a later
+state of the same motion. The two
 closed forms are compared at a late time, 1e6 times the natural unit of time tau. The difference
 between the two solutions is divided by the effect of one rounding error, because rounding errors
 change the frequencies of the motion.
@@ -48,7 +49,7 @@ def differ(one, other, scale):
 
 
 def largest_momentum(scene):
-    """Return the largest momentum that the energy of a scene allows."""
+    """Return an upper bound on the momentum for the energy of a scene."""
     start = kr.exact(scene)([0.0])
     lever = scene.body.mass * abs(scene.gravity) * np.linalg.norm(scene.body.com)
     return float(np.sqrt(2.0 * max(scene.body.inertia) * (abs(start.energy[0]) + 3.0 * lever)))
@@ -82,7 +83,7 @@ def solve_with_30_digits(scene, t):
 
 
 def compare_with_series(scene, top, t, rng, scale, limit):
-    """Return the error of the closed form at `t`, and the effect of rounding if it is large."""
+    """Return the error of the closed form at `t` and, if it is large, the effect of rounding."""
     error = differ(top([t]), solve_with_30_digits(scene, [t]), scale)
     return error, condition(scene, t, rng, scale, solve_with_30_digits) if error > limit else 0.0
 

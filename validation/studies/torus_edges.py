@@ -4,7 +4,7 @@
 
 Each family of motions depends on a parameter eps, and the motion for eps = 0 is degenerate. For
 each eps, the largest error at five times up to 1000 / max(1, rate) is printed, where rate bounds
-the angular velocity. The reference solutions are computed by the Taylor method in 30-digit
+the initial angular velocity. The reference solutions are computed by the Taylor method in 30-digit
 arithmetic. The letter c precedes the error estimate of the closed form (its certificate). If the
 error exceeds 3e-14, the effect of one rounding error in the initial state is also printed. An
 exclamation mark is printed if this effect of rounding is less than a tenth of the observed error.
@@ -79,7 +79,7 @@ def constants(scene):
 
 
 def discriminant(h, vertical, c):
-    """Return the discriminant of 2 (w + h)(w^2 + c) - vertical^2."""
+    """Return the discriminant of (w + h)(w^2 + c) - vertical^2 / 2."""
     b, d, e = h, c, h * c - vertical * vertical / 2
     return 18 * b * d * e - 4 * b**3 * e + b * b * d * d - 4 * d**3 - 27 * e * e
 
@@ -132,7 +132,7 @@ def discriminant_of_phi(scene):
 
 
 def separatrix(scene):
-    """Return a function that vanishes on the separatrix of a Goryachev-Chaplygin top."""
+    """Return a number that vanishes on the separatrix of a Goryachev-Chaplygin top."""
     L, up = see_from_body(scene)
     transverse = L[0] ** 2 + L[1] ** 2
     H = (transverse + 4 * L[2] ** 2) / 2 + up[0]

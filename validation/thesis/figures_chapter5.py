@@ -16,7 +16,7 @@ TOPS = ("red", "blue", "yellow", "green")
 
 
 def cuboid_dimensions(kind, half=0.8):
-    """Return the dimensions of the cuboid, and the position of the fixed point."""
+    """Return the half sides of the cuboid, and the position of the fixed point."""
     return (STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2)
 
 

@@ -1,7 +1,7 @@
 """Redrawn figures of chapter 6 of the thesis (Bodack 2008).
 
-The left panels show the same curves as the figures in the thesis. Some figures have a right panel,
-which shows additional methods on a logarithmic scale.
+The left panels show the same curves as the figures in the thesis. Some figures have a right panel
+with further results, such as additional methods on a logarithmic scale.
 """
 
 import numpy as np

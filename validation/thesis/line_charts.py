@@ -99,7 +99,7 @@ def draw_mark(axes, point, text, offset, ha="left"):
 
 
 def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Draw figure 5.12, which shows the steps of two methods with a common final time."""
+    """Draw figure 5.12, which shows two step sizes with a common final time."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (

@@ -2,7 +2,7 @@
 Where will a top be if its initial state is uncertain?
 ======================================================
 
-A thousand tops, whose initial momenta differ by about one per cent, form a cloud of states.
+A thousand tops, whose initial momenta differ by about one per cent or less, form a cloud of states.
 Ensemble weather forecasts study how clouds of initial states spread.
 """
 

@@ -5,7 +5,8 @@ Can a chaotic motion be fitted?
 The attitudes of a chaotic top are measured with an error of 0.01 rad for 15 Lyapunov times, in
 which errors grow by a factor of three million. No trajectory from a guessed initial state fits all
 measurements. The fit therefore divides the motion into pieces whose ends must meet. Errors grow
-little within each piece, and the fit determines the moments to a few parts in ten thousand.
+little within each piece, and the fit determines the ratios of the moments to about one part in a
+thousand.
 """
 
 import kreisel as kr

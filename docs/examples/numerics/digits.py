@@ -3,8 +3,8 @@ What are 30 digits good for?
 ============================
 
 More digits extend the time over which a motion can be predicted. For this chaotic top, each digit
-adds about ten units of time. At a moderate cost, a path with 30 digits remains accurate long after
-double precision has become useless.
+adds about fifteen units of time or more. At a moderate cost, a path with 30 digits remains accurate
+long after double precision has become useless.
 """
 
 from time import perf_counter

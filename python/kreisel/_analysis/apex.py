@@ -74,11 +74,13 @@ class Apex:
         """Return the nutation and precession of a Lagrange top, averaged over complete periods.
 
         The averages are taken over the interval from the first to the last minimum of the apex
-        height. The function kreisel.exact computes the same values directly from a scene. The
+        height. The function kreisel.exact computes the same values directly from a scene, but
+        counts no half turns where the apex passes through the vertical. The
         minima and maxima of the apex height are found by cubic interpolation between the states of
-        the path. The averages are accurate to four digits for 50 states per nutation period, and to
-        seven digits for 400 states. If the apex height varies by less than 1e-9, the motion counts
-        as a steady precession, and the nutation period is NaN.
+        the path. Unless the apex comes close to the vertical, the averages are accurate to four
+        digits for 50 states per nutation period, and to seven digits for 400 states. If the apex
+        height varies by less than 1e-9, the motion counts as a steady precession, and the nutation
+        period is NaN.
 
         Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
         raises ValueError if the path contains no complete nutation period, or fewer than four

@@ -5,12 +5,12 @@ For an axis of the body, usually the apex, let
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
 For a regular motion, z, u and h as functions of time are sums of spectral lines a exp(i f t), each
-with an amplitude a and a frequency f. The frequencies in the signal h are integer multiples of the
-nutation frequency v. The frequencies in the signal z differ from the mean precession rate by
-integer multiples of the nutation frequency v. The frequencies in the signal u differ from the mean
-spin rate by integer multiples of the nutation frequency v. The strongest spectral line is located
-at the maximum of the Fourier transform of the windowed signal. Each spectral line is subtracted
-from the signal before the next one is sought.
+with an amplitude a and a frequency f. For Lagrange tops and free bodies, the frequencies in the
+signal h are integer multiples of the nutation frequency v. For the same bodies, the frequencies in
+the signal z differ from the mean precession rate by integer multiples of v. Likewise, the
+frequencies in the signal u differ from the mean spin rate by integer multiples of v. The
+strongest spectral line is located at the maximum of the Fourier transform of the windowed signal.
+Each spectral line is subtracted from the signal before the next one is sought.
 
 Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
 The signal is multiplied by a Kaiser window, whose side lobes are at the level of rounding errors.
@@ -46,7 +46,7 @@ from .turns import Waves, compute_axis_motion_about_direction, measure_angle_inc
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_SHARPNESS = 11.0  # shape parameter of the window, whose side lobes are below exp(-11 pi)
+_SHARPNESS = 11.0  # shape parameter of the window, whose side lobes are below 2e-14
 _FEWEST = 64  # least number of states
 _EVEN = 1e-9  # allowed deviation of a time from even spacing, relative to the spacing
 _ROUNDS = 12  # largest number of Newton steps for a line
@@ -63,8 +63,9 @@ class Frequencies(ReadOnlyArrays):
                 opposite. If the axis passes a pole within 1e-11 rad, the half turn of this pass is
                 not counted. NaN if the axis stays at a pole, or passes a pole at a distance below
                 the errors of the path
-    nutation    frequency of the strongest line of the height of the axis [T^-1]: 2 pi divided by
-                the time from one lowest point to the next. 0 if the height is constant
+    nutation    frequency of the strongest line of the height of the axis [T^-1]; for Lagrange tops
+                and free bodies, 2 pi divided by the time from one lowest point to the next. 0 if
+                the height is constant
     spin        mean rate of the body about the axis, in addition to the precession [T^-1]; NaN if
                 the precession is NaN
     lines       (n,) frequencies of apex_x + i apex_y, the strongest first [T^-1]
@@ -92,9 +93,9 @@ class Frequencies(ReadOnlyArrays):
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex motion with matplotlib, and return the axes.
 
-        A dot marks the amplitude of each spectral line. Each spectral line is labelled with its
-        offset from the precession frequency, divided by the nutation frequency. A dashed line marks
-        the precession frequency.
+        A dot marks the amplitude of each spectral line. A spectral line is labelled with k if its
+        offset from the precession rate is k nutation frequencies, with an integer k. A dashed line
+        marks the mean precession rate.
 
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scene is described, for the labels
@@ -231,11 +232,11 @@ def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
 def _estimate_mean_angle_rate(t: Array, signal: Waves, increments: Array, part: float) -> float:
     """Compute the mean rate of an angle from its `increments` between successive states.
 
-    The mean rate differs from the frequency of the strongest spectral line by an integer multiple
-    of `part`, which is the nutation frequency or half of it. If the integer multiple can be
-    determined with certainty, the mean rate is computed from the frequency of the strongest line.
-    If the integer multiple is uncertain but the angle varies smoothly, the mean rate is computed
-    from the increments. In all other cases, the result is NaN.
+    For Lagrange tops and free bodies, the mean rate differs from the frequency of the strongest
+    spectral line by an integer multiple of `part`, which is the nutation frequency or half of it.
+    If the integer multiple can be determined with certainty, the mean rate is computed from the
+    frequency of the strongest line. If the integer multiple is uncertain but the angle varies
+    smoothly, the mean rate is computed from the increments. In all other cases, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(increments)) @ increments) / step

@@ -68,7 +68,7 @@ def _measure_step_times_of_methods(methods: Methods) -> dict[str, list[float]]:
 
 
 def _measure_step_time(method: Method, top: Scene) -> float:
-    """Measure the run time per step in seconds; return 0 if the method cannot integrate the top."""
+    """Measure the time per step [s]; return 0 for closed forms and methods that do not apply."""
     if method.exact or not method.applies_to(top.body):
         return 0.0
     begin = time.perf_counter()

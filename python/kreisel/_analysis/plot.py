@@ -31,7 +31,8 @@ def plot(
 
     path       one path or up to 8 paths, as a list or as separate arguments. Several paths are
                drawn side by side
-    axes       the axes to draw in instead of a new figure, three for each path. It may also be
+    axes       the axes to draw in instead of a new figure: three for each path, and for two paths
+               optionally a seventh for their difference. It may also be
                given as the second argument without its name
     degrees    False: angles in radians instead of degrees
     time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds

@@ -159,8 +159,8 @@ class Rod:
 def rod(path: Path) -> Rod:
     """Return the elastic rod that corresponds to a path under Kirchhoff's analogy.
 
-    The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
-    is on a principal axis. The rod carries no load if the centre of mass coincides with the fixed
+    The rod is isotropic if the moments about both axes normal to its tangent are equal, as for a
+    Lagrange top. The rod carries no load if the centre of mass coincides with the fixed
     point.
 
     Raises ValueError if there is damping, friction, a rotor or a moving support. Also raises

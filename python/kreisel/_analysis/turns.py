@@ -27,7 +27,7 @@ Indices = npt.NDArray[np.int64]
 THROUGH = 1e-11  # a pass at a smaller distance from a pole [rad] counts as a pass through it
 _ROUNDS = 24  # halvings of the time between states, enough for a pass at the distance THROUGH
 _SAFETY = 4.0  # a pole must be this many times as far from a chord as the arc can be
-_STRAIGHT = 0.1  # largest distance of arc and chord, per length, if an arc ends at a pole
+_STRAIGHT = 0.1  # largest distance of arc and chord, per length, if an end is a pole
 
 
 class BodyAxisMotion(NamedTuple):

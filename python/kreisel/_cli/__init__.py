@@ -1,4 +1,4 @@
-"""Command-line interface, whose commands and options are named after Python functions."""
+"""Command-line interface whose commands and options have the names used in the package."""
 
 from .main_command import main
 

@@ -50,7 +50,8 @@ def parse_output_files(
     """Validate the requested output files and return them.
 
     `places` lists each option with its file name, which is None if the option was not given. Raises
-    UsageError if a file cannot be written, or if the same file is used twice.
+    UsageError if a file cannot be written, if its extension belongs to another format, or if the
+    same file is used twice.
     """
     destinations = [
         _append_npz_extension(OutputDestination(option, file))

@@ -20,7 +20,7 @@ class StopSignalHandler:
     """A handler for Ctrl-C and SIGTERM during a run.
 
     After the first signal, the run stops, and the results obtained so far are written to the output
-    files. A second signal terminates the process immediately.
+    files. A second signal of the same kind terminates the process immediately.
     """
 
     def __init__(self, end: float) -> None:
@@ -64,7 +64,7 @@ class StopSignalHandler:
             yield
 
     def update_progress_bar(self, t: float) -> None:
-        """Update the progress bar. Raises KeyboardInterrupt if a signal was received."""
+        """Update the progress bar; raise KeyboardInterrupt if a signal arrived before the end."""
         if self._bar is not None:
             self._bar.update(self._task, completed=abs(t))
         if self.asked and t != self._end:

@@ -137,7 +137,7 @@ class RunOutputs:
         """Finish all outputs, even if an error occurs in one of them, and save the run.
 
         The saved state is the last one that has been written to all outputs. The run is not saved
-        if an output cannot be written. Raises the exception that stopped the run or, if there is
+        if an output cannot be finished. Raises the exception that stopped the run or, if there is
         none, the first error that occurred while writing an output.
         """
         failures = [end.stopped] if end.stopped else []

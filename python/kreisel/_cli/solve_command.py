@@ -116,7 +116,8 @@ def solve(scene: str, t: time_option.TimeSequence, **words: Unpack[_SolveCommand
     """Compute the motion of a scene.
 
     If the computation fails or is interrupted, the output files contain all states up to the last
-    valid one. Memory use is constant unless --json or --npz is given.
+    valid one. Memory use is constant except with --json, --npz, --all-rows, --events, --error or
+    the method geometric.
     """
     top, stops = a_scene(scene), StopSignalHandler(t.end)
     outputs = RunOutputs(words, (scene,), words["events"])

@@ -56,7 +56,8 @@ def fit(
               outliers
     pieces    the number of pieces of the motion with their own start, whose ends must meet, for
               chaotic motion. None: as many as the growth of errors requires
-    max_evaluations   the largest number of computed paths
+    max_evaluations   the largest number of paths through all records in one search; paths through
+                      parts of the records and in pieces are not counted
     progress  a function called after each improvement with the number of computed paths and the
               sum of squares per degree of freedom; an exception in it stops the fit
 

@@ -59,12 +59,14 @@ class Fit(ReadOnlyArrays):
                   vector in principal-axis components
     sigma         for each record {quantity: standard deviation}, given or estimated; a number if
                   all are equal, otherwise an array, NaN where nothing was measured
-    chi2          sum of the squared residuals
-    dof           degrees of freedom: the number of residuals minus the number of parameters
+    chi2          sum of the squared residuals; for the soft loss, only of those within 3 sigma
+    dof           degrees of freedom: the number of residuals minus the number of parameters, at
+                  least 1
     residual_correlation  mean correlation of neighbouring residuals
     inflation     factor by which errors were enlarged because residuals are large or correlated
     nonlinearity  deviation from 1 of the relative rise of chi2 at one standard deviation along the
-                  least certain direction. If it is large, the errors are not normal
+                  least certain direction. If it is large, the errors are not normal. It is 0 for
+                  the soft loss and for a motion in pieces
     unidentified  a sentence for each direction that the records do not determine
     ambiguous     a sentence about another spin that fits as well, for records with few samples a
                   turn; empty otherwise
@@ -73,7 +75,7 @@ class Fit(ReadOnlyArrays):
     excess        for the soft loss with given sigma: the size of the residuals in sigmas, from the
                   median, if chance and a tenth of outliers do not explain it; otherwise 0
     at_bound      a sentence for each parameter at its bound. Its error is that without the bound
-    has_converged  False if the search ended at the largest number of paths
+    has_converged  False if the search ended at a limit on the number of paths
     evaluations   the number of computed paths
     piece_starts  the times at which the pieces of the motion begin; empty for a single motion
     """

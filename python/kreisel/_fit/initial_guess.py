@@ -15,7 +15,8 @@ top satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (L (t e) - int e dt),    e^ = e' + O x e,
 
-with a = (I3 W3 + h3) / I1 at t = 0, k = M |c| / I1, and s = +-f / I1 until friction stops the spin.
+where the first h is a constant vector, a = (I3 W3 + h3) / I1 at t = 0, k = M |c| / I1, and s = +-f
+/ I1 until friction stops the spin. In a, the number h3 is the axial momentum of the rotor.
 """
 
 from __future__ import annotations
@@ -50,11 +51,11 @@ from .rotations import (
 )
 
 _LEAST = 1e-3  # least density of a guess, relative to its largest moment
-_SMOOTHING = 9  # samples of the local parabola that smooths a trace
+_SMOOTHING = 9  # samples of the local cubic that smooths a trace
 _PADDING = 4  # length of a Fourier transform, relative to the data
 _LINES = 3  # frequencies of nutation that are tried
 _STOPPED = 0.05  # spin that friction has nearly stopped, relative to the largest
-_SHORT = 4  # the shorter guess uses this part of the samples
+_SHORT = 4  # number of samples, relative to that of the shorter guess
 _EPSILON = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _EPSILON[_i, _j, _k], _EPSILON[_i, _k, _j] = 1.0, -1.0
@@ -412,7 +413,7 @@ def _estimate_mean_precession_rate(trace: ApexSamples) -> float:
 def _estimate_spin_and_torque_ratios(
     trace: ApexSamples, turning: float
 ) -> list[tuple[float, float]]:
-    """Estimate the top's parameters a and k from the strongest spectral lines of the apex height.
+    """Estimate a and k = M g |c| / I1 from the strongest spectral lines of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
     sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is

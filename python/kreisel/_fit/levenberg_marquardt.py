@@ -20,7 +20,7 @@ from .residuals import ResidualEvaluation
 LossName = Literal["linear", "soft"]
 
 _RANK_RTOL = 1e-13  # smaller eigenvalues of J^T J are rounding errors, relative to the largest
-_DAMPING = 1e-6  # first damping, relative to the largest eigenvalue
+_DAMPING = 1e-6  # first damping, relative to the largest eigenvalue (to the median one if is_stiff)
 _DAMPING_MOST = 1e3
 _DAMPING_LEAST = 1e-14
 _FACTOR = 16.0  # change of the damping after a failed and after a successful step
@@ -49,7 +49,7 @@ class LeastSquaresModel(Protocol[P]):
 class Minimum(NamedTuple):
     """The point with the lowest cost that a search has found.
 
-    has_converged  True if the last step improved the cost by less than the tolerance
+    has_converged  False if the search ended at its limit, or if no cost was finite
     """
 
     point: object

@@ -17,6 +17,6 @@ SEEN_FROM_BODY = frozenset(
     for name in MEASURABLE
     if name.startswith("body_") or name in (INERTIAL_VELOCITY.name, SPECIFIC_FORCE.name)
 )
-ANGULAR = frozenset(  # quantities in degrees and their powers of time
+ANGULAR = frozenset(  # angular velocities and accelerations, which may be in degrees
     name for name in MEASURABLE if MEASURABLE[name].dimension in ("T^-1", "T^-2")
 )

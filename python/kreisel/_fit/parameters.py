@@ -117,7 +117,7 @@ class FitPoint:
 
     @cached_property
     def moments(self) -> Array:
-        """The principal moments of inertia, each at least 1e-12 times their sum."""
+        """The principal moments of inertia, each at least 1e-12 times the sum of the densities."""
         moments: Array = self.densities.sum() - self.densities
         safe: Array = np.maximum(moments, 1e-12 * self.densities.sum())
         return safe

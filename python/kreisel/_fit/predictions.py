@@ -52,7 +52,7 @@ class QuantityPredictor:
     block      the scene of the point, for the core
     states     (n, 8)
     tangents   (n, 6, c) by the numbers of the scene, or (n, 6, 0)
-    bits       the numbers of the scene
+    bits the flags of the tangents, which select these numbers
     transform  (c, size) derivatives of these numbers with respect to the free parameters
     has_rate   True if time derivatives are needed
     origin     the time of the motion at which the scene begins

@@ -290,7 +290,7 @@ class _SeriesResiduals:
         )
 
     def _get_instrument_parameter(self, name: str) -> Array | None:
-        """Return a property of the measuring instrument, or None if it lacks this property."""
+        """Return a fitted property of the measuring instrument, or None if it is not fitted."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 

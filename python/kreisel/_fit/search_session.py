@@ -41,7 +41,7 @@ _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no piec
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
 _PLAUSIBLE = 1.3  # chi2 per degree of freedom from the median with a tenth of outliers
 _MEDIAN_SPREAD = 2.34  # its standard deviation for one normally distributed residual
-_ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
+_ROUGHLY = 1.5  # largest chi2 per degree of freedom of a good fit if sigma is estimated
 _FAR = 100.0  # longest time before the first measurement, relative to the length of the records
 _SAME = 1e-6  # relative difference of equal costs
 _BLIND_TO_SIGN = {"body_velocity", "inertial_velocity", "body_acceleration"}
@@ -173,7 +173,7 @@ class SearchSession:
             )
 
     def search(self, pieces: int | None, has_data_guess: bool) -> None:
-        """Search the best solution."""
+        """Find the best solution."""
         base = Guess(self.parameters.start, None)
         is_single = pieces is None or pieces == 1
         agreement, _ = self._find_match_end_and_cost(base.point)

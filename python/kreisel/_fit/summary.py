@@ -103,7 +103,7 @@ def _format_summary_head(fit: FitLike) -> str:
 
 
 def _list_parameter_rows(fit: FitLike) -> list[tuple[str, str, str]]:
-    """Return a row (name, value and error, unit) for each parameter and each moment ratio."""
+    """Return rows (name, value and error, unit), with moment ratios if any error is infinite."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
     rows = [
         (

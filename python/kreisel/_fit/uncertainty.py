@@ -1,9 +1,9 @@
 """Covariances of fitted parameters, and measures of their reliability.
 
 If chi2 per degree of freedom exceeds the range expected by chance, the errors are multiplied by its
-square root. If neighbouring residuals have correlation r, the errors are also multiplied by sqrt((1
-+ r) / (1 - r)). Sources: Box, Jenkins and Reinsel, Time Series Analysis, for correlated residuals;
-Huber and Ronchetti, Robust Statistics, section 7.6, for the soft loss.
+square root. If neighbouring residuals have a significant correlation r, the errors are also
+multiplied by sqrt((1 + r) / (1 - r)). Sources: Box, Jenkins and Reinsel, Time Series Analysis, for
+correlated residuals; Huber and Ronchetti, Robust Statistics, section 7.6, for the soft loss.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def compute_residual_statistics(
 
 
 def _correlate_neighbouring_residuals(rows: tuple[ResidualRows, ...], residuals: Array) -> float:
-    """Return the mean correlation of neighbouring residuals for each component of each series."""
+    """Return the correlation of neighbouring residuals, averaged over all components of series."""
     correlations = []
     for one in rows:
         values, measured = one.select_series_residuals(residuals), one.measured_mask

@@ -95,7 +95,7 @@ class BatchBase(Generic[_M]):
         ]
 
     def _forget_varying_parameters(self) -> Self:
-        """Clear the cached names of the varying parameters and of the dimensions."""
+        """Clear the list of varying parameters and the names of the dimensions."""
         self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
         return self
 

@@ -441,7 +441,8 @@ def add_inertia_of_point_masses(
 ) -> BatchParameter:
     """Add the inertia of point masses at the positions `lever` to inertia tensors.
 
-    The result contains moments of inertia if all tensors are diagonal, and matrices otherwise.
+    The result contains moments if `tensor` contains moments and all sums are diagonal, and matrices
+    otherwise.
     """
     x, y, z = split_components(lever)
     with np.errstate(all="ignore"):

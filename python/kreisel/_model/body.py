@@ -79,8 +79,9 @@ class Body(ShapeConstructors[float, float | Vector]):
     'lagrange'
     """
 
-    # The core has the same constructors, and their results are equal to the last bit. But the core
-    # stores only principal moments and axes, while a Body also stores the inertia as given.
+    # The core has some of the same constructors, with results that are equal to the last bit. But
+    # the core stores only principal moments and axes, while a Body also stores the inertia as
+    # given.
 
     mass: float
     inertia: Vector | tuple[Vector, Vector, Vector]

@@ -1,8 +1,8 @@
 """Broadcasting of parameters to the shape of an ensemble.
 
 A column is an array whose shape is that of the ensemble, followed by that of one value, such as ()
-or (3,). Along a dimension in which all values are equal, the stride is zero, so these values are
-stored only once.
+or (3,). Along a dimension to which a value is broadcast, the stride is zero, so the value is stored
+only once.
 """
 
 from __future__ import annotations
@@ -193,9 +193,8 @@ def name_varying_dimensions(
 ) -> tuple[str | None, ...]:
     """Name each dimension after the only parameter that varies along it.
 
-    A dimension is named after a scalar parameter only if this parameter varies along no other
-    dimension. All
-    other dimensions have the name None.
+    This parameter must be a scalar that varies along no other dimension. All other dimensions have
+    the name None.
     """
     if not shape:
         return ()

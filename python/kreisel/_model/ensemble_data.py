@@ -191,10 +191,9 @@ class EnsembleBase(BatchBase[S]):
     def axes(self) -> tuple[str, ...]:
         """The names of the dimensions of the ensemble.
 
-        If exactly one parameter varies along a dimension, the dimension is named after this
-        parameter. A dimension can be named only after a scalar parameter that varies along no other
-        dimension. All other dimensions are named 'dim_k', where k is the index; a single dimension
-        is named 'top'.
+        A dimension is named after the only parameter that varies along it, if this parameter is a
+        scalar and varies along no other dimension. All other dimensions are named 'dim_k', where k
+        is the index, or 'top' if the ensemble has only one dimension.
         """
         return self._dimension_names
 

@@ -130,8 +130,8 @@ def refuse_disturbances(
     """Raise ValueError if a scene or an ensemble has disturbances other than those in `exceptions`.
 
     The message consists of `statement`, the names of the disturbances that are not allowed, and
-    `reason`. If the only disturbance is a support that turns about e3, `reason` is replaced by a
-    hint that suggests the inertial frame.
+    `reason`. If the only disturbance that is not allowed is a support that turns about e3, `reason`
+    is replaced by a hint that suggests the inertial frame.
     """
     disturbances = [name for name in list_disturbances(tops) if name not in exceptions]
     if not disturbances:
@@ -151,7 +151,7 @@ def validate_ensemble_environment(
 ) -> tuple[list[BatchParameter], dict[str, Array]]:
     """Validate the environment parameters of an ensemble, and convert them to columns.
 
-    Optional parameters whose value is None are omitted from the columns.
+    If turning, shaking or friction is None, its column is zero, and the returned list omits it.
     """
     gravity, (drag, dampings) = (
         validate_parameter("gravity", environment.gravity),

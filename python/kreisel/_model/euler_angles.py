@@ -96,7 +96,7 @@ def is_steady_precession_requested(
 ) -> bool:
     """Return True if a steady precession is requested.
 
-    Raises TypeError or ValueError if another argument is incompatible with steady precession.
+    Raises TypeError if `steady` or `fast` is not a bool, and ValueError for incompatible arguments.
     """
     if as_bool("fast", fast) and not steady:
         raise ValueError("fast chooses between two steady precessions: also pass steady=True")
@@ -166,7 +166,8 @@ def solve_steady_precession(
     W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
     and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
     gravity. The larger root of this quadratic equation is computed without cancellation, and the
-    smaller one from the product of the roots. All arguments are arrays that broadcast.
+    smaller one from the product of the roots. All arguments except `fast` are arrays that
+    broadcast.
     """
     a, b, root = _compute_precession_coefficients(i1, i3, torque, spin, tilt)
     with np.errstate(all="ignore"):
@@ -209,7 +210,8 @@ def compute_steady_precession_rate(
 ) -> float:
     """Return the rate of steady precession of one top.
 
-    Raises ValueError, with the least possible spin in the message, if no steady precession exists.
+    Raises ValueError if no steady precession exists. If the spin is too small, the message states
+    the least possible spin.
     """
     i1, i3, pull, rate, angle = (
         np.asarray(x) for x in (transverse_moment, axial_moment, torque, spin, tilt)

@@ -20,7 +20,7 @@ _Rational = tuple[Fraction, ...]
 def add_impulse_to_momentum(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
     """Add an angular impulse to a momentum, and return the leading and low-order parts of the sum.
 
-    `low` contains the low-order parts of the components of the initial momentum. If the sum
+    `low` contains the low-order parts of the components of `momentum`. If the sum
     overflows, its components are infinite or NaN.
     """
     x, y, z = map(_add_with_low_word, momentum, low.tolist(), impulse)

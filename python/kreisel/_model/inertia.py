@@ -53,7 +53,7 @@ def principal_moments(tensor: Array) -> list[float]:
 
 
 def find_ill_conditioned_inertia_error(tensor: Array) -> ValueError | None:
-    """Return a ValueError if the least principal moment is below the rounding errors, else None."""
+    """Return a ValueError if the least moment of a non-diagonal tensor is too small, else None."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
@@ -113,9 +113,9 @@ def parallel_axis_term(mass: float, com: Array, displacement: Array) -> Array:
 def inertia_at_fixed_point(
     mass: float, inertia: ArrayLike | None, inertia_about_com: ArrayLike | None, com: ArrayLike
 ) -> Array:
-    """Return the tensor of inertia at the fixed point, from `inertia` or `inertia_about_com`.
+    """Return the tensor of inertia at the fixed point, computed from `inertia_about_com`.
 
-    Raises ValueError unless exactly one of `inertia` and `inertia_about_com` is given.
+    Raises ValueError if both `inertia` and `inertia_about_com` are given, or neither.
     """
     if (inertia is None) == (inertia_about_com is None):
         correction = "not none" if inertia_about_com is None else "not both"

@@ -129,7 +129,7 @@ class Scene:
         fields["turning"], fields["shaking"], fields["friction"], fields["_block"] = u, s, f, block
 
     def __repr__(self) -> str:
-        """Return the constructor call as text, omitting a support at rest."""
+        """Return the constructor call as text, omitting a support at rest and zero friction."""
         words: dict[str, object] = dict(self._list_constructor_arguments())
         for name in ("turning", "shaking"):
             if not any(getattr(self, name)):
@@ -175,7 +175,7 @@ class Scene:
 
     @cached_property
     def _rotation_rate(self) -> float:
-        """Angular velocity [T^-1], estimated from the momentum and the pendulum frequency."""
+        """Estimated rate of motion [T^-1], from momentum, torque and the motion of the support."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         amplitude, rate, _ = self.shaking
         weight = self.body.mass * (abs(self.gravity) + abs(amplitude) * rate * rate)
@@ -186,7 +186,7 @@ class Scene:
 
     @cached_property
     def _resolvable_horizon(self) -> float:
-        """A time [T] up to which `check_resolvable_horizon` never raises an error."""
+        """A time [T] up to which the top turns by at most 2**52 rad, which doubles can resolve."""
         return 0.5 * _COUNTABLE / self._rotation_rate if self._rotation_rate > 0.0 else math.inf
 
     @cached_property
@@ -228,9 +228,9 @@ class Scene:
 
         - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 
-        `degrees` applies to the parameters of Scene.spinning and Scene.from_euler. If exactly one
-        scalar parameter varies along a dimension of the ensemble, the dimension is named after this
-        parameter; see tops.axes and tops.coords.
+        `degrees` applies to the parameters of Scene.spinning and Scene.from_euler. If the only
+        parameter that varies along a dimension is a scalar and varies along no other dimension, the
+        dimension is named after it; see tops.axes and tops.coords.
 
         >>> import kreisel as kr, numpy as np
         >>> top = kr.scenes.sleeping
@@ -346,8 +346,9 @@ class Scene:
                     arguments gravity to friction are as in Scene
 
         Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
-        a rotor or a moving support. Also raises ValueError if no steady precession exists. The
-        error message states the least spin for which steady precession exists.
+        `precession`, a rotor, damping, friction or a moving support. Also raises ValueError if no
+        steady precession exists. If the spin is too small, the message states the least possible
+        spin.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -441,7 +442,7 @@ class Ensemble(EnsembleConstructors[Scene]):
     `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
     scenes or, if there are several dimensions, ensembles. Each member is bitwise equal to the
     kr.Scene with the same parameters. Attitudes given in single precision may differ from those of
-    kr.Scene in the last bit. A value that is the same for all members is stored only once. Two
+    kr.Scene in the last bit. A single value that is given for all members is stored only once. Two
     ensembles are equal if all their parameters are equal.
 
     Raises the same exceptions as Scene, with the index of the first invalid value in the message.

@@ -1,7 +1,7 @@
 """Validation of the constructor arguments of a scene.
 
-The C library validates arguments that are Python numbers. If any argument is of another type, all
-arguments are validated one by one in Python.
+The C library validates arguments that consist of plain numbers. If any argument is invalid or of
+another type, all arguments are validated one by one in Python.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def validate_scene_arguments(
 def _convert_velocity_to_momentum(
     body: Body, name: str, q: Quaternion, value: Vector, turning: Vector
 ) -> Vector:
-    """Return the angular momentum of a top, given its angular velocity `value`."""
+    """Return the angular momentum of a top, given the `value` of the initial condition `name`."""
     rotor = _replace_zeros_by_negative_zeros(body.principal_rotor) if any(body.rotor) else None
     moving = _replace_zeros_by_negative_zeros(turning) if any(turning) else None
     return compute_angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)

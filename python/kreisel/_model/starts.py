@@ -6,8 +6,8 @@ axes, and let J be the inertia tensor. Let
 The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
     U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
 is the amended potential (Smale 1970). For each P with U(P) <= energy, there is an initial state of
-this energy for every direction of w. The length of the vector w is computed from the energy without
-cancellation.
+this energy for every direction of w. The energy determines the length of J^(-1/2) w, which is
+sqrt(2 (energy - U(P))).
 
 Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
 energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are uniformly distributed in
@@ -192,7 +192,7 @@ def starts(
 
 
 def _refuse_overflow(surface: _EnergySurface) -> None:
-    """Raise ValueError if squared energies would exceed the range of doubles."""
+    """Raise ValueError if values of the calculation would exceed the range of doubles."""
     vertical, energy, lever = surface.vertical, surface.energy, np.abs(surface.lever).max()
     rotation_energy = vertical * vertical / float(surface.moments.min())
     if not rotation_energy < _LARGEST:

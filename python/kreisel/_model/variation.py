@@ -97,7 +97,7 @@ def vary(ensemble_class: type[E], scene: Any, words: Mapping[str, Any]) -> E:
 
 
 def _override_scene_environment(scene: Any, changes: Mapping[str, Any]) -> EnvironmentArguments:
-    """Replace the given environment parameters of a scene by arrays, and return all of them."""
+    """Return the environment of a scene, with the parameters given in `changes` replaced."""
     words = {name: changes.get(name) for name in _AROUND}
     for name, value in words.items():
         scene_value = np.asarray(getattr(scene, name))

@@ -50,9 +50,9 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
 
 
 def compute_closed_form_error_limit(scene: Scene, t: object) -> float:
-    """Return the largest error bound for which method='auto' accepts a closed-form solution.
+    """Return the largest certificate for which method='auto' accepts a closed-form solution.
 
-    Returns 0.0 if method='auto' uses the Taylor series regardless of the error bound. Raises
+    Returns 0.0 if method='auto' uses the Taylor series regardless of the certificate. Raises
     TypeError or ValueError if the times `t` are invalid.
     """
     if _is_too_short_for_closed_form(scene, t):
@@ -93,7 +93,7 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for rejecting the closed form, and the largest error that is acceptable.
+    """Return the reason for rejecting the closed form, and the largest acceptable certificate.
 
     The returned reason is an empty string if the closed-form solution may be used.
     """
@@ -120,7 +120,7 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
 
 
 def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
-    """Return True if a body satisfies the conditions of integrability only approximately."""
+    """Return True if a scene satisfies the conditions of integrability only approximately."""
     moments, com = scene.body.moments, scene.body.principal_com
     odd = moments.index(min(moments))
     pair = ratio * moments[odd]
@@ -132,9 +132,8 @@ def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
 def _estimate_taylor_steps(scene: Scene, end: float) -> float:
     """Estimate the number of steps that the Taylor series needs to reach the time `end`.
 
-    The estimated number of steps is proportional to the angular velocity or, for slow tops, to the
-    pendulum frequency. For random tops, the actual number of steps is between 0.8 and 4 times the
-    estimate.
+    The estimate is `end` times the sum of half the angular velocity and the pendulum frequency. For
+    random tops, the actual number of steps is between 0.8 and 4 times the estimate.
     """
     body = scene.body
     velocity = math.hypot(*values("velocity", scene._block, scene._start_state).ravel())

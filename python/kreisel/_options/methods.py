@@ -27,9 +27,11 @@ FALLBACK: Final = "taylor"
 class Method:
     """A method for computing motions: a numerical integrator, or the closed-form solution.
 
-    order      p if the error of a path is proportional to step^p; 0 if the method chooses p
+    order      p if the error of a path is proportional to step^p; 0 if the method chooses p or
+               takes no steps
     conserves  the invariants that the method conserves up to rounding
-    adaptive   True if a tolerance controls the steps; other methods need a step
+    adaptive   True if a tolerance controls the steps, or if there are none; other methods need a
+               step
     algebraic  True if only + - * / and square roots are used, so that results are equal to the last
                bit for all compilers and machines
     digits     True if the method can compute more digits than a double has

@@ -31,8 +31,8 @@ class SolveOptions:
     An argument is None if the method has no such parameter, or if its default is used. If `error`
     is given, the cheapest suitable method is found by a search and replaces `method`. `events`
     contains kreisel.events.Event objects. `tangents` contains the names of the parameters with
-    respect to which the state is differentiated. `keeps_heading` is True if the support turns,
-    because the motion then depends on the heading.
+    respect to which the state is differentiated. `keeps_heading` prevents the method from skipping
+    the heading, on which the motion depends if the support turns.
     """
 
     method: Method
@@ -101,7 +101,7 @@ class SolveOptions:
 
     @property
     def bytes_per_state(self) -> int:
-        """The number of bytes stored for each state, excluding the time."""
+        """The number of bytes stored for each state, excluding the array of requested times."""
         return 64 if self.want is None else 8 * sum(map(count_quantity_components, self.want))
 
     @property
@@ -221,7 +221,7 @@ def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | No
 
 
 def validate_step(method: Method, step: object) -> float | None:
-    """Return the step size, or None if the method is adaptive or takes no steps.
+    """Return the step size, or None if the method takes no steps or chooses its first step.
 
     Raises ValueError if `step` is None but the method has a fixed step.
     """

@@ -200,7 +200,7 @@ def _draw_path_panels(
 
 
 def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
-    """Draw a legend for the dots and dashed lines below a sphere."""
+    """Draw a legend below a sphere that explains its dots and dashed lines."""
     ink = matplotlib.rcParams["text.color"]
     marks = [Line2D([], [], color=ink, marker="o", markersize=4, linestyle="", label="start")]
     if has_limits:
@@ -256,7 +256,7 @@ def _insert_gaps_at_jumps(
 def _draw_dots_at_events(
     axes: Sequence[Axes], t: Array, precession: Array, events: PlottablePath, unit: float
 ) -> None:
-    """Mark the events of a path by dots in all three charts."""
+    """Mark the events of a path by dots in all charts, except on the far side of the sphere."""
     sphere, nutation_axes, precession_axes = axes
 
     def draw_event_dots(chart: Axes, x: Array, y: Array) -> None:

@@ -157,7 +157,7 @@ class Film:
 
 
 def _measure_extent_along_apex(corners: Array, apex: Array) -> tuple[float, float]:
-    """Return the smallest and the largest coordinate of a body along its apex axis."""
+    """Return the smallest (at least 0) and largest coordinate of a body along its apex axis."""
     heights = corners @ apex
     return max(float(heights.min()), 0.0), float(heights.max())
 

@@ -24,8 +24,8 @@ _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 class PlottableFitSeries(Protocol):
     """The measurements of one quantity, and the residuals of the fit.
 
-    values and residuals have the shape (n, k), and are NaN where nothing was measured. sigma
-    broadcasts to it.
+    values and residuals have the shapes (n, j) and (n, k), where j > k for attitudes, and are NaN
+    where nothing was measured. sigma broadcasts to the residuals.
     """
 
     @property

@@ -129,7 +129,7 @@ def draw_chaos_indicator_map(
 
 
 def _get_varied_axis_name_and_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
-    """Return the name and the values of the parameter that varies along a dimension."""
+    """Return the name of a dimension, and its monotonic parameter values or else its indices."""
     name, n = tops.axes[dimension], tops.shape[dimension]
     values: Any = tops.coords.get(name)
     if values is not None and np.size(values) == n:

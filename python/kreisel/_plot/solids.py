@@ -184,7 +184,8 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
 
     The cuboid has the given principal moments of inertia about the fixed point. If no cuboid of the
     given mass has these moments of inertia, the mass is increased while mass * com is kept
-    constant. The increased mass is chosen to make the cuboid as large as possible.
+    constant. The increased mass is chosen to make the cuboid as large as possible. If no increased
+    mass suffices, the half-edge lengths are proportional to the square roots of the moments.
     """
     best = _find_cuboid_of_same_inertia(mass, moments, mass * com)
     if best is None:
@@ -282,9 +283,9 @@ def _compute_spline_points(points: list[tuple[float, float]]) -> list[tuple[floa
 def build_solid_faces(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     """Return the faces of a solid that represents a body, and their colours.
 
-    A body with an axis of symmetry through its centre of mass is drawn as a spinning top or a
-    cylinder. Any other body is drawn as a cuboid. The corners of the faces are given in principal
-    axes.
+    A body that is symmetric about its apex is drawn as a spinning top or, if its centre of mass is
+    the fixed point, as a cylinder. Any other body is drawn as a cuboid. The corners of the faces
+    are given in principal axes.
     """
     half, centre, axes = cuboid(mass, moments, com)
     apex = int(np.argmax(np.abs(com))) if com.any() else 2

@@ -66,7 +66,7 @@ def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -
 def _label_spectral_lines(
     chart: Axes, spectrum: SpectralLines, lines: Array, strengths: Array
 ) -> None:
-    """Label each spectral line by its offset in multiples of the nutation frequency."""
+    """Label each line near the precession plus k times the nutation frequency by the integer k."""
     style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
     if spectrum.nutation > 0.0:
         multiples = (lines - spectrum.precession) / spectrum.nutation

@@ -36,7 +36,7 @@ def draw_floor_sphere_and_stand(axes: Axes, floor: float) -> None:
 
 
 def _set_square_axis_limits(axes: Axes, floor: float) -> None:
-    """Set the axis limits of a square picture so that the sphere and the floor fit in it."""
+    """Set the axis limits of a square picture that shows the sphere and part of the floor."""
     _, y, _ = project_to_view(np.array([[0.0, -0.9, floor], [0.0, 0.0, 1.3]]))
     low = min(float(y[0]), -_MARGIN if floor < -0.5 else 0.0)
     middle = 0.5 * (low + float(y[1]))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 class Paths(EnsembleResult, QuantityAttributes):
     """The motions of all tops in an ensemble, each at k times.
 
-    All arrays are read-only. The arrays t, q and m are views of `states`, and other quantities are
+    All arrays are read-only. The arrays q and m are views of `states`, and other quantities are
     computed on first access. The shape of an array is (*shape, k) followed by the shape of the
     quantity. If a top failed, its values after the last valid state are NaN.
 

@@ -75,8 +75,8 @@ class EnsembleResult(ReadOnlyArrays):
     def method(self) -> str:
         """The name of the requested method.
 
-        'auto' uses exact for Lagrange tops, spherical bodies and bodies without torque, and taylor
-        for all other tops.
+        'auto' uses exact for Lagrange tops, spherical bodies and bodies without torque if exact
+        applies to the scene, and taylor for all other tops.
         """
         return self._options.solve.requested_method
 
@@ -174,7 +174,8 @@ class EnsembleResult(ReadOnlyArrays):
     def check(self) -> Self:
         """Check that every top reached its final time, and return this result.
 
-        Raises kreisel.Error for the first top that did not reach its final time. The error message
+        Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not
+        reach its final time. The error message
         states the index of this top and the total number of failed tops. The attribute `path` of
         the exception is the path of the failed top, and `paths` is this result.
         """
@@ -216,7 +217,7 @@ class EnsembleResult(ReadOnlyArrays):
     def _select_member(self, i: int) -> Path:
         """Return the path of the i-th top, counted in C order.
 
-        If the top failed, the path ends with its last valid state.
+        If the top failed, the path ends with its last valid state, unless it stores tangents.
         """
         buffers, done = self._buffers, int(self._buffers.done[i])
         states, low = NO_STATES, None

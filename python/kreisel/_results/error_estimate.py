@@ -49,7 +49,7 @@ def has_cheap_exact_form(scene: Scene) -> bool:
     """Return True if the scene has a cheap closed form that is exact for its body.
 
     A closed form is inexact if it treats nearly equal moments of inertia as equal, or if it moves
-    the centre of mass to a nearby principal axis. Closed forms of Kowalewski and
+    the centre of mass or the rotor to a nearby principal axis. Closed forms of Kowalewski and
     Goryachev-Chaplygin tops are not cheap, because they take long to set up.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus_closed_form(scene):

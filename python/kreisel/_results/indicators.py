@@ -68,8 +68,8 @@ class Indicator(ReadOnlyArrays):
     name         the name of the indicator: "lyapunov", "megno" or "oli"
     final_megno  (*shape,) MEGNO at the last time, which every indicator computes
     turns        (*shape,) the last time divided by the time that the top takes for a slow turn: 2
-                 pi divided by the larger of |m| / I and sqrt(mass |gravity| |com| / I), where I is
-                 the largest moment
+                 pi divided by the larger of (|m| + |h|) / I and sqrt(mass |gravity| |com| / I),
+                 where I is the largest moment and h the rotor
 
     A notebook displays the chaos indicator as a picture, which the method `plot` draws.
     """
@@ -174,10 +174,11 @@ class Indicator(ReadOnlyArrays):
         time_unit  the unit of time in which the scenes are described, for the labels
 
         For a single scene or a one-dimensional ensemble, the indicator of each top is plotted
-        against time. Colours distinguish regular, chaotic and doubtful motions. A dashed line marks
-        the MEGNO threshold. For a two-dimensional ensemble, the final values of the indicator are
-        drawn as a map, in which dots mark tops whose classification is doubtful. On logarithmic
-        scales, nonpositive values are omitted.
+        against time. Colours distinguish regular, chaotic and doubtful motions. For kreisel.megno,
+        a dashed line marks the threshold. For a two-dimensional ensemble, the final values of the
+        indicator are drawn as a map, in which dots mark tops whose classification is doubtful. The
+        curves omit nonpositive values, and values of MEGNO and OLI up to 0.1. Maps show values of
+        MEGNO and OLI below 1 as 1.
 
             >>> import kreisel as kr
             >>> kr.megno(kr.scenes.asymmetric, 1000).plot(time_unit="s").get_xlabel()

@@ -345,13 +345,14 @@ class Path(ReadOnlyArrays, TableExportMethods):
         cuboids. The proportions of the drawn body are derived from the moments of inertia. The
         centre of the drawn body is on the line through the fixed point and the centre of mass. The
         floor is below the lowest position of the body, and shows the shadow of the body. The camera
-        is placed so that the initial tilt is seen from the side.
+        is placed so that the first clear tilt is seen from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
         speed      the time of the path that passes in one second of the film [T]; default: the
                    whole path in 8 seconds
-        fps        frames per second; the duration of a frame of a GIF is rounded to 1/100 second
+        fps        frames per second; the duration of a frame of a GIF is rounded to 1/100 second,
+                   at least 2/100
         size       the height and width of a frame [pixels]
         time_unit  the unit of time in which the scene is described, for the clock; default: none
 
@@ -362,8 +363,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
 
         The frames are evenly spaced in time, regardless of the times of the path. The states in the
         frames are computed by calling `path(t)`, which may raise exceptions. Raises ValueError for
-        a path without duration and for more than 2**28 pixels in total, OSError if the file cannot
-        be written.
+        a path without duration, an unknown suffix, or more than 2**28 pixels in total. Raises
+        OSError if the file cannot be written.
         """
         from .._plot.film import make_film
 
@@ -408,8 +409,8 @@ class RunStoppedException(BaseException):
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
     path    the requested states that were reached, and the last valid state if it is later
-    paths   the kreisel.Paths or kreisel.Reductions of an ensemble, otherwise None; `path` is then
-            the path of the first top that failed or was not finished
+    paths   the kreisel.Paths or kreisel.Reductions of an ensemble, or a kreisel.Indicator,
+            otherwise None; `path` is then the path of the first top that failed or was not finished
     """
 
     def __init__(self, message: str, status: str, path: Path, paths: Any = None) -> None:

@@ -32,7 +32,8 @@ _DRAWABLE = (TIME, *QUANTITIES.values())
 class Section(EnsembleResult, QuantityAttributes):
     """The states of an ensemble at the occurrences of an event, computed by kreisel.section.
 
-    Each array has one row for each of the e states, sorted by top and then by time. All arrays are
+    The arrays of states and quantities have one row for each of the e states, sorted by top and
+    then by time. All arrays are
     read-only; quantities other than t, q and m are computed on first access.
 
     tops        the ensemble

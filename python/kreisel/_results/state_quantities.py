@@ -87,7 +87,7 @@ class PathBase(QuantityAttributes):
 
     @property
     def digits(self) -> int | None:
-        """The requested number of digits, or None if it was not given."""
+        """The number of digits, rounded up to 16, 20 or 30, or None if it was not given."""
         return self._options.digits
 
     @property
@@ -191,8 +191,8 @@ class PathBase(QuantityAttributes):
         initial state; at t = 0, they form an identity matrix. The requested derivatives with
         respect to scene parameters follow in this order: the moments (3), the centre of mass (3),
         gravity, mass, damping (3), rotor (3), turning (3), shaking (3) and friction. The centre of
-        mass and the rotor are given by their components along the principal axes. Each column
-        contains the derivatives with respect to one parameter at constant initial momentum.
+        mass and the rotor are given by their components along the principal axes. Each of these
+        columns contains the derivatives with respect to one parameter at constant initial momentum.
         """
         return self._get_tangents_or_raise().high
 
@@ -238,7 +238,8 @@ class PathBase(QuantityAttributes):
 
         Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
         the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
-        quantity depends on the direction of the apex. The functions `kowalewski` and
+        quantity depends on the direction of the apex. Derivatives of `body_acceleration` do not
+        exist for tops with dry friction. The functions `kowalewski` and
         `goryachev_chaplygin` are conserved only for special bodies. Derivatives of `kowalewski` and
         `goryachev_chaplygin` are NaN for parameters whose variation violates the conditions on the
         body. Changes of the moments of inertia violate the conditions on a Kowalewski or

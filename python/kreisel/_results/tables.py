@@ -176,9 +176,9 @@ class TableExportMethods(PathBase):
             ('time', 'principal_axis', 'axis')
 
         Each variable has the attributes `long_name` and `units`. The units are a dimension such as
-        'M L^2 T^-1', or 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene
-        in TOML format. The arguments and exceptions are the same as for to_pandas, but ImportError
-        is raised if xarray is not installed.
+        'M L^2 T^-1', or 'rad' or 'deg'. The attributes of the Dataset are the method, its step, tol
+        and digits if given, and the scene in TOML format. The arguments and exceptions are the same
+        as for to_pandas, but ImportError is raised if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -221,10 +221,11 @@ class TableExportMethods(PathBase):
         units  True: append units to the names of the columns, as in 'm_x [M L^2 T^-1]' or
                'nutation [deg]'; dimensionless columns have no unit
 
-        pandas.read_csv(file, index_col="t") returns the table of to_pandas. pandas 3.1 or later
-        reads bitwise equal values; older versions need float_precision="round_trip". The file is
-        replaced atomically. Raises OSError if the file cannot be written. Raises the same
-        exceptions as to_pandas, but never ImportError, because pandas is not required.
+        Unless units=True, pandas.read_csv(file, index_col="t") returns the table of to_pandas.
+        pandas 3.1 or later reads bitwise equal values; older versions need
+        float_precision="round_trip". The file is replaced atomically. Raises OSError if the file
+        cannot be written. Raises the same exceptions as to_pandas, but never ImportError, because
+        pandas is not required.
         """
         rows = build_quantity_value_pairs(self, names, degrees, unwrap)
         heads = None

@@ -13,7 +13,7 @@ from .indexing import ResolvedIndex
 
 # Only tops with friction have tangents by the friction.
 _ALL = "solve with tangents=" + repr(tuple(name for name in TANGENTS if name != "friction"))
-TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the error without it}
+TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint if it is missing}
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",

@@ -44,7 +44,7 @@ class EnsemblePlan:
     alone        the number of tops integrated one by one in each thread
     threads      the number of threads
     states       the number of states of each top; None without times
-    bytes        the size of the result, or without times the size of one state [bytes]
+    bytes        the size of the result; without times, of a state or of the reductions of a top
     seconds      an estimate of the run time [s]; None without times
     measured     the number of tops that were run to estimate `seconds`; they are spread evenly over
                  the ensemble
@@ -123,7 +123,8 @@ def plan(
 ) -> Plan | EnsemblePlan:
     """Return a plan, which describes how kreisel.solve would compute a motion.
 
-    For an ensemble, a few tops are integrated for a few milliseconds to estimate the run time.
+    For an ensemble with times `t`, a few tops are integrated for a limited number of steps to
+    estimate the run time.
 
     t       the times as in kreisel.solve; if given, the plan includes the number of states
     reduce  for an ensemble: the reductions of kreisel.reduce, instead of states

@@ -160,8 +160,9 @@ class Exact(_ClosedFormBase):
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
 
-        - If the apex passes through the vertical, the name is 'pendulum' (motion in a plane),
-          'rosette', or 'separatrix' (the apex approaches the upright position in infinite time).
+        - If the apex passes through or approaches the vertical, the name is 'pendulum' (motion in a
+          plane), 'rosette', or 'separatrix' (the apex approaches the upright position in infinite
+          time).
 
         - Without torque, the name is 'circle' or 'resting'.
 
@@ -173,19 +174,20 @@ class Exact(_ClosedFormBase):
     def critical_spin(self) -> float:
         """The spin above which the upright body is stable as a sleeping top [T^-1].
 
-        The critical spin is 2 sqrt(I1 mass |gravity| |com|) / I3.
+        The critical spin is (2 sqrt(I1 mass |gravity| |com|) - h) / I3, where h is the momentum of
+        the rotor along the apex.
         """
         return float(self._turning_points.critical_spin[0])
 
     def potential(self, nutation: Numbers) -> Array:
         """Return the effective potential at each nutation [rad], in the same shape [M L^2 T^-2].
 
-            (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
+            (m3 - c cos)^2 / (2 I1 sin^2) + (c - h)^2 / (2 I3) + mass gravity |com| cos
 
-        with m3 = <m, e3> and c = <m, apex>. The energy is the sum of the effective potential and I1
-        / 2 times the square of the nutation rate. At turning points where the axis is not vertical,
-        the effective potential equals the energy. The potential at nutation 0 or pi is inf if the
-        apex cannot reach this angle.
+        with m3 = <m, e3>, c = <m, apex>, and the momentum h of the rotor along the apex. The energy
+        is the sum of the effective potential and I1 / 2 times the square of the nutation rate. At
+        turning points where the axis is not vertical, the effective potential equals the energy.
+        The potential at nutation 0 or pi is inf if the apex cannot reach this angle.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
@@ -221,7 +223,7 @@ class ExactTorus(Exact):
 
     If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
     path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
-    If any other parameter of the scene is changed, the motion no longer has a closed-form solution.
+    Most changes of the other parameters lead to motions without a closed-form solution.
     Derivatives with respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The
     tangents are computed from closed-form solutions by central differences of order 8. The
     finite-difference steps become smaller as time increases. The relative error of the tangents

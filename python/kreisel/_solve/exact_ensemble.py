@@ -108,9 +108,9 @@ class ExactEnsemble:
         """Return the states at the given times, as an array of shape (n, k, 8).
 
         Computing all states in one run of the ensemble is faster than evaluating the closed form
-        directly, but requires monotonic times that are all positive or all negative. At time 0, a
-        run returns the initial state without evaluating the closed form. Closed forms on a torus
-        are always evaluated directly, because the states of a run would differ from them by
+        directly, but requires nonzero times that move strictly away from 0 in one direction. At
+        time 0, a run returns the initial state without evaluating the closed form. Closed forms on
+        a torus are always evaluated directly, because the states of a run would differ from them by
         rounding errors.
         """
         distances = np.where(t[..., -1:] < 0.0, -t, t)
@@ -284,7 +284,7 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     forms = ExactEnsemble(tops, word)
     _ = (
         forms._frequencies_and_certificates
-    )  # many motions of these tops are refused, so they are checked at once
+    )  # many motions of Kowalewski and Goryachev-Chaplygin tops are refused: check them now
     return forms
 
 

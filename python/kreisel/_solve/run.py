@@ -83,7 +83,7 @@ class _PresentState(NamedTuple):
 class Run:
     """A motion that can be advanced in several calls, created by kreisel.start or kreisel.resume.
 
-    Times are measured from the start of the run; their absolute values must increase.
+    Times are measured from the start of the run; absolute values must not decrease.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve; step is positive
     t      the time of the last state returned; after a failure the time of the last valid state [T]
@@ -371,7 +371,7 @@ class Run:
     def _restart_run(self, state: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
         """Start a new motion of `scene` at the time of `state`.
 
-        `momentum_low` is the low-order part of the momentum; by default, that of `state` is kept.
+        `momentum_low` is the low-order part of the momentum; if None, that of `state` is kept.
         """
         resolve_method(self.method, scene)
         check_resolvable_horizon(scene, state.t, self.step)

@@ -25,7 +25,7 @@ from .._results.turn_times import estimate_turn_durations
 from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
 from ..events import Event, nutation, refuse_kinetic, to_core_events, validate_events
 
-_TURNS = 1024.0  # the default of max_wait, in turns of a top about the axis of its largest moment
+_TURNS = 1024.0  # the default of max_wait, in estimated turns of a top
 
 
 def section(
@@ -50,8 +50,8 @@ def section(
     max_wait   the longest allowed time from the start, or from the previous event, to the next
                event [T]: a number, or an array of the ensemble's shape; negative: back in time. If
                no event occurs in this time, the status of the top is 'ERR_EVENT', and the states
-               found so far are kept. Default: 1024 times an estimate of the time of one turn about
-               the axis of the largest moment
+               found so far are kept. Default: 1024 times an estimate of the time of one turn, but
+               at most a quarter of the time up to which doubles resolve the attitude
 
     The other arguments are the same as for kreisel.solve. The results for each top do not depend on
     the other tops, not even in the last bit. The search is fastest if the event is linear in

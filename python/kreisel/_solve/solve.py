@@ -79,11 +79,11 @@ def solve(
                0. A number: record the start and the state at t, or with `every` the states after
                every `every` steps. Negative times: back in time [T]
     method     a name in kreisel.methods; 'auto' uses exact if it applies, otherwise taylor, and
-               always taylor if digits or events are given. For Kowalewski and Goryachev-Chaplygin
-               tops, 'auto' uses exact only for one scene, and only if exact is at least as accurate
-               as taylor and, according to the times, not slower (see kreisel.plan). 'geometric'
-               chooses a structure-preserving method and a step with which the error is at most
-               `error`
+               always taylor if digits, events or tangents are given. For Kowalewski and
+               Goryachev-Chaplygin tops, 'auto' uses exact only for one scene, and only if exact is
+               at least as accurate as taylor and, according to the times, not slower (see
+               kreisel.plan). 'geometric' chooses a structure-preserving method and a step with
+               which the error is at most `error`
     step       positive [T]. Required by fixed-step methods, which reach times between their steps
                by a separate, shorter step. For adaptive methods it is the first step
     tol        adaptive methods: the local error of a step; implicit methods: the residual of the
@@ -95,8 +95,8 @@ def solve(
     max_steps  the maximal number of steps, with 'geometric' of each trial run; 0: no limit
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad].
                The error is checked against a reference solution: a run in 20-digit arithmetic or a
-               closed form. Raises ValueError if this error cannot be met with at most 64 times the
-               number of steps first estimated
+               closed form. Raises ValueError if this error cannot be met within a limited number of
+               steps, at least 64 times the number first estimated
     want       names such as ("nutation", "energy"): the path stores only t and these quantities.
                The core does not compute the heading if no quantity in `want` depends on it
     progress   a function called about ten times per second with the time reached, and at the end
@@ -124,9 +124,9 @@ def solve(
 
     For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
     dimensions of its arrays are those of the ensemble. The result for each top does not depend,
-    even in its last bit, on the other tops, the threads or the executor. The result for a top is
-    the same whether it is computed alone or in an ensemble. However, the methods taylor and exact
-    may have different rounding errors for a single top and for an ensemble, and 'auto' may select
+    even in its last bit, on the other tops, the threads or the executor. A top gives the same
+    result in an ensemble of one top and in a larger ensemble. However, the method taylor may have
+    different rounding errors for a kreisel.Scene and for an ensemble, and 'auto' may select
     different methods. `t` can also be an array of shape (*shape, k), which contains separate times
     for each top. `progress` is called with the fraction of tops that have been computed, between 0
     and 1. An ensemble has further arguments:

@@ -79,7 +79,7 @@ _CHECKS_PER_RADIAN = 4  # the number of these times per radian that the top turn
 _MAX_CHECKS = 1 << 13  # the maximal number of these times, and of requested times added to them
 _FEW = 32  # with fewer steps, the error is also computed inside the steps, where it can be larger
 _REGULAR = 30.0  # bound on a change's growth in a regular motion, per radian that the top turns
-_BUDGET = 64  # the maximal number of steps of all runs, as a multiple of the first guess
+_BUDGET = 64  # limit of the steps of all runs, as a multiple of the first guess or of a minimum
 # The search fails after this number of runs that did not halve the error. After each such run the
 # step is halved, because this changes the rounding errors.
 _STALLS = 3
@@ -135,8 +135,8 @@ class StepSearch:
     def error_check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run is evaluated.
 
-        The result includes the requested times and the end times of some steps. If the run has only
-        a few steps, times between the ends of these steps are added.
+        The result includes up to 2**13 of the requested times, and the end times of some steps. If
+        the run has only a few steps, times between the ends of these steps are added.
         """
         check_count = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / check_count))

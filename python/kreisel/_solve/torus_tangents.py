@@ -66,10 +66,10 @@ def compute_closed_form_tangents(
 ) -> TangentData:
     """Compute tangents with respect to parameters by finite differences of closed-form solutions.
 
-    `compute_states` evaluates the closed-form solution for a given scene at given times. A column
-    of tangents is NaN if a change of its parameter leads to a motion without a closed-form
-    solution. Raises ValueError if a neighbouring motion has no closed-form solution, or differs too
-    much from the motion of `scene`.
+    `compute_states` evaluates the closed-form solution for a given scene at given times. The column
+    of the vertical momentum of a Goryachev-Chaplygin top is NaN, because changes of it destroy the
+    closed form. Raises ValueError if a neighbouring motion has no closed-form solution, or differs
+    too much from the motion of `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:
@@ -238,7 +238,7 @@ def _compute_central_differences(
 ) -> tuple[Array, Array]:
     """Return eighth-order central differences, and their relative deviation from sixth-order ones.
 
-    Each difference is divided by the dimensionless norm of the tangent, or by 1 if the norm is
+    The deviation is divided by the dimensionless norm of the tangent, or by 1 if the norm is
     smaller.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))

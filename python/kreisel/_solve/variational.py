@@ -108,7 +108,7 @@ def validate_tangent_options(
 
 
 def refuse_undefined_friction_tangents(tops: Scene | Ensemble, names: Iterable[str]) -> None:
-    """Raise ValueError for tangents that do not exist in the presence of friction."""
+    """Raise ValueError for tangents that do not exist because friction is zero or has no axis."""
     has_friction = np.asarray(tops.friction) > 0.0
     if "friction" in names and not has_friction.all():
         raise ValueError(

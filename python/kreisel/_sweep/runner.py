@@ -40,7 +40,7 @@ def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None 
 
 
 class PartsLostError(RuntimeError):
-    """Error raised if an executor does not complete all parts of a sweep in two attempts."""
+    """Error raised if an executor fails, or loses parts of a sweep in two attempts."""
 
 
 class SweepPartsRunner:
@@ -88,7 +88,8 @@ class SweepPartsRunner:
         """Compute the requested parts of a sweep on the workers of an executor.
 
         Parts that the executor failed to complete are submitted a second time. Raises
-        PartsLostError if some parts of the sweep are still missing after the second attempt.
+        PartsLostError if the executor fails, or if some parts of the sweep are still missing after
+        the second attempt.
         """
         for _ in range(2):
             self._submit_all_parts(executor)

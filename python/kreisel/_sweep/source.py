@@ -84,8 +84,9 @@ class Source:
         Each list of parameter values becomes a dimension of the array of tops, in the order of the
         arguments.
         Parameters with a single value are the same for all tops. All parameters of Scene.vary
-        except `body` are allowed. Raises TypeError and ValueError under the same conditions as
-        Scene.vary.
+        except `body` are allowed. Raises ValueError for an unknown parameter, and TypeError or
+        ValueError for invalid values. Combinations of parameters are checked only when tops are
+        constructed.
 
         >>> import kreisel as kr
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape
@@ -120,8 +121,8 @@ class Source:
         them. For a vector parameter, the two bounds are the rows of an array. Parameters with a
         single value are the same for all tops. Each random value depends only on the seed, the
         index of the top and the parameter. All parameters of Scene.vary except `body` are allowed,
-        but inertia and attitudes cannot be random and must be the same for all tops. Raises
-        TypeError and ValueError under the same conditions as Scene.vary.
+        but inertia and attitudes cannot be random and must be the same for all tops. The exceptions
+        are the same as for Source.grid, with ValueError for an invalid range.
 
         >>> import kreisel as kr
         >>> tops = kr.Source.random(kr.scenes.sleeping, 10**9, seed=7, spin=(0, 20), tilt=(0, 1))

@@ -82,7 +82,8 @@ def sweep(
     'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
-               all arguments up to part_size, and the scene (a name, a file or a table). It has one
+               all arguments up to part_size except folder, and the scene (a name, a file or a
+               table). It has one
                of the tables [grid], [random], [scatter], [columns], with the arguments of the
                constructor of Source of this name. { from = 0, to = 20, n = 1000 } means 1000 evenly
                spaced values. Each event is a table [[events]] with the name of a function of
@@ -93,10 +94,10 @@ def sweep(
     folder     the folder of the parts: new, empty, or with parts of the same plan
     task       the name of the function that is called for the tops. "solve" is kreisel.solve or,
                with `reduce`, kreisel.reduce. "lyapunov", "megno" and "oli" have the arguments t,
-               direction, tol and max_steps. Their columns are <task>, certificate, t and
-               <task>_curve. "section" has the arguments event, n, max_wait (a number), tol, digits
-               and max_steps. Its columns are events (the number of states) and event_t,
-               event_q_w, ..., event_m_z
+               direction, tol and max_steps. Their columns are <task>, certificate, is_chaotic,
+               is_doubtful, t and <task>_curve. "section" has the arguments event, n, max_wait (a
+               number), tol, digits and max_steps. Its columns are reached, steps, events (the
+               number of states) and event_t, event_q_w, ..., event_m_z
     part_size  the number of tops in a part; default: 131072, or fewer so that a part has at most
                about 64 MB
     parts      the parts that this call computes, as range(0, 100); default: all; range(0): none

@@ -98,7 +98,7 @@ class SweepResult:
 
     @property
     def missing(self) -> list[int]:
-        """The numbers of the parts whose files do not exist."""
+        """The numbers of the parts that are not in `present`."""
         return [i for gap in list_missing_ranges(self.present, self.parts) for i in gap]
 
     @property
@@ -190,7 +190,8 @@ class SweepResult:
 
         The status is "done", "missing", "damaged", "of another version" or "foreign". A part is
         foreign if a folder, or a complete part of a different plan, has its file name. Calling
-        kreisel.sweep again computes the parts whose status is neither 'done' nor 'foreign'.
+        kreisel.sweep again computes the parts whose status is not 'done', but raises
+        FileExistsError if a part is foreign.
         """
         parts, numbers = self._verify_existing_parts()
         missing_numbers = [i for gap in list_missing_ranges(numbers, self.parts) for i in gap]

@@ -50,7 +50,8 @@ class SweepTask(Protocol):
     def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
         """Return the validated options of the task, and the requested times of the given ensemble.
 
-        For a section, the times are the longest allowed waiting times for the next event. Raises
+        For a section, the times are `n` copies of the longest waiting time allowed for the first
+        top. Raises
         TypeError or ValueError for an invalid argument.
         """
 

@@ -44,8 +44,7 @@ def render_figure_as_png(figure: FigureLike) -> bytes:
 def format_picture_as_html(draw: Callable[[], AxesLike], text: str) -> str | None:
     """Return HTML that shows a description of a result, and a figure drawn by `draw`.
 
-    Returns None if matplotlib is not installed. If matplotlib is not installed, notebooks display
-    only the description.
+    Returns None if matplotlib is not installed; notebooks then display only the description.
     """
     try:
         figure = draw().get_figure()
