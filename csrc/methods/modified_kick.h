@@ -81,7 +81,7 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {
-    const double k = sign * kick->k;
+    const double k = sign * kick->k, size = v_largest(*m) + v_largest(kick->rotor);
     if (!(6.0 * fabs(k) * v_length(kick->lever) * v_largest(kick->inverse) <= 1.0))
         return KR_ERR_STEP_SIZE;
     kr_vec3 turn = v3(0.0, 0.0, 0.0), change = turn;
@@ -93,7 +93,7 @@ static inline kr_status modified_kick_process(const modified_kick *kick, double 
         turn = v_scale(k, v_times(kick->inverse, v_cross(kick->lever, P)));
         change = q_turn(middle, v_scale(k, v_cross(P, v_cross(W, kick->lever))));
         if (v_largest(v_sub(turn, last)) <= DBL_EPSILON &&
-            v_largest(v_sub(change, before)) <= DBL_EPSILON * v_largest(*m)) {
+            v_largest(v_sub(change, before)) <= DBL_EPSILON * size) {
             *q = q_mul(*q, q_exp(turn));
             *m = v_add(*m, change);
             return KR_OK;

@@ -1,6 +1,7 @@
 /* The modified kick and its processor: order 4 for a body with three different moments whose lever
  * lies along an axis, and less work for a Lagrange top. */
 #include "methods/modified_kick.h"
+#include "random.h"
 #include "tops.h"
 
 static kr_scene along_an_axis(double i1, double i2, double i3)
@@ -69,6 +70,26 @@ static void test_top_at_rest(void)
     NEAR(fabs(q.w - start.w) + v_largest(v_sub(v3(q.x, q.y, q.z), v3(start.x, start.y, start.z))),
          0.0, 1e-15);
 }
+/* If the angular momentum is small and a rotor rotates, rounding errors are proportional to the
+ * momentum of the rotor. */
+static void test_rotor_of_a_top_at_rest(void)
+{
+    for (int i = 0; i < 20000; i++) {
+        const kr_vec3 A = random_vec(0.7), m = v_scale(i % 4 * 1e-9, random_vec(1.0));
+        const kr_motion motion = {
+            .inertia = {uniform(1.0, 1.9), uniform(1.0, 1.9), uniform(1.0, 1.9)},
+            .lever = {A.x, A.y, A.z},
+            .rotor = {uniform(-0.5, 0.5), uniform(-0.5, 0.5), uniform(-0.5, 0.5)},
+            .step = uniform(0.1, 0.7)};
+        const modified_kick kick = modified_kick_begin(&motion);
+        const kr_quat start = random_quat();
+        kr_quat q = start;
+        kr_vec3 own = m;
+        IS(modified_kick_process(&kick, 1.0, &q, &own) == KR_OK);
+        IS(modified_kick_process(&kick, -1.0, &q, &own) == KR_OK);
+        NEAR(kr_attitude_error(q, start) + off(own, m), 0.0, 4e-15);
+    }
+}
 
 /* The processor works up to h^2 |A| / (least moment) = 2. */
 static void test_longest_step(void)
@@ -89,6 +110,7 @@ int main(void)
     test_longest_step();
     test_missing_midpoint();
     test_top_at_rest();
+    test_rotor_of_a_top_at_rest();
     test_order("takahashi_imada4");
     test_order("veselov4");
     test_nearly_a_lagrange_top("takahashi_imada4");
