@@ -1,6 +1,7 @@
-/* Random calls of the whole C API, checked against the comments of its header. `fuzz SEED CALLS`
+/* Random calls of most of the C API, checked against the comments of its header. `fuzz SEED CALLS`
  * makes rounds with the seeds SEED, SEED + 1, ... until it has made this number of calls, including
- * those of the checks (call_counts.h). A round that fails is repeated and printed. */
+ * those of the checks (call_counts.h). The first round in which a given claim fails is repeated and
+ * printed. */
 #define _XOPEN_SOURCE 700
 #include <inttypes.h>
 #include <signal.h>

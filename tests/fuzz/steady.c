@@ -55,8 +55,8 @@ static rotation about_principal_axis(void)
     r.growth = sqrt(fmax(0.0, square_rate(r.scene.body.inertia, axis, momentum)));
     return r;
 }
-/* Returns a symmetric top that hangs, or stands upright with a spin far above or far below the
- * critical spin. */
+/* Returns a symmetric top that hangs, or stands upright with a spin at least 1.3 times or at most
+ * 0.8 times the critical spin. */
 static rotation about_vertical(void)
 {
     const double inertia = between(0.5, 2.0), lever = between(0.5, 2.0);

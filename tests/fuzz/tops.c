@@ -53,8 +53,8 @@ static void claim_stats(const place *p, kr_status status)
         CLAIM(p->config.max_steps > 0 ||
               (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE);
 }
-/* Claims that a refused call changes no bit, and that after a failed call the top is at its former
- * time or later. */
+/* Claims that a refused call changes no bit, and that a failed call leaves the state unchanged or
+ * moves the top on in its direction of time. */
 static void claim_failure(place *p, kr_status status)
 {
     static unsigned char image[MOST_IMAGE];

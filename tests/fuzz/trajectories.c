@@ -1,5 +1,5 @@
-/* The calls that move a top. The states must not depend on the calls by which the top reached
- * them. */
+/* Calls that move a top, compare it with another one, or read its tangents. The states must not
+ * depend on the calls by which the top reached them. */
 #include <math.h>
 #include <stdlib.h>
 #include "random_values.h"

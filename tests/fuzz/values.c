@@ -1,4 +1,4 @@
-/* Calls without a top: constructors of bodies, tables, functions of a state, closed forms. */
+/* Calls without a top: constructors of bodies, tables, functions of a state. */
 #include <math.h>
 #include <stdio.h>
 #include "calls.h"

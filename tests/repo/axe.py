@@ -10,7 +10,7 @@ SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phon
 
 @contextmanager
 def open_browser():
-    """Open Debian's Chromium headless. Skip the test if Chromium is missing."""
+    """Open Debian's Chromium headless. Without Chromium, skip the test, or fail on a CI server."""
     browser = launch_chromium()
     yield browser
     browser.close()

@@ -1,6 +1,6 @@
-"""The private names of the package that are used in tests.
+"""The private names of the package that several test modules use. Other test modules import further
 
-All other test modules may import only the public names of the package.
+private names directly.
 """
 
 import numpy as np

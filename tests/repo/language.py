@@ -1,6 +1,6 @@
 """Measures and rules for the language of docstrings, identifiers and file names.
 
-Run `python tests/repo/language.py` to print the measures and all violations of the rules. Run
+Run `python tests/repo/language.py` to print the measures and all names that are participles. Run
 `python tests/repo/language.py sample SEED` to print 60 sentences and 40 private names to rate.
 """
 
@@ -70,7 +70,7 @@ def is_participle(name):
 
 
 def names(*trees):
-    """Return the place and name of each class and function, except test functions."""
+    """Return the place and name of each class and function, except tests and special methods."""
     return [
         (f"{file.relative_to(ROOT)}::{name}", name)
         for file in python_files(*trees)
@@ -89,7 +89,7 @@ def find_repeated_basenames(tree):
 
 
 def report():
-    """Print statistics of the docstrings and names, and all violations of the language rules."""
+    """Print statistics of the docstrings and names, and all names that are participles."""
     for tree in TREES:
         texts, found = docstrings(tree), names(tree)
         openers = [place for place, text in texts if has_banned_opener(text)]
@@ -105,7 +105,7 @@ def report():
 
 
 def split_sentences(text):
-    """Return the complete sentences of five or more words in `text`."""
+    """Return the complete sentences of five or more words in `text`, except those with formulas."""
     paragraphs = re.split(r"\n\s*\n|\n(?=\s{4,}|\s*>>>)", text)
     prose = [" ".join(part.split()) for part in paragraphs if not part.lstrip().startswith(">>>")]
     sentences = [s for part in prose for s in re.split(r"(?<=[.]) (?=[A-Z`])", part)]

@@ -1,7 +1,7 @@
 /* Prints what a build of the library offers: for each method that is named on the command line, the
  * status of a run, and the statuses of a top with 20 digits and of one with tangents. Then come
  * those of a top with friction, of one on a support that turns, of one on a support that shakes,
- * and of one with derivatives by the friction. */
+ * and of one with derivatives by the friction. The last line lists all methods of the build. */
 #include <kreisel.h>
 #include <stdio.h>
 

@@ -4,7 +4,8 @@
 
 Each program is linked with an object file of kreisel.c for a single instruction set. The linker
 option --gc-sections removes unused functions. The size is that of the text and data sections, minus
-the size of an empty program. The C standard library is linked dynamically and is not counted.
+the size of a similar program that does not use the library. The C standard library is linked
+dynamically and is not counted.
 """
 
 import platform

@@ -41,7 +41,7 @@ def list_enumerators(text):
 
 
 def list_prototypes(text):
-    """Return the declarations of functions and constants, one per line."""
+    """Return a sorted list of the declarations of functions and constants."""
     types = r"typedef (?:enum|struct)[^;{]*(?:\{.*?\}[^;]*)?;|enum \{.*?\};"
     declarations = (
         " ".join(part.split()) for part in re.sub(types, "", text, flags=re.S).split(";")

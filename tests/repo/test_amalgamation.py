@@ -109,7 +109,7 @@ def test_the_file_gives_the_same_bits_as_the_library(folder, tmp_path, compile_f
 )
 def test_zig_compiles_the_file_without_warning(folder, tmp_path, target):
     flags = ["-target", target, "-std=c99", *WARNINGS]
-    if target != "x86_64-windows-gnu":  # the other processors have one instruction set
+    if target != "x86_64-windows-gnu":  # the other targets get one instruction set
         flags.append("-DKR_ONE_ISA")
     run(*ZIG, *flags, "-c", folder / "kreisel.c", "-o", tmp_path / "kreisel.o")
 

@@ -1,7 +1,7 @@
 """Tests of the C library against stored results in tests/c.
 
-golden.txt contains hashes of the algebraic methods' states. kernels.txt contains hashes of the
-results on each instruction set, and snapshot.txt contains numbers to six digits. The script
+golden.txt contains hashes of the algebraic methods' states. kernels.txt contains hashes of results
+with and without fused multiply-add, and snapshot.txt contains numbers to six digits. The script
 .ci/snapshots updates golden.txt and snapshot.txt.
 """
 

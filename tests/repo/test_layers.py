@@ -1,4 +1,4 @@
-"""Tests that source files depend only on files in the same or lower layers of the project."""
+"""Tests that source files depend only on lower layers, or on files of their layer and folder."""
 
 import pytest
 from layers import PLAN, circle, files, layer, layers, targets

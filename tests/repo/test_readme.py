@@ -18,7 +18,7 @@ def blocks(*languages):
 
 
 def commands(name):
-    """Return the arguments of each call of the command `name` in README.md."""
+    """Return the first argument of each call of the command `name` in README.md."""
     lines = re.split(r"\n|&&", "\n".join(blocks("sh", "bash", "console")))
     words = [shlex.split(line.strip().removeprefix("$ "), comments=True) for line in lines]
     return [

@@ -64,7 +64,8 @@ def write_fast_compiler(folder):
 
 
 # Features of Chromium that no test needs. Without the two of the address bar, a new window takes a
-# third of the time. The others send requests; playwright disables them unless this list is given.
+# third of the time. Most of the others send requests; playwright disables them unless this list is
+# given.
 UNUSED_FEATURES = (
     *("WebUIOmniboxPopup", "WebUIOmniboxAimPopup", "AimEnabled", "MediaRouter"),
     *("NetworkTimeServiceQuerying", "OptimizationHints", "PaintHolding", "PreconnectToSearch"),
@@ -72,7 +73,7 @@ UNUSED_FEATURES = (
 
 
 def launch_chromium(*options):
-    """Launch Debian's Chromium headless. Skip the test if Chromium is missing."""
+    """Launch Debian's Chromium headless. Without it, skip the test, or fail on a CI server."""
     need("chromium")
     return start_playwright().chromium.launch(
         executable_path=shutil.which("chromium"),

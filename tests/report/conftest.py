@@ -1,7 +1,8 @@
 """Fixtures for the tests of the report.
 
-The tests set no time limit, so that the report is complete even on slow machines. The tests do not
-check run times; heyoka therefore compiles without optimization, and each call is timed only once.
+The tests set no time limit, so that the report is complete even on slow machines. Hardly any test
+depends on run times; heyoka therefore compiles without optimization, and each call is timed only
+once.
 """
 
 from dataclasses import replace

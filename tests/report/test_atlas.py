@@ -199,7 +199,7 @@ def mirror(candidate, problem, scene, times, setting):
 
 
 def twist(candidate, problem, scene, times, setting):
-    """Rotate the states by 0.2 rad about e3, which changes neither energy nor momenta."""
+    """Rotate the body by 0.2 rad about its axis T. The energy of symmetric tops does not change."""
     q, m, *counts = candidate.run(problem, scene, times, setting)
     jump = (np.cos(0.1), 0.0, 0.0, np.sin(0.1))
     return np.array([*q[:1], *(kr.quaternion.multiply(p, jump) for p in q[1:])]), m, *counts
@@ -239,7 +239,7 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
 
 
 def test_a_missing_kick_is_found():
-    """Check that the omission of gravity during one step is detected."""
+    """Check that the omission of gravity for 0.05 units of time, or for one step, is detected."""
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def omit_gravity(seconds):

@@ -1,4 +1,4 @@
-"""Tests that theoretical predictions and Poincare sections refer to the same tops."""
+"""Tests of the report's part on chaos, and of the theoretical predictions that it shows."""
 
 import csv
 import io
@@ -16,7 +16,7 @@ SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
 
 
 def test_the_ten_regions_differ():
-    """Check that only two of the ten regions have the same sequence of critical values of K."""
+    """Check that only two of the ten regions have the same sequence of kinds of critical values."""
     kinds = [
         tuple(kind for _, kind in kowalewski.critical_values(g, h)) for g, h in kowalewski.REGIONS
     ]

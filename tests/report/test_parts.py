@@ -1,4 +1,4 @@
-"""Tests that a new part of the report needs only a file, a template and a line in contents.py."""
+"""Tests that a new part of the report needs one file, a template and two lines in contents.py."""
 
 import csv
 import io

@@ -163,7 +163,7 @@ def test_faults_proportional_to_the_error_are_never_silent(family):
 
 
 def test_steps_of_half_a_turn_are_mentioned_in_the_verdict():
-    """Check that the verdict mentions a large step size if there are only two steps per turn."""
+    """Check that the second run or the large step reveals errors at only two steps per turn."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():

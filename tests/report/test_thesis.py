@@ -12,7 +12,7 @@ from validation.thesis import chapter, integrals, trajectories
 from validation.thesis.line_charts import thin_out
 
 FIGURES = [f"5.{i}" for i in range(4, 15)] + [f"6.{i}" for i in range(1, 26)]
-REFUTED = {  # {section: beginning of the sentence}
+REFUTED = {  # (place, beginning of the sentence)
     ("4.2.1", "I3 ="),
     ("4.2.1", "p ="),
     ("5.6.6", "The total value of K"),

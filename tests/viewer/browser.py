@@ -118,7 +118,7 @@ def reload(page):
 
 
 def load(page, preset=UPRIGHT, **changes):
-    """Load a preset with some changed values, and pause at the initial state."""
+    """Load a preset with changed values, at its initial state. A running viewer keeps running."""
     is_loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);

@@ -117,7 +117,7 @@ def test_the_table_of_integrals_is_not_clipped(page):
 
 
 PHONES = [(390, 780), (360, 640), (416, 480)]
-# Returns the lowest pixel of each top and of each label, and the highest pixel of the footer.
+# Returns the lowest pixel of all tops, the lowest of all labels, and the highest of the footer.
 LOWEST = """(() => {
     const {view} = kreisel, {top} = document.querySelector('main').getBoundingClientRect();
     view.isDirty = true;

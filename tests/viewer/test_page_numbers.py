@@ -460,7 +460,7 @@ def test_texts_of_fast_precession_are_true(page):
     fast, heavy, near, slow = list_round_times(
         page, None, "Twice the gravity", "Less spin", "The slow one"
     )
-    assert heavy / fast < 1.2 and slow > 5 * fast  # then the slow precession takes half the time
+    assert heavy / fast < 1.2 and slow > 5 * fast  # gravity hardly changes the fast precession
     less = dict(tilt=np.radians(35), gravity=4, steady=True)
     load(page, "Fast precession")
     body = scene_in_python(read_scene(page)).body

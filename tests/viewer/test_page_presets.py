@@ -33,7 +33,7 @@ def largest_change(page, top, name, end=None):
 
 
 def largest_errors(page, *times):
-    """Return, for each time, the largest attitude error of any top up to this time."""
+    """Return, for each time, the largest attitude error of each top up to this time."""
     errors = []
     for t in times:
         advance(page, t)

@@ -5,7 +5,7 @@ import pytest
 from browser import PRESETS, advance, load
 
 SHADOWS = "kreisel.view.floor.shadows"
-# Returns the brightness of a small copy of the picture, from 0 to 255.
+# Returns red + green + blue of each pixel in a small copy of the picture, from 0 to 765.
 BRIGHTNESS = """(() => {
     const {view} = kreisel, pen = document.createElement('canvas').getContext('2d');
     drawPicture();
@@ -34,7 +34,7 @@ def test_each_scene_has_shadows(page, preset):
     assert darker.max() > 15 and darker.min() > -3
     rows, _ = np.nonzero(darker > 10)
     assert len(rows) > (4 if preset == ROD else 40)
-    assert np.median(rows) > 40  # a point on the floor, below the middle of the picture
+    assert np.median(rows) > 40  # the shadows lie in the lower part of the picture
 
 
 def test_shadows_follow_the_top(page):
