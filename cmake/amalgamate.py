@@ -3,8 +3,9 @@
     python3 cmake/amalgamate.py [FOLDER]        the default folder is build/amalgamation
 
 A source that names its exports by KR_NAME (math/isa.h) is compiled once for each instruction set.
-In kreisel.c each of these compilations is a section, with its own copies of all static functions
-that the source includes; a prefix makes the names of a section unique. All other sources follow
+In kreisel.c each of these compilations is a section. It has its own copies of the static functions
+that the source includes, unless an earlier section has equal ones; a prefix makes the names of a
+section unique. All other sources follow
 one another unchanged, each header before its first use.
 """
 
@@ -282,7 +283,7 @@ class Section:
                     self.owners.setdefault(name, (index, file))
 
     def lines_of(self, index):
-        """Return a definition of a macro, in a header with all conditions there."""
+        """Return a macro's definition, in a header with all directives before it."""
         file, line = self.entries[index]
         if file.suffix == ".c":
             return line

@@ -146,9 +146,9 @@ typedef struct kr_scene {
 } kr_scene;
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. For a
- * diagonal inertia tensor, the coordinate axes are principal axes. For a nondiagonal tensor, the
- * principal axes form the right-handed frame nearest to the coordinate axes. For a Lagrange top, T
- * is the axis of symmetry. */
+ * diagonal inertia tensor, the coordinate axes are principal axes. For a nondiagonal tensor, they
+ * form the right-handed frame nearest to the coordinate axes; T is then the symmetry axis of a
+ * Lagrange top. */
 
 /* Makes a homogeneous cuboid from its density [M L^-3], its half-edge lengths [L], and its fixed
  * point relative to the centre [L]. */
@@ -172,7 +172,7 @@ KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9
                                              double rounded, kr_body *body);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
-/* Returns KR_OK if all numbers are finite and the moments satisfy the triangle inequality. */
+/* Returns KR_OK if the body is valid, else KR_ERR_ARGUMENT or KR_ERR_BODY. */
 KR_API kr_status kr_body_check(const kr_body *body);
 /* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
  * 1e-6 + kr_body.rounded, else 0. The library also accepts unphysical bodies, because many tops in
@@ -272,18 +272,18 @@ KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *
 /* Returns the axial momentum <m, apex> [M L^2 T^-1]. */
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
 /* Returns the Kowalewski integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass
- * * gravity * |com| / I1. Returns NaN unless the body is a Kowalewski top. */
+ * * gravity * |com| / I1. Returns NaN for other bodies or shaken supports. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
 /* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), a function of the same
- * variables as the Kowalewski integral. Returns NaN unless the body is a Goryachev-Chaplygin top.
+ * variables as the Kowalewski integral. Returns NaN for other bodies and shaken supports.
  * The integral G is conserved only if <m, e3> is zero. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
-/* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2], which bobenko_suris
- * conserves with this step. Returns NaN unless the body is a Lagrange top. */
+/* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2] that bobenko_suris
+ * conserves. Returns NaN unless the body is a Lagrange top without rotor. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
 /* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2], which
- * equals the energy up to a constant and O(step^4). Returns NaN if the body is not a Lagrange top,
- * or if the step is too large for the method. */
+ * equals the energy up to a constant and O(step^4). Returns NaN if the body is no Lagrange top or
+ * has a rotor, or if the step is too large. */
 KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
@@ -347,7 +347,7 @@ KR_API const char *kr_method_text(const kr_method *method);
 KR_API const char *kr_method_conserves(const kr_method *method);
 /* Returns a literature reference for a method. */
 KR_API const char *kr_method_reference(const kr_method *method);
-/* Returns the order of a method, or 0 if the method chooses its order during a run. */
+/* Returns the order of a method, or 0 if the method has no fixed order. */
 KR_API int kr_method_order(const kr_method *method);
 /* Returns the flags of a method as a sum of KR_METHOD_... bits. */
 KR_API unsigned kr_method_flags(const kr_method *method);
@@ -356,11 +356,11 @@ KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
 /* Returns 1 if a method applies to a scene, else 0. */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
-/* Returns the horizon [T], which is the largest |t| at which doubles can resolve the attitude. The
- * horizon is 2^53 rad divided by the larger of the initial rotation rate and the pendulum
- * frequency. The result is INFINITY for a top at rest without torque, and 0 for an invalid scene.
- * Times beyond the horizon are refused with KR_ERR_RESOLUTION. Smaller |t| may also be refused if
- * damping accelerates the top backward in time. */
+/* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
+ * over the largest of (|m| + |rotor|) / (largest moment), pendulum frequency and support rates. The
+ * result is INFINITY for a top at rest without torque, and 0 for an invalid scene. Times beyond the
+ * horizon are refused with KR_ERR_RESOLUTION. Smaller |t| may also be refused if damping
+ * accelerates the top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
@@ -435,14 +435,14 @@ KR_API kr_state kr_top_state(const kr_top *top);
 KR_API kr_state kr_top_low(const kr_top *top);
 /* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
 KR_API kr_stats kr_top_stats(const kr_top *top);
-/* Returns the current time of the top [T]. The callback `poll` may call kr_top_time. */
+/* Returns the time that the steps have reached [T]. `poll` may call kr_top_time. */
 KR_API double kr_top_time(const kr_top *top);
 /* Returns the name of the instruction set if the method is taylor, otherwise "". Writes the order
  * of the method to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* Groups of tangents (derivatives of the state), listed as X(parameter, bit, number of columns,
- * name). Requesting tangents changes no bit of the states. Rows 1 to 3 give the rotation vector
+ * name). Tangents change states only if damping is strong. Rows 1 to 3 give the rotation vector
  * of the attitude in the frame of description [rad], and rows 4 to 6 the momentum in space. The 6
  * columns of group START are derivatives with respect to the same components at the initial time.
  * Derivatives with respect to moments, centre of mass, damping and rotor refer to the principal
@@ -478,8 +478,8 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states. `tangents` has the shape [n][6][columns], and
  * `out` the shape [n][kr_quantity_doubles][columns]. The derivative of the attitude q is a rotation
- * vector (3 numbers). Derivatives that do not exist are NaN: those of Euler angles at a vertical
- * apex, of the apex if com is 0, and of body_acceleration with friction. */
+ * vector (3 numbers). Derivatives that do not exist are NaN: of Euler angles at a vertical apex, of
+ * the apex by com at 0, and of body_acceleration with friction. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
@@ -531,9 +531,9 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Many tops. A worker integrates any number of tops with one method, one by one or in parallel SIMD
- * lanes. Each worker owns its working memory. Each thread needs its own worker. If the method is
- * NULL, the closed-form solution is used for tops that kr_exact_plan accepts, and taylor for all
- * others. The results for a top depend only on this top and its times, not on other tops, their
+ * lanes. Each worker owns its working memory. Each thread needs its own worker. With method NULL,
+ * kr_exact solutions are used where they exist, also on supports turning about e3; else taylor is
+ * used. The results for a top depend only on this top and its times, not on other tops, their
  * order, the number of calls, or failures. Results are bitwise equal to those of kr_exact_state or
  * of a kr_top, unless taylor integrates undamped tops in SIMD lanes (with at most 16 digits).
  * Results from SIMD lanes are bitwise equal on all instruction sets with fused multiply-add. */
@@ -564,7 +564,7 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth indicators of a tangent, for undamped tops and the method taylor with at most 16 digits.
+/* Growth indicators of a tangent (only taylor, 16 digits; no damping, friction, moving support).
  * The norm of the tangent is measured in the internal units of the top, and is initially 1. Tangent
  * components along the flow and the rotation about the vertical never grow, and are removed. All
  * growth indicators are accumulated from the initial time. LOG is ln |tangent vector|; LOG / time
@@ -623,8 +623,8 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
 
-/* The closed-form solution for a Lagrange top, or for a free body, if the support is at rest. The
- * accuracy of the solution is the same at all times. */
+/* The closed-form solution for a Lagrange top or free body without damping, friction or moving
+ * support. Its accuracy is the same at all times. */
 typedef struct kr_exact {
     /* Period of the nutation [T], or INFINITY if the nutation is constant. */
     double period;
@@ -639,7 +639,7 @@ typedef struct kr_exact {
 /* Computes the closed-form solution. Returns KR_ERR_METHOD if kr_exact does not apply, or if a
  * heavy top is almost but not exactly vertical (tilt and horizontal momentum below 1e-70). */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
-/* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals of
+/* Returns the state at time t, or NaN if t is not finite. After about 2^50 turns, the integrals of
  * motion are correct, but the attitude is arbitrary. The state is NaN if any frequency of the
  * motion is close to the largest finite double. Momentum components below 1e-75 |m| are treated as
  * zero. */
@@ -675,7 +675,7 @@ KR_API const char *kr_kowalewski_refusal_text(int refusal);
 /* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
  * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
  * most about ten times `certificate`, the largest relative error found when the solution is
- * checked. The solution assumes moments of inertia 2 : 2 : 1; `mismatch` is their relative
+ * checked. The solution assumes moments 2 : 2 : 1, com normal to axis 3; `mismatch` is the
  * deviation. The resulting attitude error is about `mismatch` times the rotation angle. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;

@@ -1,14 +1,15 @@
-/* The interface of an integration method. Each method has one file in methods/ and one line in
- * methods.def. A method advances a motion (see kr_motion) step by step. The driver handles
- * everything else, such as unit conversion, requested times, step limits and recovery from
+/* The interface of an integration method. Each method has one line in methods.def and one source
+ * file, usually in methods/. A method advances a motion (see kr_motion) step by step. The driver
+ * handles everything else, such as unit conversion, requested times, step limits and recovery from
  * failures. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
 /* The state of motion of a top, in the axes and units that the methods use. These internal axes are
- * the principal axes, in the order that the methods need. For a symmetric body, the third axis T is
- * the symmetry axis; otherwise, the second axis B has the intermediate moment of inertia. The
+ * the principal axes, in the order that the methods need. Methods with KR_METHOD_DIGITS use the
+ * principal axes as given. For other methods, the third axis T is the symmetry axis of a symmetric
+ * body; otherwise, the second axis B has the intermediate moment of inertia. The
  * internal units are powers of two times the user's units. In internal units, the largest moment of
  * inertia and the rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's
  * time unit. */
@@ -76,12 +77,13 @@ typedef struct kr_step_polynomial {
  * the integration method uses. A seed contains the initial deviation, and the derivatives of the
  * coefficients of the equations of motion with respect to a parameter. The derivatives of the
  * moments of inertia and of the damping are symmetric matrices, stored as (xx, yy, zz, yz, zx, xy).
- * Computing deviations does not change the computed motion. However, strongly damped motions
- * require short steps if deviations are computed. */
+ * Computing deviations does not change the computed motion, except that a strongly damped motion is
+ * then computed with short steps. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* Time dependence of the change in torque that results from changing a parameter. For
+/* Time dependence, at a fixed attitude, of the change in torque that results from changing a
+ * parameter. For
  * KR_TIMING_STRENGTH, the change in torque is proportional to the acceleration g(t); for
  * KR_TIMING_UNIFORM, it is constant. For KR_TIMING_AMPLITUDE, KR_TIMING_RATE and KR_TIMING_PHASE,
  * the change in torque is proportional to the derivative of g(t) with respect to the amplitude,
@@ -94,8 +96,8 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of weight * com with respect to the parameter, divided by gravity in the
- * user's units.
+/* On a shaken support, the derivative of the lever is `pull` times the function of time that
+ * `timing` selects.
  * `timing` determines the time dependence of the change in torque. `turning` is the derivative of
  * the support's angular velocity, `apex` that of the apex, and `friction` that of the dry
  * friction. */

@@ -2,8 +2,9 @@
  * units. The code in steps.c enforces the step limit, detects non-finite states, handles
  * interruptions, and restores the last valid state after a failure. A fixed-step method computes
  * states on the time grid start.t + k * step. An adaptive method computes states at the ends of its
- * own steps. A state within a step is computed by a separate integration from the beginning of the
- * step. The requested times therefore do not affect the computed path. */
+ * own steps. A state within a step is computed by dense output or, without it, by a separate
+ * integration from the beginning of the step. The requested times therefore do not affect the
+ * computed path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"

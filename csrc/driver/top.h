@@ -23,7 +23,7 @@ struct kr_top {
     int64_t steps;        /* steps made: the grid point of the main motion */
     int64_t saved_steps;  /* steps made when `saved` was written */
     int64_t inspect_at;   /* value of `steps` at which the main motion is inspected next */
-    kr_state before;      /* adaptive methods: state before the last step, in internal units */
+    kr_state before;      /* adaptive, not dense: state before the last step, in internal units */
     double before_clock;  /* adaptive methods: time since the start, before the last step */
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
@@ -145,7 +145,8 @@ static inline double kr_step_directed(double step, int back)
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* If the integration fails before the time t, moves the top to the last point that was reached.
+/* Moves the top to the last point that the integration has reached, unless that point is beyond the
+ * time t.
  * Does nothing if the integration has not passed the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, restores the saved motion and repeats its steps up to the last valid state.

@@ -53,7 +53,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Fills an unused SIMD lane with a top at rest, whose first step is infinitely long. */
+/* Fills an unused SIMD lane with a top at rest, which never reaches its goal. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
@@ -227,8 +227,8 @@ static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants 
     set_vector3(g->c, lane, of->c);
     set_vector3(g->rotor, lane, with_negative_zeros(of->h));
 }
-/* Initializes the tangent of a lane. Returns 0 if the tangent overflows, or if it is a combination
- * of the flow direction and a rotation about the vertical. */
+/* Initializes the tangent of a lane. Returns 0 if the tangent overflows, if it is a combination of
+ * the flow direction and a rotation about the vertical, or if a moment of inertia is too small. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;

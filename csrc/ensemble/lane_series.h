@@ -348,7 +348,8 @@ INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
     return s;
 }
 /* Returns the attitude, computed from the vertical and the heading as exp(e3 f/2) q s(P). If
- * `headless` is nonzero, returns the smallest rotation that takes P to the vertical. */
+ * `headless` is nonzero, returns a rotation that takes P to the vertical and does not depend on the
+ * heading. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {

@@ -193,7 +193,7 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
 /* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions. The
- * absolute error is about machine epsilon times the squared norm of `d`. */
+ * result is at least 2^-40 times the squared norm of `d`. */
 INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -243,8 +243,8 @@ INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_de
                                                wide_sqrt(size * lane_vec_dot(at->p, at->p)));
 }
 
-/* Nodes and weights of the six-point Gauss-Lobatto rule on [0, 1]. END_WEIGHT is the quadrature
- * weight of each end point of the interval. */
+/* Interior nodes and their weights of the six-point Gauss-Lobatto rule on [0, 1]. END_WEIGHT is the
+ * quadrature weight of each end point of the interval. */
 static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
                                 0.88252766196473235},
                     weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,

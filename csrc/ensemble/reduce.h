@@ -4,9 +4,9 @@
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* State of a reduction: the current result `value` and an auxiliary number `more`. For a
- * variance, `more` is the sum of the squared deviations from the mean; for an extremum, it is the
- * time of the extremum. */
+/* State of a reduction: the number `value`, and an auxiliary number `more`. For a variance, `value`
+ * is the mean, and `more` is the sum of the squared deviations from the mean. For other reductions,
+ * `value` is the current extremum, mean or last value, and `more` is the time of an extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;

@@ -137,7 +137,7 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Dispatches a top whose motion has no closed-form solution to a lane or to the scalar code. */
+/* Dispatches a top that the batch code has not computed to a lane or to the scalar code. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
@@ -151,8 +151,8 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else
         kr_worker_run_scalar(worker, choose_top(worker, scene), i);
 }
-/* Dispatches n tops, starting at index `from`. Tops whose motion has a closed-form solution are
- * processed before all other tops. */
+/* Dispatches n tops, starting at index `from`. Tops whose closed-form solutions the batch code can
+ * compute are processed before the other tops of the block. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];

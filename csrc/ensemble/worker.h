@@ -48,7 +48,7 @@ void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
 int kr_worker_has_tangents(const kr_worker *worker);
 /* Stores the growth of a lane's tangent for the next requested time, or zeros if `row` is NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome of a top and the extremes and means of its quantities. Sets all output
+/* Writes the outcome of a top and the results of its reductions. Sets all output
  * elements that were not computed to NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
@@ -60,7 +60,7 @@ static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *wor
 /* Integrates top i with the scalar code, using `top` as workspace. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
 /* Returns the configuration for top i. The step is negative if the last requested time precedes the
- * initial time. */
+ * initial time, or if the waiting time of a section is negative. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
 /* Integrates all tops up to their requested times or events. */
 kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops);

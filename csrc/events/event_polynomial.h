@@ -15,9 +15,9 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
  * c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
-/* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero. At
- * the initial state, the larger threshold KR_TERMS_START is used instead, because an event function
- * may be exactly zero there. */
+/* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero.
+ * Until a first sign is known, the larger threshold KR_TERMS_START is used instead, because an
+ * event function may be exactly zero at the initial state. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
 /* Returns 1 if an event function is linear in the body-frame components of the vertical and the

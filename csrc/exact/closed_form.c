@@ -1,5 +1,5 @@
 /* Set-up, states and turning points of the closed-form solution for a single top. This file is
- * compiled once for each instruction set, because double-double products are three times faster
+ * compiled once for each instruction set, because double-double products are three times as fast
  * with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
@@ -51,7 +51,8 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     memcpy(exact, &made, sizeof made);
     return KR_OK;
 }
-/* Returns 1 if the body, with its rotor, is symmetric about the direction of its centre of mass. */
+/* Returns 1 if the body, with its rotor, is symmetric about its apex: the direction of the centre
+ * of mass, or T. */
 static int turns_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia, h = body->rotor;

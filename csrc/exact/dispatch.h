@@ -71,7 +71,7 @@ kr_state kr_exact_form_state(const kr_exact_form *form, double t);
 void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[]);
 /* Computes the closed-form solution for the method `exact`, in internal axes and units. */
 kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *exact);
-/* Returns 0 if the initial tilt and velocity of the axis are nonzero but too small for the
+/* Returns 0 if the initial tilt and velocity of the axis are not both zero, but too small for the
  * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its
  * initial tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
 int kr_exact_resolves(const kr_scene *scene);

@@ -1,5 +1,5 @@
 /* Set-up of the closed-form solution for a Goryachev-Chaplygin top. This file is compiled once for
- * each instruction set, because double-double products are three times faster with fused
+ * each instruction set, because double-double products are three times as fast with fused
  * multiply-add. */
 #include "across.h"
 #include "goryachev_chaplygin_series.h"

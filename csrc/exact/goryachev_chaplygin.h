@@ -59,9 +59,9 @@ typedef struct kr_chaplygin_plan {
     double most_slip, slip, rounding, tolerance;
     int guess_terms[GUESSES];
     /* The initial value of psi/2, in turns, as the sum of two doubles, and the initial value of the
-     * series for psi/2. */
+     * series for psi, in radians. */
     double heading_start, heading_more, heading_value;
-    int is_even; /* psi is an odd function of both angles */
+    int is_even; /* 1 if psi changes sign when both angles change sign */
     int wide;    /* terms of the longest row, counted from the first multiple */
     int rows, slow_terms;
     kr_heading_row row[HEADING_ROWS];

@@ -125,12 +125,11 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
     return slip - *value / slope;
 }
 /* Returns the slip, which is the periodic part of the rescaled time tau. The array `half` contains
- * half of each mean angle, in turns. The first Newton steps use truncated series of the torus
- * angles. Later Newton steps are confined to an interval that brackets the solution; it exists
- * because t increases monotonically with tau. A Newton step longer than half the previous one is
- * replaced by bisection. Newton's method could otherwise alternate between two points on opposite
- * sides of the solution. The torus angles that correspond to the returned slip are written to the
- * array `a`. */
+ * half of each mean angle, in turns. The first Newton steps use truncated series for the time.
+ * Later Newton steps are confined to an interval that brackets the solution; it exists because t
+ * increases monotonically with tau. A Newton step longer than half the previous one is replaced by
+ * bisection. Newton's method could otherwise alternate between two points on opposite sides of the
+ * solution. The torus angles that correspond to the returned slip are written to the array `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -158,7 +157,8 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         a[j] = angle_of(phase_plus(half[j], slip * plan->angle[j].half_turns));
     return slip;
 }
-/* cos(k a) and sin(k a) of the second angle a, at indices 2k and 2k + 1. */
+/* cos(k a) and sin(k a) of the second angle a, or those of (k + 1/2) a, at indices 2k and 2k +
+ * 1. */
 typedef struct heading_waves {
     wide w[2 * HEADING_WIDE];
 } heading_waves;

@@ -7,8 +7,8 @@
 
 /* Number of points on the torus at which solutions are tested. */
 enum { POINTS = 256 };
-/* A solution is tested if its error exceeds DOUBTFUL, or if the ratio of the smallest to the
- * largest denominator D is below CANCELLING. */
+/* A solution is tested if it consists of dual sums, if its error exceeds DOUBTFUL, or if the ratio
+ * of the smallest to the largest denominator D is below CANCELLING. */
 #define DOUBTFUL 5e-15
 #define CANCELLING 0.05
 /* If the estimated error of a closed-form solution exceeds INACCURATE, the set-up is repeated with
@@ -132,7 +132,8 @@ static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalews
 }
 /* Computes the closed-form solution in internal units. If the error exceeds INACCURATE, the periods
  * are computed again with more quadrature nodes. If the error remains too large, dual sums are
- * used, provided that they are more accurate. Returns what fill_plan returns. */
+ * used, provided that they are more accurate. Returns KR_KOWALEWSKI_PLANNED, or the reason for the
+ * failure. */
 static kr_kowalewski_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude)
 {

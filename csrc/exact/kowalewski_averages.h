@@ -5,7 +5,7 @@
  * contribution of each pole is therefore integrated in closed form:
  *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2.
  * Here w is the pole, N - w D = a sin^2 + b cos^2, and g = sqrt(a b)/2 is the value of the
- * numerator at the pole.
+ * numerator at the pole. The last term is -1/2 if N - w D is negative.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_AVERAGES_H

@@ -9,7 +9,8 @@
  * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
  * w2) and F(w2)/(w2 - w1). On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
- * With this substitution, dw/F = D R dx, where R is an even periodic function of x. The trapezoidal
+ * With this substitution, the differential dt = dw/F equals D R dx, where R is an even periodic
+ * function of x, and t is not the time. The trapezoidal
  * rule for averages therefore converges exponentially (Kowalevski, Acta Mathematica 12, 1889, 177).
  *
  * This header is compiled once for each instruction set. */
@@ -72,7 +73,8 @@ static dd find_lone_root(const kowalewski_curve *o)
     const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
                  there = half_phi(o, dd_of(bend)).hi, side = there > 0.0 ? -1.0 : 1.0,
                  slope = c - h * h / 3.0;
-    /* A bound of all roots, measured from the point of inflection: x^3 = slope x + there. */
+    /* A bound on all roots x, measured from the point of inflection, where x^3 + slope x + there =
+     * 0. */
     double x = sqrt(fabs(slope)) + 1.0;
     while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
     dd w = dd_of(bend + side * x);
