@@ -1,5 +1,5 @@
 /* Moves a checkpoint between machines. `machine save FILE` writes a checkpoint. `machine load FILE`
- * resumes from it, or prints why it is refused and exits with status 3. */
+ * loads it and prints its time, or prints why it is refused and exits with status 3. */
 #include <stdio.h>
 #include <stdlib.h>
 #include "kreisel.h"

@@ -76,8 +76,8 @@ static void quantities(void)
     row("lagrange", "-", "horizon", kr_scene_horizon(&lagrange));
 }
 
-/* Prints a state by every method of the library itself, for the first scene that the method
- * suits. */
+/* Prints a component of the attitude by every method except those of GSL, for the first scene that
+ * the method suits. */
 static void methods(void)
 {
     for (size_t i = 0; i < kr_method_count(); i++) {
@@ -109,8 +109,7 @@ static void tangents(void)
         kr_top_free(top);
     }
 }
-/* Prints results of the method taylor with its options: 30 digits, no heading, tangents,
- * damping. */
+/* Prints results of the method taylor with 30 digits, without the heading, and with damping. */
 static void taylor(void)
 {
     kr_scene s = scene_at(GENERAL);

@@ -80,8 +80,8 @@ static kr_state solve(const kr_method *method, const problem *p, double tol, dou
     return s;
 }
 
-/* Returns the angle between two attitudes, up to a full turn: q and -q are different, because the
- * sign follows from the continuous path. */
+/* Returns the angle between two attitudes, from 0 to 2 pi. The quaternions q and -q differ by 2 pi,
+ * because the sign follows from the continuous path. */
 static double apart(kr_quat a, kr_quat b)
 {
     const kr_quat d = q_mul(q_conj(a), b);
@@ -262,8 +262,8 @@ static void test_landing_keeps_the_error(const kr_method *method)
     IS(motion.clock - landed > 0.2 * natural && motion.clock - landed < 5.0 * natural);
     close_motion(method, &motion);
 }
-/* Checks that the first step fails with the status `want` after few evaluations, and leaves q, m
- * and the internal time unchanged. */
+/* Checks that the reset or the first step fails with the status `want` after a limited number of
+ * evaluations. The failure leaves q, m and the internal time unchanged. */
 static void check_first_step_fails(const kr_method *method, const problem *p, double tol,
                                    kr_status want)
 {

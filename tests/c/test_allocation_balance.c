@@ -1,5 +1,5 @@
-/* Heap use of tops: every method frees what it allocates, whichever way a run ends, and steps are
- * aligned to cache lines. */
+/* Heap use of tops: every method frees what it allocates, whichever way a run ends (tested with
+ * glibc 2.33 or later), and working memory is aligned to cache lines. */
 #include <stdlib.h>
 #include "driver/top.h"
 #include "tops.h"
@@ -55,7 +55,7 @@ static void test_balance(const kr_method *method)
     for (int i = 0; i < LIVES; i++) use_and_free_top(method, &s);
     IS(in_use() < before + LIVES * LEAST);
 }
-/* Steps are aligned wherever in a cache line the heap places a top. */
+/* The memory of steps and tangents is aligned to cache lines, wherever the heap places a top. */
 static void test_cache_line_alignment(void)
 {
     enum { TOPS = 8, LINE = 64 };

@@ -22,8 +22,9 @@ static void palindrome(const composition *c)
     NEAR(kicks, 1.0, 4e-16);
     NEAR(power_sum(c, 1), 1.0, 4e-16);
 }
-/* A composition of symmetric steps of order 2 has this order: the sums of the odd powers of their
- * lengths vanish below the order, but not beyond it. */
+/* A necessary condition for the order of a composition of symmetric steps of order 2: the sums of
+ * the odd powers of their lengths vanish for powers from 3 to the order, but not for the next odd
+ * power. */
 static void test_strang_compositions(int row, int stages, int order)
 {
     const composition c = compose(row);

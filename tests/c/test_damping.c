@@ -58,8 +58,7 @@ static void test_symmetric_body(void)
     NEAR(off(W, want), 0.0, 3e-14);
 }
 /* A rotation of a free body about a principal axis decays at the rate of that axis. This holds for
- * each order of the moments, for a spherical body with its centre of mass aside, and in a
- * worker. */
+ * four orders of three moments, for a sphere, with the centre of mass aside, and in a worker. */
 static void test_decay_along_axes(void)
 {
     static const double moments[5][3] = {
@@ -84,8 +83,7 @@ static void test_decay_along_axes(void)
     }
     kr_worker_free(worker);
 }
-/* The energy obeys dE/dt = -w D w, integrated by Simpson's rule. With equal damping about all axes,
- * the vertical momentum decays with the rotation about the vertical. */
+/* The energy obeys dE/dt = -w D w, integrated by Simpson's rule. */
 static void test_power_balance(void)
 {
     enum { LOOKS = 4001 };
@@ -199,8 +197,8 @@ static void test_checkpoint(void)
     kr_top_free(b);
     kr_top_free(c);
 }
-/* The vertical momentum of a sphere decays to one half at the time (I / D) log 2, where an event is
- * found. */
+/* Each component of the momentum of a sphere decays to one half at the time (I / D) log 2, where an
+ * event is found. */
 static void test_half_momentum(void)
 {
     const double I = 1.75, D = 0.3;
@@ -226,8 +224,8 @@ static void test_overflow(void)
     kr_top *top = NULL;
     IS(kr_top_create(&s, taylor(), PLAIN, &top) == KR_ERR_ARGUMENT && !top);
 }
-/* Backward in time, the velocity about each axis of a free body grows until it exceeds the range
- * that the series allows. The run then ends, and the last state is still exact. */
+/* Backward in time, the velocity of a free body about a principal axis grows until it exceeds the
+ * range that the series allows. The run then ends, and the last state is still accurate. */
 static void test_growth_backward(void)
 {
     const kr_vec3 I = {1.0, 2.0, 2.5}, D = {0.125, 0.125, 0.25};

@@ -288,7 +288,7 @@ static void test_headless(void)
 
 static int stop_at(void *context) { return --*(int *)context < 0; }
 /* Interrupts a worker after `after` polls, and checks that all tops keep their states. Returns
- * twice the number of unfinished tops minus the number of lanes. */
+ * twice the number of tops that were stopped after their first state, minus the number of lanes. */
 static int interrupt_worker(int after)
 {
     int left = after, on_the_way = 0, lanes;
@@ -319,7 +319,7 @@ static int interrupt_worker(int after)
 }
 
 /* Two equal moments may differ by a rounding error in either direction. If the time of the start is
- * requested again after another time, only that time is affected. */
+ * requested again after another time, the top fails there and keeps its earlier state. */
 static void test_pairs_and_reversal(void)
 {
     const double t[3] = {5.0, 0.0, 5.0};

@@ -1,5 +1,5 @@
-/* Closed forms in a worker: times in the wrong order, which are refused as for a single top, and
- * units. */
+/* Closed forms in a worker: missing arguments, times in the wrong order, limits of steps, late
+ * starts and units. */
 #include "check.h"
 #include "tops.h"
 
@@ -12,7 +12,7 @@ static void run(const kr_scene *scene, const double t[3], kr_outcome *outcome, k
     IS(kr_worker_run(worker, &tops) == KR_OK);
     kr_worker_free(worker);
 }
-/* A single top at a single time is checked like many tops at many times. */
+/* Missing scenes, times or outcomes are refused even for a single top at a single time. */
 static void test_time_order(void)
 {
     const kr_scene s = kr_scene_default();
@@ -43,7 +43,7 @@ static void test_late_start(void)
     IS(kr_top_create(&s, kr_method_find("exact"), (kr_config){0}, &top) == KR_ERR_RESOLUTION);
 }
 /* If the closed form may exceed the range of doubles in the user's units, the top is computed in
- * its internal units. This holds for states and for values computed from them. */
+ * its internal units. This holds with and without an array of states. */
 static void test_units(void)
 {
     const double t[3] = {1e-305, 2e-305, 3e-305};

@@ -107,7 +107,7 @@ static void test_step_borders(double start, double apart, double step)
     }
     kr_top_free(top);
 }
-/* Events that were passed between two searches, in the same step or in the next, are not found
+/* Events that were passed between two searches, in the same step or in later ones, are not found
  * again. Later events are found at the same times. */
 static void test_passed_events(void)
 {

@@ -6,7 +6,7 @@
 static kr_term height; /* of the apex; set by main */
 
 /* A loaded top finds the same events as the saved top, whether the top was saved at an event,
- * between two events in one step, or before the first event. */
+ * between two events, or before the first event. */
 static void test_loaded_events(void)
 {
     static char memory[1 << 16];
@@ -61,7 +61,7 @@ static void alike(const kr_scene *s)
     kr_top_free(top);
     kr_top_free(other);
 }
-/* A checkpoint with other events, with fewer events, or with an impossible state of the search is
+/* A checkpoint with other events, with more events, or with an impossible state of the search is
  * refused. */
 static void test_refused_load(void)
 {

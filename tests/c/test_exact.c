@@ -31,7 +31,7 @@ static double relative_distance(kr_state a, kr_state b)
     return kr_attitude_error(a.q, b.q) + off(a.m, b.m) / (1.0 + v_length(b.m));
 }
 
-/* Returns the unit for errors of m: the largest |m| that the top's energy allows. */
+/* Returns the unit for errors of m: an upper bound of |m| for the top's energy. */
 static double scale_of(const kr_scene *s)
 {
     const double lever = fabs(s->gravity) * s->body.mass * v_length(s->body.com),

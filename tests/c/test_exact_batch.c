@@ -99,7 +99,7 @@ static void choose_body(kr_scene *s, int number)
         break;
     }
 }
-/* Changes a scene so that it has no closed form or is invalid. */
+/* Changes a scene so that it has no closed form, has the one of a free body, or is invalid. */
 static void spoil(kr_scene *s, int number)
 {
     switch (number % 10) {
@@ -245,7 +245,7 @@ static void test_independence_of_neighbours(const kr_exact_batch_isa *width)
     for (size_t n = 0; n <= 70; n++) hold_to_alone(width, n * n, n);
     for (size_t first = 0; first < 300; first++) hold_to_alone(width, first, 1);
 }
-/* Evaluates the tops at common times, few and many, with and without plans. */
+/* Evaluates the tops at common times, few and many, without storing their plans. */
 static void test_common_times(const kr_exact_batch_isa *width)
 {
     enum { FEW = 50 };

@@ -12,8 +12,8 @@ static kr_turning turning_of(const kr_scene *s)
 }
 static const kr_quat level = {0.5, 0.5, 0.5, 0.5}; /* the axis along e1, without rounding errors */
 /* Tops with exactly the energy of the separatrix, from the lowest point and from half the height,
- * rising and falling. They follow tan(nutation / 4) = exp(-rate t), with t counted from the lowest
- * point. */
+ * rising and falling. They follow tan(nutation / 4) = exp(-rate |t|), with t counted from the
+ * lowest point. */
 static void test_separatrix(void)
 {
     const kr_scene tops[] = {
@@ -39,8 +39,7 @@ static void test_separatrix(void)
         }
     }
 }
-/* Axes that swing about a pole or pass it so closely that the motion counts as hanging, steady or a
- * rosette. */
+/* Axes that start at a pole, or so near it that the motion counts as hanging or as a rosette. */
 static void test_courses_at_poles(void)
 {
     const kr_quat low = q4(1e-13, v3(1.0, 0.0, 0.0));
@@ -52,8 +51,8 @@ static void test_courses_at_poles(void)
     IS(strcmp(turning_of(&through).motion_type, "rosette") == 0);
     IS(strcmp(turning_of(&over).motion_type, "rosette") == 0);
 }
-/* The Bobenko-Suris map of a free symmetric body whose tilted axis rests: without momentum, with a
- * rotation about the axis, and with one about the vertical. */
+/* The Bobenko-Suris map of a free symmetric body with a horizontal axis: without momentum, with the
+ * momentum along the axis, across it, and nearly along it. */
 static void test_map_at_rest(void)
 {
     const kr_vec3 m[] = {{0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 0.0, 2.0}, {2.0, 0.0, 1e-3}};
@@ -70,7 +69,8 @@ static void test_map_at_rest(void)
         }
     }
 }
-/* If a step of the Bobenko-Suris map is a large rotation, the momentum keeps its sign. */
+/* The closed form of the Bobenko-Suris map agrees with stepping even if a step is a large
+ * rotation. */
 static void test_far_map_steps(void)
 {
     for (int i = 0; i < 600; i++) {
@@ -129,8 +129,8 @@ static void test_tensor_in_any_order(void)
             NEAR(fabs(v_dot(axis, a)), 1.0, 1e-15);
         }
 }
-/* The nearer the odd moment is to the two equal ones, the less accurately it determines the axis
- * beside the centre of mass. */
+/* If the odd moment is near the two equal ones, it determines its axis only roughly, so the centre
+ * of mass may lie slightly beside this axis. */
 static void test_axis_beside_the_centre(void)
 {
     const kr_quat turn = q_exp(v3(0.1, -0.2, 0.15));

@@ -34,7 +34,8 @@ static void test_means_without_convergence(void)
     NEAR(elliptic_agm(1.0, 0.0), 0.0, 1e-12);
     NEAR(elliptic_agm(1.0, 1.0), 1.0, 0.0);
 }
-/* Returns the mean, and writes the sum of Q_n, with as many steps as change the results. */
+/* Returns the mean, and writes the sum of Q_n, after so many steps that further steps change
+ * nothing. */
 static dd all_steps(dd kp, dd p2, dd *sum)
 {
     dd a = dd_of(1.0), g = kp, p = dd_sqrt(p2), q = a;

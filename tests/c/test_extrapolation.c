@@ -136,7 +136,8 @@ static void test_convergence(void)
     converges(2, 3, 1e-6, GBS_UNSTABLE, 3);
 }
 
-/* A row is preferred to another if its work is less than eight tenths of the other's. */
+/* A lower row is chosen if it needs less than 0.8 times the work of the next row. A higher row is
+ * chosen if the last row needs less than 0.9 times the work of a lower one. */
 typedef struct {
     int row, target, rejected;
     double work[3]; /* of the last row and of the rows before it */

@@ -150,8 +150,8 @@ static void test_tiny_steps(void)
     }
     IS(made > 2000);
 }
-/* Components that are negligible beside the others count as zero, because their squares are lost to
- * rounding. */
+/* Components whose squares are negligible beside those of the others give valid states, or the
+ * closed form is refused. */
 static void test_smallest_numbers(void)
 {
     kr_scene free = {

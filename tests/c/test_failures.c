@@ -188,8 +188,8 @@ static int count_calls(void *context)
     ++*(int *)context;
     return 0;
 }
-/* Returns a random body, which may be extremely thin or at rest. For such bodies, side steps with a
- * loose tolerance do not always succeed. */
+/* Returns a random top, with or without gravity. With a loose tolerance, its side steps do not
+ * always succeed. */
 static kr_scene loose_scene(void)
 {
     const kr_vec3 a = v3(uniform(0.3, 1.3), uniform(0.3, 1.3), uniform(0.3, 1.3));
@@ -234,8 +234,8 @@ static void test_no_resolution_between_steps(const char *name, int limit)
     }
     IS(stuck > 0 && most < 100 * (limit + 1024) * LOOKS);
 }
-/* Checks that after an interrupted side step the state at the grid point before it is unchanged in
- * every bit. */
+/* Checks that after an interrupted side step the state at the end of the previous step can still be
+ * reached, with the same bits. Returns 1 if a side step was interrupted. */
 static int stopped_aside(const char *name, const kr_scene *s, double tol, int calls)
 {
     int left = 0, back = 0;

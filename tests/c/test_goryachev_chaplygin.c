@@ -59,7 +59,7 @@ static void edges_are_met_or_refused(void)
             chaplygin_top_of(v3(-1.0, d.y, d.z), w), /* rest hanging */
             chaplygin_top_of(v3(cos(1.0), sin(1.0), d.z),
                              v3(w.x, w.y, 1.1)),                  /* pendulum about axis 3 */
-            chaplygin_top_of(v3(0.3, e, 0.9), v3(0.3, 1.2, 0.0)), /* L3 zero */
+            chaplygin_top_of(v3(0.3, e, 0.9), v3(0.3, 1.2, 0.0)), /* e3 nearly across axis 2 */
             chaplygin_top_of(v3(0.4, -0.3, 0.7), v_scale(0.1 / e, turn)), /* fast */
         };
         for (size_t k = 0; k < sizeof edges / sizeof *edges; k++) {

@@ -295,7 +295,8 @@ static void test_steady_rotations(void)
         }
     }
 }
-/* If the parts of a tangent cannot be made short enough, the run fails and the tangent is NaN. */
+/* If a step cannot be divided into parts that are short enough for its tangent, the run fails and
+ * the tangent is NaN. */
 static void test_unreachable_tolerance(void)
 {
     static came got;

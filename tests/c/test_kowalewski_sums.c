@@ -115,7 +115,7 @@ static void test_mended_ends(void)
         NEAR(v.sum[2].hi, -37.5, 1e-15);
     }
 }
-/* Refuses theta sums if their arrays are full, or if B is wrong. */
+/* Theta sums are refused if their arrays are full, or if B is wrong. */
 static void test_full_arrays(void)
 {
     const double none[2] = {0.0, 0.0};
@@ -149,7 +149,7 @@ static void test_full_arrays(void)
     m.b11 = 10.0, m.b22 = 0.05, m.b12 = 0.0;
     IS(!list_terms(&m, t->kind, spinor_sums, none, &t->terms));
 }
-/* Refuses dual sums whose growth factors or squares would overflow. */
+/* Dual sums whose growth factors or squares would overflow are refused. */
 static void test_dual_overflow(void)
 {
     static const double bend[4][3] = {

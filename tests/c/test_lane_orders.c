@@ -26,7 +26,7 @@ int main(void)
     test_order(-48.0, 18, -54.0);
     test_order(-48.25, 20, -50.25);
     test_order(-52.0, 20, -54.0);
-    /* For tolerances below rounding, the error target is the tolerance itself. */
+    /* The error target is at least 2^-54.5, unless the tolerance itself is below that. */
     test_order(-53.0, 20, -54.5);
     test_order(-60.0, 20, -60.0);
     return check_result();

@@ -197,7 +197,7 @@ static kr_vec3 centre(int ring)
     for (int s = 0; s < KR_MESH_SIDES; s++) sum = v_add(sum, at(ring * KR_MESH_SIDES + s));
     return v_scale(1.0 / KR_MESH_SIDES, sum);
 }
-/* The distance of two adjacent rings is the apex times the time between them. */
+/* The vector between adjacent rings is the apex times the time between them and the scale. */
 static void test_rod(void)
 {
     const kr_simulation_slot *actor = top(kr_scene_default(), 10000, 3000000);

@@ -1,5 +1,5 @@
-/* The modified kick and its processor: order 4 for a body with three different moments whose lever
- * lies along an axis, and less work for a Lagrange top. */
+/* The modified kick and its processor: order 4 for bodies whose lever lies along an axis, nearly
+ * equal moments, a top at rest, and the longest step. */
 #include "methods/modified_kick.h"
 #include "random.h"
 #include "tops.h"

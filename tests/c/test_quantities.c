@@ -48,7 +48,7 @@ static void test_table(void)
     IS(kr_quantity_at(kr_quantity_count()) == NULL);
     IS(kr_quantity_find("vertical") == NULL && kr_quantity_find(NULL) == NULL);
 }
-/* The values for many states equal those for single states, and those of the separate functions. */
+/* The values for many states are bitwise equal to those for single states. */
 static void test_rows(void)
 {
     enum { STATES = 5 };
@@ -92,8 +92,7 @@ static void test_definitions(void)
         IS(value("axial_momentum", &s) == v_dot(start->m, apex));
     }
 }
-/* The flags of the table agree with the behaviour under rotations about the vertical, and with the
- * integrals of the default scene's top. */
+/* The flag KR_QUANTITY_TURNS agrees with the behaviour under rotations about the vertical. */
 static void test_flags(void)
 {
     for (size_t i = 0; i < kr_quantity_count(); i++) {
@@ -186,8 +185,9 @@ static void test_rates(void)
     }
     kr_top_free(top);
 }
-/* For upright and hanging tops, precession and rotation are each half of the total rotation,
- * whatever the signs of zeros. Close to a pole their sum or difference is the total rotation. */
+/* For upright and hanging tops, the angles of precession and spin are each half of the total
+ * rotation up to sign, whatever the signs of zeros. Close to a pole their sum or difference is the
+ * total rotation. */
 static void test_poles(void)
 {
     for (int side = -1; side <= 1; side += 2) {
@@ -252,8 +252,8 @@ static void test_apex_without_a_lever(void)
     NEAR(apart(kr_state_apex(&s, &s.start), frame[2]), 0.0, 1e-15);
     NEAR(v_length(kr_state_torque(&s, &s.start)), 0.0, 0.0);
 }
-/* For the step 0 the modified energies equal the energy, in all units. For small steps, they differ
- * from the energy by terms of the orders step and step^2. */
+/* For steps of zero, or nearly zero, the modified energies equal the energy. For small steps, those
+ * of bobenko_suris and bobenko_suris4 differ from it by terms of the orders step and step^2. */
 static void test_modified_energies(void)
 {
     kr_scene s = random_top();
@@ -304,8 +304,8 @@ static void test_missing_integrals(void)
         IS(isnan(kr_state_modified_energy4(&other, &s.start, 0.1)));
     }
 }
-/* Friction holds a top without spin unless more than the limit is needed. The rotor of a body
- * without lever exerts no torque about the third axis if the top rests. */
+/* Friction holds a top without spin unless more than the limit is needed. With friction, the
+ * acceleration has no derivatives; without it, only the derivative by the friction is missing. */
 static void test_acceleration_with_friction(void)
 {
     double column[6][7] = {{0.0}}, out[21];

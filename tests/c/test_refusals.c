@@ -246,7 +246,7 @@ static void test_low_words(void)
         }
     kr_top_free(top);
 }
-/* A step or a damping beyond the range of doubles in internal units is refused. */
+/* A step beyond the range of doubles in internal units is refused. */
 static void test_internal_units(void)
 {
     kr_scene s = tilted();
@@ -256,7 +256,7 @@ static void test_internal_units(void)
        KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, taylor(), (kr_config){.step = -1e300}, &top) == KR_ERR_ARGUMENT && !top);
 }
-/* Every function returns KR_ERR_ARGUMENT if the top is NULL. */
+/* kr_top_record and kr_top_tangents return KR_ERR_ARGUMENT if the top is NULL. */
 static void test_missing_top(void)
 {
     size_t done = 7;

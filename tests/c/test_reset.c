@@ -67,7 +67,7 @@ static void test_reset_states(const kr_method *method, kr_config config)
     kr_top_free(top);
 }
 
-/* Returns a scene whose body, axes, gravity and damping differ from those of `s`. */
+/* Returns a scene with another body, gravity and start than `s`, and sometimes with damping. */
 static kr_scene another_scene(const kr_scene *s, const kr_method *method)
 {
     const unsigned flags = kr_method_flags(method);
@@ -115,7 +115,7 @@ static void test_new_scenes(const kr_method *method, kr_config config)
     kr_top_free(top);
 }
 
-/* Writes the bytes of a top and returns their number, or 0 if it has none. */
+/* Writes the checkpoint of a top and returns its size, or 0 if it cannot be saved. */
 static size_t bytes_of(const kr_top *top, unsigned char *bytes)
 {
     const size_t size = kr_top_save_size(top);

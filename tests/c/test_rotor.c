@@ -1,5 +1,5 @@
-/* Bodies with rotors: statuses, kinds, and the two properties that need no integrator. The Python
- * tests compare paths with other integrators. */
+/* Bodies with rotors: kinds, refusals, a body at rest, and the order of splitting methods. The
+ * Python tests compare paths with other integrators. */
 #include <float.h>
 #include "kreisel.h"
 #include "model/body.h"

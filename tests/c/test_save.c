@@ -55,8 +55,8 @@ static void test_continuation(const kr_method *method, double sign, int digits, 
     kr_top_free(one);
 }
 
-/* A run that fails after a checkpoint returns to a state before the checkpoint: on the grid, or off
- * the grid before the next step. */
+/* After a checkpoint at the last valid state, the loaded top behaves like the saved top: a side
+ * step off the grid may succeed, and the next step fails. */
 static void test_failure_after_load(double share)
 {
     static unsigned char saved[MOST];
@@ -255,8 +255,9 @@ static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, 
     }
     memcpy(saved + 96, &sum, sizeof sum);
 }
-/* Invalid counts, a step against the direction of time and an invalid start are refused in each of
- * a top's motions, although the checksum is correct. */
+/* Invalid counts and a step against the direction of time are refused in each stored motion of a
+ * top. Invalid step numbers and an invalid start are refused, too, although the checksum is
+ * correct. */
 static void test_hostile_counts(const kr_method *method)
 {
     enum { HEADER = 104 };
@@ -308,8 +309,8 @@ static void test_hostile_numbers(const kr_method *method)
         forge(bad, size, numbers[i], i < 2 ? 77 : -77, i < 2 ? sizeof(int) : 8);
         IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     }
-    /* A checkpoint is refused if an integer between 0 and 100 in the work is replaced by a large
-     * one. */
+    /* For methods with loop counts in their work, some integer from 1 to 99 is refused if it is
+     * replaced by a large one. */
     int refused = 0;
     for (size_t at = HEADER + TOP; at + 4 <= HEADER + TOP + 8 * method->work; at += 4) {
         int32_t number;

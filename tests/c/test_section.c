@@ -177,7 +177,7 @@ static void test_outcomes(const kr_event *event)
 {
     cut c;
     c.scenes[0] = c.scenes[1] = kr_scene_default();
-    c.scenes[0].start.m = v3(0.0, 0.0, 1.0); /* sleeping, or upright and about to fall */
+    c.scenes[0].start.m = v3(0.0, 0.0, 1.0); /* exactly upright: it never reaches a lowest point */
     c.wait[0] = -7.0;
     c.wait[1] = 1000.0;
     run(&c, 2, event, (kr_config){.max_steps = 60});
@@ -186,7 +186,8 @@ static void test_outcomes(const kr_event *event)
     IS(c.outcomes[1].status == KR_ERR_LIMIT && c.outcomes[1].done > 0 &&
        c.outcomes[1].done < MOST && isnan(c.states[MOST + c.outcomes[1].done].t));
 }
-/* The longest wait may be common to all tops. If no states are requested, no array is needed. */
+/* The longest wait may be common to all tops. If no states are requested, no waiting time is
+ * needed. */
 static void test_common_wait(const kr_event *event)
 {
     cut own, all, none;

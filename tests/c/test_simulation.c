@@ -82,7 +82,7 @@ static void test_any_division_is_the_same(void)
     for (int64_t r = 0; r < stage.rows; r++)
         IS(memcmp(&stage.record[r], &other.record[r], sizeof(kr_record_row)) == 0);
 }
-/* Between common multiples of their steps the two tops are at different times. No error is defined
+/* Between common multiples of their steps the tops are at different times. No error is defined
  * at these times, and none is recorded. */
 static void test_compares_at_common_multiples_only(void)
 {
@@ -154,7 +154,7 @@ static void test_record_is_bounded(void)
         NEAR(stage.record[row].time, 0.16 * (double)row, 1e-12);
     NEAR(stage.record[stage.rows - 1].at[2][energy], stage.record[0].at[2][energy], 1e-7);
 }
-/* Energy and nutation oscillate many times between two rows, but the record contains their
+/* Energy and nutation oscillate more than twice between two rows, but the record contains their
  * extremes. Those of the nutation are approximate, because it is sampled less often. */
 static void test_extremes_are_not_lost(const char *name, double share)
 {

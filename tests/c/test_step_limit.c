@@ -1,5 +1,6 @@
 /* Step limit of methods that estimate their error: no step covers a whole turn, which would
- * invalidate the estimate. The tests use fast tops, with automatic and with long first steps. */
+ * invalidate the estimate. The tests use fast tops, with automatic first steps and with first steps
+ * of many sizes. */
 #include "random.h"
 #include "tops.h"
 

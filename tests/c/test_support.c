@@ -55,7 +55,8 @@ static void test_truth(int digits, double most)
         kr_top_free(top);
     }
 }
-/* Returns a state of the inertial frame, seen from a support that turns and agreed at t = 0. */
+/* Returns a state of the inertial frame as seen from a turning support whose axes agree with the
+ * inertial ones at t = 0. */
 static kr_state seen_from(kr_vec3 turning, kr_state s)
 {
     const kr_quat turn = q_exp(v_scale(-s.t, turning));
@@ -114,8 +115,8 @@ static void test_power(void)
     const kr_state late = state_at(20.0, &s, taylor(), kr_config_default());
     NEAR(kr_state_energy(&s, &late), kr_state_energy(&s, &s.start), 1e-14);
 }
-/* The momentum about the axis of a free symmetric top decreases linearly to zero, the rest of the
- * momentum stays. The time of the stop is an event. Friction holds the top from then on. */
+/* The momentum about the axis of a free symmetric top decreases linearly to zero, and the rest of
+ * the momentum stays. The time of the stop is an event. Friction holds the top from then on. */
 static void test_stop(double spin, int digits)
 {
     const kr_scene s = symmetric_top(0.75, 0.0, 0.125, v3(0.5, -0.25, spin));
@@ -383,7 +384,7 @@ static void test_workers(void)
        outcomes[2].status == KR_ERR_FRICTION);
     kr_worker_free(worker);
 }
-/* Units of time and mass that are powers of two change all numbers exactly. */
+/* Units of time and mass that are powers of two scale all numbers exactly. */
 static void test_units(void)
 {
     const kr_scene s = moved(TURNING | SHAKING | OTHERS);

@@ -1,5 +1,5 @@
 /* Computing tangents changes no bit of the path. Tangents equal differences of neighbouring runs,
- * keep the symplectic form, and do not depend on the times of output. */
+ * and do not depend on the times of output. */
 #include <stdlib.h>
 #include "tops.h"
 
@@ -75,8 +75,8 @@ static void test_single_columns(const kr_scene *s)
     }
     kr_top_free(every);
 }
-/* Returns the state of a neighbouring top, whose k-th parameter, counted from the first moment,
- * differs. */
+/* Returns the state of a neighbouring top, which differs in the k-th number, counted from the first
+ * component of the initial momentum. */
 static kr_state beside(kr_scene s, size_t k, double by, double t)
 {
     double *const data[] = {

@@ -217,8 +217,8 @@ static void test_refusals(void)
     check_step_fails(1.0, 0, 0x1p60, KR_ERR_STEP);
     check_step_fails(1.0, 0, -0x1p60, KR_ERR_STEP);
 }
-/* A kernel outside the tables gives the same states as the kernel of which it is a copy, under its
- * own name. Events are also found with this kernel. */
+/* A kernel outside the tables is named "other". It finds the same events as the kernel of which it
+ * is a copy. */
 static void test_own_kernel(void)
 {
     const kr_scene s = tilted();

@@ -203,7 +203,8 @@ static void test_top_at_rest(void)
         NEAR(distance(a, s.start), 0.0, 0.0);
     }
 }
-/* A free sphere that takes 1e310 units of time for a turn still turns by the exact angle. */
+/* A free sphere that takes more than 1e311 units of time for a turn still turns by the exact
+ * angle. */
 static void test_slowest_turns(void)
 {
     kr_scene s = tilted();

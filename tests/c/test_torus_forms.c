@@ -7,7 +7,8 @@
 #include "goryachev_chaplygin_truth.h"
 #include "kowalewski_truth.h"
 
-/* The numbers at the head of a plan. `rate` is the slower of the two frequencies. */
+/* The numbers at the head of a plan. `rate` is one of the two frequencies; it sets the times at
+ * which states are compared. */
 typedef struct plan_head {
     double rate, certificate, mismatch;
     int refusal;
@@ -418,7 +419,7 @@ static double off_in_body(const kr_scene *s, kr_state one, kr_state other)
     return off(q_vertical(one.q), q_vertical(other.q)) +
            off(q_turn_back(one.q, one.m), q_turn_back(other.q, other.m)) / scale_of(s);
 }
-/* Both angles grow at the frequencies of the plan, and turns of them change nothing. */
+/* Both angles grow at the frequencies of the plan, and whole turns of them change nothing. */
 static void angles_of_the_torus_grow_linearly(const form_case *c)
 {
     const double turn = 6.283185307179586;

@@ -48,7 +48,7 @@ static int check_chaplygin(const kr_scene *s, double t)
        refusal == KR_CHAPLYGIN_SEPARATRIX);
     return 0;
 }
-/* Checks all starts of one kind of top. At least `share` of them are planned. */
+/* Checks all starts of one kind of top. More than the fraction `share` of them are planned. */
 static void check_starts(kr_scene (*start)(kr_vec3 up, kr_vec3 velocity),
                          int (*check)(const kr_scene *s, double t), double share)
 {

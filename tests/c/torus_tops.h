@@ -27,8 +27,8 @@ static inline kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr
                         0.0};
     return s;
 }
-/* Returns a random top with moments of `ratio`, `ratio` and 1, with the axes in any order, the
- * centre of mass along an equal axis and both signs of gravity. */
+/* Returns a random top with moments in the ratio `ratio` : `ratio` : 1, in any order. Its centre of
+ * mass lies on the axis of one of the two equal moments, and gravity has either sign. */
 static inline kr_scene drawn_top_of_ratio(double ratio)
 {
     const double unit = ldexp(1.0, (int)uniform(-3, 4)), reach = exp(uniform(-1.4, 1.4)),
@@ -61,7 +61,7 @@ static inline kr_scene chaplygin_top_of(kr_vec3 up, kr_vec3 momentum)
     m.z = 0.0;
     return scene_of(v3(1.0, 1.0, 0.25), v3(1.0, 0.0, 0.0), 1.0, q, m);
 }
-/* Returns the unit for errors of m: the largest |m| that the top's energy allows. */
+/* Returns the unit for errors of m: an upper bound of |m| for a top of mass 1 with this energy. */
 static inline double scale_of(const kr_scene *s)
 {
     const double lever = fabs(s->gravity) * v_length(s->body.com);

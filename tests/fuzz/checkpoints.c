@@ -109,7 +109,8 @@ void call_damage(place *p)
         for (size_t i = at & ~(size_t)7; i < size; i++) bytes[i] = (unsigned char)choose(256);
     print_call("load what is damaged, %zu of %zu bytes, at %zu", shown, size, at);
     unsigned char *exactly =
-        malloc(shown + 1); /* one byte more, so that a sanitizer detects reads beyond the end */
+        malloc(shown + 1); /* at an odd address, and without room behind it, so that a sanitizer
+                            * detects reads beyond the end */
     memcpy(exactly + 1, bytes, shown);
     const kr_status status = kr_top_load(p->top, shown, exactly + 1);
     CLAIM(status == KR_ERR_CHECKPOINT || same_bits(bytes, p->was_image, size));
@@ -129,7 +130,7 @@ static void put_sum(unsigned char *bytes, size_t size)
     }
     memcpy(bytes + SUM, &sum, sizeof sum);
 }
-/* Changes some words after the header. */
+/* Changes some words after the header, and corrects the checksum. */
 static void forge(unsigned char *bytes, size_t size)
 {
     enum { SUMMED = 104 };
@@ -173,7 +174,7 @@ void call_forge(place *p)
     kr_top_free(p->top);
     p->top = NULL;
 }
-/* Advances to t. Writes the state at this time, and returns the status. */
+/* Advances to t. Writes the state that was reached, and returns the status. */
 static kr_status go(kr_top *top, double t, kr_state *state)
 {
     const kr_status status = kr_top_advance(top, t);
