@@ -241,6 +241,11 @@ static int is_axis_through_com(const kr_body *b, int axis)
                                fabs(component_at(b->com, (axis + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
+static int find_largest_component(kr_vec3 a)
+{
+    const double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
+    return x > y && x > z ? 0 : y > z ? 1 : 2;
+}
 /* Returns the principal axes of a symmetric body that are nearest to the user's body frame. A
  * symmetry axis that misses the centre of mass only by rounding errors is rotated to pass through
  * it. */
@@ -255,8 +260,10 @@ static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
         if (reach > 0.0) a = v_scale(1.0 / reach, com);
         return q_tilt(v_scale((a.z < 0.0 ? -1.0 : 1.0) / v_length(a), a));
     }
-    return q_mul(q_mul(axis_cycles[axis], q_tilt(q_turn_back(axis_cycles[axis], a))),
-                 q_conj(axis_cycles[axis]));
+    const kr_quat cycle = axis_cycles[find_largest_component(a)];
+    const kr_vec3 along = q_turn_back(cycle, a);
+    const kr_quat tilt = q_tilt(v_scale(along.z < 0.0 ? -1.0 : 1.0, along));
+    return q_mul(q_mul(cycle, tilt), q_conj(cycle));
 }
 /* Makes two moments equal if they differ only by rounding errors. Moves the centre of mass of a
  * Lagrange top exactly onto the symmetry axis. */
