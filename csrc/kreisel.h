@@ -378,8 +378,8 @@ typedef struct kr_config {
     /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
      * additional steps to reach a time within a step: at most 1024, and at most max_steps. */
     int64_t max_steps;
-    /* Callback, called at least every 256 steps and 1024 states, and at every step by an adaptive
-     * method without dense output. A nonzero return value stops the integration. May be NULL. */
+    /* Called at least every 256 steps and 1024 states (workers: 2^16), and at every step by adaptive
+     * methods without dense output. A nonzero value stops the integration. May be NULL. */
     int (*poll)(void *context);
     void *context;
     /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are

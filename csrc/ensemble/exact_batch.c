@@ -4,10 +4,7 @@
 #include "exact/dispatch.h"
 #include "worker.h"
 
-enum {
-    STATES_PER_CALL = 64,
-    STATES_PER_POLL = 1 << 16 /* largest number of states between two calls of poll */
-};
+enum { STATES_PER_CALL = 64 };
 
 /* Returns a lower bound on kr_scene_horizon that is cheap to compute. */
 static double lower_bound_of_horizon(const kr_scene *s)
@@ -56,13 +53,6 @@ static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumula
     const kr_stats stats = {.steps = slot->steps, .evaluations = slot->steps};
     kr_worker_finish_top(worker, slot, accumulators, status, stats);
 }
-/* Calls the user's poll. Returns nonzero if the worker must stop. */
-static int poll(kr_worker *worker)
-{
-    const kr_config *config = &worker->config;
-    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
-    return worker->interrupted;
-}
 /* Evaluates and stores the states of a top in blocks of STATES_PER_CALL. */
 static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
@@ -79,7 +69,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
             kr_worker_run_scalar(worker, worker->exact_top, i);
             return;
         }
-        if (slot.states % STATES_PER_POLL < n) poll(worker);
+        kr_worker_poll_after_states(worker);
     }
     finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
@@ -99,7 +89,7 @@ static void store_top(kr_worker *worker, size_t i)
 void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
 {
     const kr_tops *tops = worker->tops;
-    const int at_once = tops->states && tops->times <= STATES_PER_POLL / KR_BATCH;
+    const int at_once = tops->states && tops->times <= KR_WORKER_STATES_PER_POLL / KR_BATCH;
     kr_exact_request request = {.n = n, .scenes = tops->scenes + from, .status = status};
     if (at_once) {
         request.times = tops->times;
@@ -119,5 +109,5 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
         else
             evaluate_top(worker, from + i, &worker->plans[i]);
     }
-    poll(worker);
+    kr_worker_poll(worker);
 }

@@ -386,7 +386,7 @@ static int store_sample(kr_worker *worker, int lane)
 static void sample_lanes(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;
-    while (lanes) {
+    while (lanes && !kr_worker_poll_after_states(worker)) {
         for (int lane = 0; lane < KR_LANES_MAX; lane++)
             l->at[lane] = lanes >> lane & 1 ? l->goal[lane] : l->t[lane];
         worker->isa->sample(l);
@@ -397,7 +397,6 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
 /* Advances all lanes by up to STEPS_PER_POLL steps, and processes each lane that has stopped. */
 static void advance_lanes(kr_worker *worker)
 {
-    const kr_config *config = &worker->config;
     const unsigned called = worker->isa->advance(worker->lanes, STEPS_PER_POLL) & worker->busy;
     unsigned passed = 0;
     for (int lane = 0; lane < KR_LANES_MAX; lane++) {
@@ -410,7 +409,7 @@ static void advance_lanes(kr_worker *worker)
             passed |= 1u << lane;
     }
     sample_lanes(worker, passed);
-    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
+    kr_worker_poll(worker);
 }
 /* Returns the first lane without a top, or the number of lanes if there is none. */
 static int find_free_lane(const kr_worker *worker)

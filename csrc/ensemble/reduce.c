@@ -18,11 +18,9 @@ const char *kr_reduce_name(kr_reduce kind)
  * its time to NaN if x is NaN. */
 static void add_extreme(kr_accumulator *accumulators, double x, double t, int is_more_so)
 {
-    if (isnan(x)) accumulators->value = accumulators->more = x;
-    if (is_more_so) {
-        accumulators->value = x;
-        accumulators->more = t;
-    }
+    if (!is_more_so && !isnan(x)) return;
+    accumulators->value = x;
+    accumulators->more = isnan(x) ? x : t;
 }
 /* Adds the value x at the time t to an accumulator. */
 static void add_value(kr_reduce kind, kr_accumulator *accumulators, double x, double t, size_t k)

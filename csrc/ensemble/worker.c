@@ -19,6 +19,19 @@ void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
                       state, slot->states);
     slot->last = *state;
     slot->states++;
+    worker->unpolled++;
+}
+int kr_worker_poll(kr_worker *worker)
+{
+    const kr_config *config = &worker->config;
+    worker->unpolled = 0;
+    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
+    return worker->interrupted;
+}
+int kr_worker_poll_after_states(kr_worker *worker)
+{
+    if (worker->unpolled >= KR_WORKER_STATES_PER_POLL) kr_worker_poll(worker);
+    return worker->interrupted;
 }
 int kr_worker_has_tangents(const kr_worker *worker)
 {
@@ -85,6 +98,8 @@ static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
         status = kr_top_record(top, n, t + slot->states, piece, &good);
         for (size_t k = 0; k < good; k++)
             kr_worker_store_state(worker, slot, accumulators, &piece[k]);
+        if (status == KR_OK && slot->states < tops->times && kr_worker_poll_after_states(worker))
+            status = KR_ERR_INTERRUPTED;
     }
     slot->last = kr_top_state(top);
     return status;
@@ -113,8 +128,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
     /* The set-up of a closed-form solution on a torus takes as long as thousands of steps, and does
      * not poll. */
-    if (top == worker->exact_top && config.poll && config.poll(config.context))
-        worker->interrupted = 1;
+    if (top == worker->exact_top) kr_worker_poll(worker);
 }
 
 /* Returns the status code that states why a top cannot be integrated in a SIMD lane. */
@@ -179,7 +193,7 @@ kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops)
     if (tops->n > 0 && (!tops->scenes || !tops->outcomes || (tops->times > 0 && !tops->t)))
         return KR_ERR_ARGUMENT;
     worker->tops = tops;
-    worker->interrupted = 0;
+    worker->interrupted = worker->unpolled = 0;
     if (worker->lanes) kr_scheduler_reset(worker);
     for (size_t i = 0; i < tops->n; i++) tops->outcomes[i].status = KR_STATUS_COUNT;
     for (size_t i = 0; i < tops->n && !worker->interrupted; i += KR_BATCH)

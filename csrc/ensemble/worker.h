@@ -20,6 +20,9 @@ typedef struct kr_slot {
     kr_state last;
 } kr_slot;
 
+/* Largest number of states between two calls of poll. */
+enum { KR_WORKER_STATES_PER_POLL = 1 << 16 };
+
 struct kr_worker {
     kr_config config;
     const kr_method *method; /* NULL: chosen for each top */
@@ -30,6 +33,7 @@ struct kr_worker {
     int is_section;          /* nonzero: compute a section with `event` */
     kr_event event;
     int interrupted;
+    int unpolled; /* number of states stored since the last call of poll */
     const kr_lanes_isa *isa; /* NULL: the method has no lanes */
     kr_lanes *lanes;
     unsigned busy; /* bit i is set if lane i holds a top */
@@ -44,6 +48,11 @@ struct kr_worker {
  * `accumulators`. */
 void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state);
+/* Calls the user's poll. Returns nonzero if the worker must stop. */
+int kr_worker_poll(kr_worker *worker);
+/* Calls the user's poll if many states have been stored since its last call. Returns nonzero if the
+ * worker must stop. */
+int kr_worker_poll_after_states(kr_worker *worker);
 /* Returns 1 if the worker propagates tangents. */
 int kr_worker_has_tangents(const kr_worker *worker);
 /* Stores the growth of a lane's tangent for the next requested time, or zeros if `row` is NULL. */

@@ -263,6 +263,26 @@ static void test_reductions(void)
         IS(rows[i] == again[i] || (isnan(rows[i]) && isnan(again[i])));
     kr_worker_free(worker);
 }
+/* Statistics of a quantity that does not exist for a top are NaN, also for a single time. */
+static void test_reductions_of_missing_values(void)
+{
+    const kr_quantity *kowalewski = kr_quantity_find("kowalewski");
+    kr_reduction r[KR_REDUCE_COUNT];
+    for (int i = 0; i < KR_REDUCE_COUNT; i++) r[i] = (kr_reduction){kowalewski, 0, (kr_reduce)i};
+    const kr_scene s = tilted();
+    const double t[] = {5.0, 6.0};
+    kr_worker *worker = NULL;
+    IS(kr_worker_create(NULL, kr_config_default(), KR_REDUCE_COUNT, r, &worker) == KR_OK);
+    for (size_t times = 1; times <= 2; times++) {
+        double row[KR_REDUCE_COUNT];
+        kr_outcome outcome;
+        const kr_tops tops = {
+            .n = 1, .scenes = &s, .times = times, .t = t, .outcomes = &outcome, .reduced = row};
+        IS(kr_worker_run(worker, &tops) == KR_OK && outcome.done == times);
+        for (int i = 0; i < KR_REDUCE_COUNT; i++) IS(isnan(row[i]));
+    }
+    kr_worker_free(worker);
+}
 
 static void test_headless(void)
 {
@@ -317,7 +337,37 @@ static int interrupt_worker(int after)
     kr_worker_free(worker);
     return 2 * on_the_way - lanes;
 }
-
+static int count_polls(void *context)
+{
+    ++*(int *)context;
+    return 0;
+}
+/* A worker polls while it evaluates many states of a step, or of a closed form. */
+static void test_polls_between_states(void)
+{
+    enum { MANY = 40000, FEW = 4 };
+    static double t[MANY];
+    static kr_state states[FEW * MANY];
+    for (int k = 0; k < MANY; k++) t[k] = 1e-6 * (k + 1);
+    for (int i = 0; i < 3; i++) {
+        kr_scene s[FEW];
+        kr_outcome outcomes[FEW];
+        int polls = 0;
+        for (int k = 0; k < FEW; k++) {
+            s[k] = i == 0 ? tilted() : asymmetric(); /* closed form, scalar, lanes */
+            if (i == 1) s[k].damping = v3(0.125, 0.125, 0.125);
+        }
+        const kr_config config = {.poll = count_polls, .context = &polls};
+        const kr_tops tops = {
+            .n = FEW, .scenes = s, .times = MANY, .t = t, .states = states, .outcomes = outcomes};
+        kr_worker *worker = make_worker(NULL, config);
+        IS(kr_worker_run(worker, &tops) == KR_OK);
+        const int steps = i == 0 ? 1 : (int)outcomes[0].stats.steps * FEW;
+        IS(polls >= FEW * MANY / 65536 && polls <= 2 * FEW + 3 * steps);
+        polls = 0;
+        kr_worker_free(worker);
+    }
+}
 /* Two equal moments may differ by a rounding error in either direction. If the time of the start is
  * requested again after another time, the top fails there and keeps its earlier state. */
 static void test_pairs_and_reversal(void)
@@ -393,6 +443,8 @@ int main(void)
         if (kr_method_at(i) != taylor()) test_methods_without_lanes(kr_method_at(i));
     test_failures();
     test_reductions();
+    test_reductions_of_missing_values();
+    test_polls_between_states();
     test_headless();
     for (int after = 0; after < 60; after++) on_the_way += interrupt_worker(after);
     IS(on_the_way >= 0);
