@@ -357,10 +357,10 @@ KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
 /* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
- * over the largest of (|m| + |rotor|) / (largest moment), pendulum frequency and support rates. The
- * result is INFINITY for a top at rest without torque, and 0 for an invalid scene. Times beyond the
- * horizon are refused with KR_ERR_RESOLUTION. Smaller |t| may also be refused if damping
- * accelerates the top backward in time. */
+ * over the largest of these rates: components of the initial angular velocity, (|m| + |rotor|) /
+ * (largest moment), pendulum frequency, rates of the support. It is INFINITY for a top at rest
+ * without torque, and 0 for an invalid scene. Times beyond it are refused with KR_ERR_RESOLUTION, and
+ * so may be smaller times if damping accelerates the top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
@@ -378,7 +378,7 @@ typedef struct kr_config {
     /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
      * additional steps to reach a time within a step: at most 1024, and at most max_steps. */
     int64_t max_steps;
-    /* Called at least every 256 steps and 1024 states (workers: 2^16), and at every step by adaptive
+    /* Called every 256 steps and 1024 states (workers: 2^16), and in every step of adaptive
      * methods without dense output. A nonzero value stops the integration. May be NULL. */
     int (*poll)(void *context);
     void *context;

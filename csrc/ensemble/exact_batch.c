@@ -10,9 +10,9 @@ enum { STATES_PER_CALL = 64 };
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
-    const double largest = fmax(A.x, fmax(A.y, A.z)),
-                 turning = (v_length(m) + v_length(s->body.rotor)) / largest,
-                 swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
+    const double least = fmin(A.x, fmin(A.y, A.z)),
+                 turning = (v_length(m) + v_length(s->body.rotor)) / least,
+                 swing = sqrt(s->body.mass * fabs(s->gravity) / least * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
 /* Returns 1 if the output times of a top are monotonic and within the limits on their magnitude and

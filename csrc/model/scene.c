@@ -110,12 +110,15 @@ double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_w
     const double moment = v_largest(working->inertia) / units->moment;
     const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
                   h = v_scale(units->time, v_scale(1.0 / units->moment, scene->body.rotor)),
-                  lever = units->lever;
+                  lever = units->lever,
+                  W = v_over(v_sub(q_turn_back(q_mul(scene->start.q, scene->body.axes), m), h),
+                             v_scale(1.0 / units->moment, scene->body.inertia));
     const double swing = sqrt(v_length(lever) / moment),
                  shaking = strongest_swing(scene, working).rate * units->time,
                  turning = units->time * support_rate(scene),
                  moved = kr_scene_shakes(scene) ? fmax(shaking, turning) : turning;
-    return 0x1p53 * units->time / fmax((v_length(m) + v_length(h)) / moment, fmax(swing, moved));
+    const double rotation = fmax(v_largest(W), (v_length(m) + v_length(h)) / moment);
+    return 0x1p53 * units->time / fmax(rotation, fmax(swing, moved));
 }
 double kr_scene_horizon(const kr_scene *scene)
 {
