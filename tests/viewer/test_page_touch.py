@@ -284,6 +284,25 @@ def test_tilt_and_spin_agree_with_python_for_a_body_given_by_numbers(page, pivot
 
 
 @pytest.mark.parametrize(
+    "place, value", [("density", 2), ("mass", 3), ("body.half.2", 1.2), ("body.pivot.0", 0.1)]
+)
+def test_a_changed_body_given_by_numbers_keeps_the_positions_of_both_tops(page, place, value):
+    load(page, "Sleeping top", shape="free", rotor=[0.5, 1, -2])
+    expected = read_scene(page)
+    given = turn_description(expected, TURN)
+    page.evaluate("given => kreisel.page.load(given)", given)
+    page.evaluate("([place, value]) => kreisel.page.setValue(place, value)", [place, value])
+    found = read_scene(page)
+    # the body is symmetric: its edges may be permuted, but the axis is the same
+    for key in ("attitude", "second"):
+        axis = kr.quaternion.turn(tuple(found[key][:4]), (0, 0, 1))
+        assert axis == pytest.approx(kr.quaternion.turn(tuple(expected[key][:4]), (0, 0, 1)))
+        rotor = kr.quaternion.turn(tuple(found[key][:4]), found["rotor"])
+        old_rotor = kr.quaternion.turn(tuple(given[key][:4]), given["rotor"])
+        assert rotor == pytest.approx(old_rotor)
+
+
+@pytest.mark.parametrize(
     "name, value, key, expected",
     [
         ("Half edges, N", 0.5, "half", [0.5, 0.8, 1]),
