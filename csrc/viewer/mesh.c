@@ -2,6 +2,7 @@
 #include <math.h>
 #include "mesh.h"
 #include "math/su2.h"
+#include "model/scene.h"
 
 /* Computes the cuboid of the given mass that has the same inertia as the body, and the same product
  * of mass and centre of mass. Returns the volume of the cuboid, or 0 if no such cuboid
@@ -62,17 +63,47 @@ kr_box kr_mesh_box(const kr_body *body)
     return box;
 }
 
+/* Returns the angular velocity of a frame in which the top never gains energy: the inertial frame
+ * if the weight keeps its direction there and nothing else acts on the top, otherwise the frame of
+ * the support, in which damping and friction take energy. */
+static kr_vec3 choose_frame(const kr_scene *scene, double weight)
+{
+    const kr_vec3 turning = scene->turning;
+    const int is_damped = v_largest(scene->damping) > 0.0 || scene->friction > 0.0,
+              is_level = weight == 0.0 || (turning.x == 0.0 && turning.y == 0.0);
+    return is_level && !is_damped ? v3(0.0, 0.0, 0.0) : turning;
+}
+/* Returns an upper bound on the angular velocity relative to the frame of a scene, from one on the
+ * kinetic energy. In the inertial frame, the spin of a Lagrange top never increases, and the rest
+ * of the energy is that of a rotation about a transverse axis. */
+static double bound_velocity(const kr_scene *scene, double energy)
+{
+    const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);
+    if (kr_scene_turns(scene) || kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE)
+        return sqrt(2.0 * energy / fmin(i.x, fmin(i.y, i.z)));
+    const double axial = v_dot(v_times(a, a), i), transverse = 0.5 * (i.x + i.y + i.z - axial),
+                 spin = v_dot(kr_state_velocity(scene, &scene->start),
+                              kr_state_apex(scene, &scene->start)),
+                 rest = 2.0 * energy - axial * spin * spin;
+    return sqrt(spin * spin + fmax(rest, 0.0) / transverse);
+}
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
 {
     const kr_body *b = &scene->body;
-    const double fall = 2.0 * b->mass * fabs(scene->gravity) * v_length(b->com),
-                 largest = v_largest(b->inertia);
-    kr_scene resting = *scene; /* seen from the inertial frame */
-    resting.turning = v3(0.0, 0.0, 0.0);
-    const double energy = kr_state_kinetic(&resting, &scene->start) + fall;
-    *momentum = v_length(b->rotor) + sqrt(2.0 * energy * largest);
+    const kr_shaking shaking = scene->shaking;
+    const double acceleration =
+        fabs(scene->gravity) + fabs(shaking.amplitude) * shaking.rate * shaking.rate;
+    const double weight = b->mass * acceleration * v_length(b->com), rotor = v_length(b->rotor),
+                 largest = v_largest(b->inertia),
+                 smallest = fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z));
+    kr_scene seen = *scene;
+    seen.turning = choose_frame(scene, weight);
+    const double turning = v_length(seen.turning),
+                 centrifugal = turning * (0.5 * turning * (largest - smallest) + 2.0 * rotor),
+                 energy = kr_state_kinetic(&seen, &scene->start) + 2.0 * weight + centrifugal;
+    *momentum = rotor + sqrt(2.0 * energy * largest) + largest * turning;
     *momentum = fmax(v_length(scene->start.m), *momentum);
-    *velocity = v_length(scene->turning) + sqrt(2.0 * energy / largest);
+    *velocity = bound_velocity(&seen, energy) + v_length(v_sub(scene->turning, seen.turning));
     *velocity = fmax(v_length(kr_state_velocity(scene, &scene->start)), *velocity);
     if (!(*momentum > 0.0)) *momentum = 1.0;
     if (!(*velocity > 0.0)) *velocity = 1.0;

@@ -31,13 +31,14 @@ typedef struct kr_trail {
  * this case, its density is 1 if possible; otherwise, the function returns the largest possible
  * cuboid. If no suitable cuboid exists, the function returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
-/* Writes an upper bound on the momentum and an estimate of the largest angular velocity, which
- * determine the scale of the picture. The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <=
- * initial kinetic energy + largest possible loss of potential energy. Here I is the largest moment
- * of inertia, and the energies refer to the inertial frame. The angular velocity is the bound on
- * (|m| - |rotor|) / I plus the angular speed of the support; rotations about axes of smaller
- * moments may exceed it. Both numbers are at least the magnitudes of the initial momentum and the
- * initial angular velocity. A value of zero, as for a top that cannot move, is replaced by 1. */
+/* Writes upper bounds on the momentum and the angular velocity, forward in time, which determine
+ * the scale of the picture. They follow from a bound on the kinetic energy in a frame in which the
+ * top never gains energy: the initial kinetic energy plus the largest possible loss of potential
+ * energy, which on a turning support includes the centrifugal potential. The momentum is largest in
+ * a rotation about the axis of the largest moment of inertia, and the angular velocity about that
+ * of the smallest; for a Lagrange top, the constant spin gives a closer bound. On a shaken support
+ * nothing bounds the energy: both numbers are then estimates with the greatest acceleration. A
+ * bound of zero, as for a top that cannot move, is replaced by 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points of the trail are up
  * to 2 % closer to the centre of the sphere. Returns the number of points written, which is at most

@@ -156,7 +156,7 @@ export function makeHighlight() {
 }
 
 // Make the trace of the apex. Its newest point comes first, in the strongest colour. The newest
-// part is drawn a second time and hides what lies behind it.
+// part is drawn a second time, over the rest.
 const FRESH_POINTS = 256; // pieces of the newest part
 export function makeTrace(colour, ground) {
   const [shape, part] = [makeStrip(TRACE_POINTS), new THREE.BufferGeometry()];
@@ -169,7 +169,8 @@ export function makeTrace(colour, ground) {
     mixed.lerpColors(ground, paint, strength).toArray(points, 3 * i);
   }
   writeCorners(points, TRACE_POINTS, shape.shades.array);
-  [line.renderOrder, fresh.renderOrder] = [1, 2]; // after solids; the opaque newest part first
+  [line.renderOrder, fresh.renderOrder] = [1, 2]; // after solids, the newest part last
+  fresh.material.transparent = true; // opaque parts are drawn first, whatever their order
   line.add(fresh);
   line.update = (i, radius, thickness) => {
     line.width = fresh.width = 2.4 * thickness;

@@ -1,7 +1,8 @@
 // A symmetric body as a solid of revolution. A cuboid (core.js) determines mass, moments and height
 // of the centre. A homogeneous solid of any profile has the same ones after scaling along and
 // across its axis. The axle is massless.
-import { LatheGeometry, Vector2 } from "three";
+import { LatheGeometry, Vector2, Vector3 } from "three";
+import { toQuaternion } from "./scene.js";
 
 // Half profiles as [height, radius].
 const TOP = [
@@ -72,7 +73,9 @@ const SOLIDS = [TOP, CONE, DRUM].map((profile) => [profile, computeLengths(profi
 const CLOSE = 1e-6;
 // Fit a solid of revolution to the cuboid of a body: index and direction of its axis, height of the
 // centre, and profile seen from the fixed point. Returns null if the body is not symmetric.
-export function fitRevolution({ half, centre }) {
+export function fitRevolution({ half, centre: described, turn }) {
+  const back = toQuaternion(turn).conjugate();
+  const centre = new Vector3(...described).applyQuaternion(back).toArray(); // along the edges
   const size = Math.max(...half, ...centre.map(Math.abs));
   const near = (a, b) => Math.abs(a - b) < CLOSE * size;
   const isAxis = (k) => {

@@ -176,14 +176,16 @@ export function listTops(scene, body) {
 export const hasFriction = ({ damping, friction }) => damping > 0 || friction > 0;
 export const isTurning = ({ turning }) => turning.some((x) => x !== 0);
 
-// Replace a body given by numbers with its cuboid. The attitude absorbs the rotation between them.
+// Replace a body given by numbers with its cuboid. The attitudes absorb the rotation between them.
 export function convertToCuboid(scene) {
   if (scene.body.half) return;
   const { half, centre, turn, density } = computeCuboid(scene.body);
   const back = toQuaternion(turn).conjugate();
   const pivot = new Vector3(...centre).applyQuaternion(back).negate().toArray();
   scene.body = { half, pivot, density };
-  scene.attitude = toWxyz(toQuaternion(scene.attitude).multiply(toQuaternion(turn)));
+  const turnAttitude = (q) => toWxyz(toQuaternion(q).multiply(toQuaternion(turn)));
+  scene.attitude = turnAttitude(scene.attitude);
+  scene.second?.splice(0, 4, ...turnAttitude(scene.second));
   scene.rotor = new Vector3(...scene.rotor).applyQuaternion(back).toArray();
 }
 // Sizes N, B, T that a shape allows (thesis 5.6.5, 5.8.1), from any sizes and of equal volume.

@@ -40,8 +40,10 @@ const VERTICAL = new Vector3(0, 0, 1);
 // Return the direction from the fixed point to the centre of mass in the frame of description, or
 // the third principal axis if both coincide.
 function computeApex(body) {
-  const com = new Vector3(...body.com);
-  return com.length() ? com.normalize() : VERTICAL.clone().applyQuaternion(toQuaternion(body.axes));
+  const com = new Vector3(...body.com); // along the principal axes
+  return (com.length() ? com.normalize() : com.copy(VERTICAL)).applyQuaternion(
+    toQuaternion(body.axes),
+  );
 }
 // Return the tilt at which the rim meets the floor and the motion ends, or null. Only tops with
 // friction end so, if they stand on their tip.

@@ -7,20 +7,20 @@ const CAPTION = 0.035; // height of the name in the picture
 const FILM_TYPES = ["video/mp4", "video/webm"];
 
 // Put the link to the scene into the address bar, and offer it to other programs: by the menu of a
-// phone, or by the clipboard.
-async function shareLink(page) {
+// phone, or by the clipboard. `showMessage` receives words on where the link is.
+async function shareLink({ scene }, showMessage) {
   try {
-    history.replaceState(null, "", encodeScene(page.scene));
+    history.replaceState(null, "", encodeScene(scene));
   } catch {
-    return page.showMessage("A page in a notebook has no address: save “This page” instead");
+    return showMessage("A page in a notebook has no address: save “This page” instead");
   }
   const { href } = location;
-  page.showMessage("The address of this page is now a link to this scene");
+  showMessage("The address of this page is now a link to this scene");
   try {
     if (navigator.share && matchMedia("(pointer: coarse)").matches)
-      return await navigator.share({ title: page.scene.name, url: href });
+      return await navigator.share({ title: scene.name, url: href });
     await navigator.clipboard.writeText(href);
-    page.showMessage("Copied: a link to this scene, which is now the address of this page");
+    showMessage("Copied: a link to this scene, which is now the address of this page");
   } catch {
     // The address bar shows the link.
   }
@@ -50,14 +50,17 @@ export class ShareDialog {
     this.filmType = FILM_TYPES.find((type) => globalThis.MediaRecorder?.isTypeSupported(type));
   }
   open() {
-    shareLink(this.page);
-    this.draw();
+    shareLink(this.page, (words) => {
+      this.page.showMessage(words);
+      this.words = words;
+      this.draw();
+    });
     if (!this.place.open) this.place.show();
   }
   draw() {
     const film = this.isFilming ? "Filming …" : `Film of ${this.seconds} seconds`;
     render(
-      html`<p>Link: in the address of this page, and copied</p><div class="row">
+      html`<p>${this.words}</p><div class="row">
         <button @click=${() => this.savePicture()}>Square picture</button>
         <button ?disabled=${this.isFilming} @click=${() => this.saveFilm()}>${film}</button>
         <button @click=${() => this.place.close()}>Close</button></div>`,

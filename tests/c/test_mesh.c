@@ -125,6 +125,96 @@ static void test_reach(void)
     kr_mesh_limits(&still, &momentum, &velocity);
     IS(momentum == 3.0 && velocity == 2.0); /* seen from the support, the body turns backwards */
 }
+/* Asserts that a motion never exceeds the limits, and that its largest angular velocity is more
+ * than the fraction `near` of the limit. */
+static void reaches(kr_scene scene, double near)
+{
+    double momentum, velocity, longest = 0.0, fastest = 0.0;
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("taylor"), 50000, 1e-12, -1) == KR_OK);
+    kr_mesh_limits(&scene, &momentum, &velocity);
+    const kr_simulation_slot *actor = &stage.slots[0];
+    for (int i = 0; i <= 2000; i++) {
+        kr_simulation_advance(&stage, 50000 * i, INT64_MAX);
+        longest = fmax(longest, v_length(actor->now.m));
+        fastest = fmax(fastest, v_length(kr_state_velocity(&scene, &actor->now)));
+    }
+    IS(actor->status == KR_OK && actor->steps == 2000);
+    IS(longest <= momentum * (1.0 + 1e-9) && fastest <= velocity * (1.0 + 1e-9));
+    IS(fastest > near * velocity);
+}
+/* A body that turns mainly about the axis of its smallest moment is faster than one of the same
+ * energy that turns about another axis. */
+static void test_limits_of_unequal_moments(void)
+{
+    kr_scene scene = kr_scene_default();
+    scene.start.q = q_one();
+    scene.body.inertia = v3(1.0, 10.0, 10.5);
+    scene.body.com = v3(0.0, 0.0, 0.0);
+    scene.start.m = v3(1e-4, 10.0, 0.0);
+    reaches(scene, 0.37);
+    scene.body.rotor = v3(1.0, -0.5, 0.2);
+    reaches(scene, 0.37);
+    scene = kr_scene_default();
+    scene.body = cuboid(1.0, v3(0.8 * sqrt(3.0), 0.8, 0.4), v3(0.0, 0.0, -0.4));
+    reaches(scene, 0.8);
+    scene.gravity = -1.0;
+    scene.start.q = q4(0.0, v3(1.0, 0.0, 0.0));
+    reaches(scene, 0.8);
+    scene.damping = v3(0.1, 0.2, 0.05);
+    reaches(scene, 0.5);
+}
+/* A symmetric top keeps its spin, which limits its angular velocity more closely. Damping and
+ * friction only slow it down. */
+static void test_limits_of_a_symmetric_top(void)
+{
+    kr_scene scene = kr_scene_default();
+    reaches(scene, 0.98);
+    const kr_body body = scene.body;
+    scene.body.axes = q_exp(v3(0.3, -0.2, 0.5));
+    scene.start.q = q_mul(scene.start.q, q_conj(scene.body.axes));
+    reaches(scene, 0.98);
+    scene.body.rotor = v3(0.0, 0.0, -1.0);
+    reaches(scene, 0.7);
+    scene.damping = v3(0.1, 0.3, 0.2);
+    scene.friction = 0.1;
+    reaches(scene, 0.7);
+    scene = kr_scene_default();
+    scene.body.inertia = v3(body.inertia.z, body.inertia.x, body.inertia.x);
+    scene.body.com = v3(-body.com.z, 0.0, 0.0);
+    reaches(scene, 0.7);
+}
+/* The support of a turning top carries it along. */
+static void test_limits_on_a_turning_support(void)
+{
+    kr_scene scene = kr_scene_default();
+    scene.turning = v3(0.0, 0.0, 0.7);
+    reaches(scene, 0.7);
+    scene.turning = v3(0.9, -0.6, 0.7);
+    reaches(scene, 0.3);
+    scene.body.rotor = v3(1.0, 2.0, -1.0);
+    reaches(scene, 0.2);
+    scene.body.rotor = v3(0.0, 0.0, 0.0);
+    scene.damping = v3(3.0, 3.0, 3.0);
+    reaches(scene, 0.2);
+    scene.turning = v3(0.0, 0.0, 20.0); /* the air carries the top along */
+    reaches(scene, 0.2);
+    scene.gravity = 0.0;
+    scene.start.m = v3(0.0, 0.0, 0.0);
+    reaches(scene, 0.2);
+}
+/* A shaken support has no limits, but the estimates allow for its greatest acceleration. */
+static void test_limits_on_a_shaken_support(void)
+{
+    kr_scene scene = kr_scene_default(), shaken = scene;
+    double momentum, velocity, more_momentum, more_velocity;
+    shaken.shaking = (kr_shaking){-0.3, 2.0, 0.5};
+    scene.gravity = 1.0 + 0.3 * 4.0;
+    kr_mesh_limits(&scene, &momentum, &velocity);
+    kr_mesh_limits(&shaken, &more_momentum, &more_velocity);
+    NEAR(more_momentum, momentum, 1e-12 * momentum);
+    NEAR(more_velocity, velocity, 1e-12 * velocity);
+}
 static kr_trail trail_of(const kr_simulation_slot *a)
 {
     const kr_trail trail = {a->attitudes, a->momenta, KR_SIMULATION_TRACE, a->steps,
@@ -262,6 +352,10 @@ int main(void)
     test_box_of_a_plate_and_of_none();
     test_box_of_a_small_ball_far_away();
     test_reach();
+    test_limits_of_unequal_moments();
+    test_limits_of_a_symmetric_top();
+    test_limits_on_a_turning_support();
+    test_limits_on_a_shaken_support();
     test_way();
     test_momentum_way();
     test_trails();

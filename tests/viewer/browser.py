@@ -201,6 +201,29 @@ def count_colours(page):
     })()""")
 
 
+def turn_description(settings, turn):
+    """Return the same motion of a body given by numbers, in axes that `turn` rotates.
+
+    `turn` is a unit quaternion.
+    """
+    body = scene_in_python(settings).body.turn(turn)
+    inertia = np.array(body.inertia)
+    matrix = inertia if inertia.ndim == 2 else np.diag(inertia)
+    numbers = {"mass": body.mass, "inertia": matrix.ravel().tolist(), "com": list(body.com)}
+
+    def turn_back(attitude):
+        return list(kr.quaternion.multiply(tuple(attitude), kr.quaternion.conjugate(turn)))
+
+    second = settings["second"]
+    return {
+        **settings,
+        "body": numbers,
+        "attitude": turn_back(settings["attitude"]),
+        "second": second and [*turn_back(second[:4]), *second[4:]],
+        "rotor": list(kr.quaternion.turn(turn, settings["rotor"])),
+    }
+
+
 def scene_in_python(settings, second=False):
     """Convert a scene of the viewer to a kreisel.Scene."""
     body = settings["body"]

@@ -13,6 +13,7 @@ from browser import (
     read_states,
     reload,
     scene_in_python,
+    turn_description,
     visit,
 )
 from scipy.integrate import solve_ivp
@@ -117,6 +118,15 @@ def test_both_tops_of_a_pair_are_named(page):
     advance(page, 90)
     assert "Left: the rim" in read_message(page) and "Right: the rim" in read_message(page)
     assert read_end(page, 1) < read_end(page, 0)
+
+
+@pytest.mark.parametrize("turn", [(0.5, 0.5, 0.5, 0.5), (0.8, 0.36, 0.48, 0.0)])
+def test_the_floor_is_the_same_for_a_body_described_in_any_axes(page, turn):
+    load(page, GAME)
+    contact = page.evaluate("kreisel.page.contact")
+    given = turn_description(read_scene(page), turn)
+    page.evaluate("given => kreisel.page.load(given)", given)
+    assert page.evaluate("kreisel.page.contact") == pytest.approx(contact)
 
 
 @pytest.mark.parametrize(

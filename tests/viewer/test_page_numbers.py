@@ -325,6 +325,19 @@ def test_a_cone_is_drawn_as_a_cone_and_a_cylinder_as_a_drum(page):
     assert np.ptp(height) == pytest.approx(2, rel=0.01)
 
 
+@pytest.mark.parametrize("turn", [(0.5, 0.5, 0.5, 0.5), (0.8, 0.36, 0.48, 0.0)])
+def test_a_cone_in_any_axes_is_drawn_along_its_axis(page, turn):
+    cone = kr.Body.cone(1.0, 2.0, (0, 0, 0), mass=1.5)
+    profile = draw_solid(page, cone)
+    assert draw_solid(page, cone.turn(turn)) == pytest.approx(profile, abs=1e-6)
+    drawn_axis = page.evaluate("""(({world, tops: [{solid}]}) => {
+        world.updateMatrixWorld(true);
+        return solid.handles[0].matrixWorld.elements.slice(4, 7);
+    })(kreisel.view)""")
+    axis = kr.solve(scene_in_python(read_scene(page)), [0.0]).apex[0]
+    assert drawn_axis / np.linalg.norm(drawn_axis) == pytest.approx(axis, abs=1e-6)
+
+
 def test_only_symmetric_bodies_are_drawn_as_solids_of_revolution(page):
     choice, handle_count = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
     assert page.evaluate(handle_count) == 21  # faces, corners and edges

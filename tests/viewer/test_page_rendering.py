@@ -270,6 +270,19 @@ def test_the_trace_is_the_curve_of_the_apex(page, t, stride):
     assert radius == pytest.approx(radius[0] * fading, rel=1e-6)
 
 
+def test_the_newest_part_of_the_trace_is_drawn_last(page):
+    advance(page, 5)
+    order = page.evaluate(f"""(({{line}}) => {{
+        const order = [], parts = [line, line.children[0]];
+        parts.forEach((part, k) => (part.onBeforeRender = () => order.push(k)));
+        kreisel.view.isDirty = true;
+        kreisel.view.render();
+        for (const part of parts) delete part.onBeforeRender;
+        return order;
+    }})({TOP})""")
+    assert order == [0, 1]
+
+
 # The body
 
 

@@ -99,6 +99,30 @@ def page_with_share_dialog(page, full_picture):
     page.evaluate("history.replaceState(null, '', '#')")
 
 
+NO_COPY = "The address of this page is now a link to this scene"
+COPY = "Copied: a link to this scene, which is now the address of this page"
+NO_ADDRESS = "A page in a notebook has no address: save “This page” instead"
+
+
+@pytest.mark.parametrize(
+    "environment, words",
+    [
+        ("navigator.clipboard.writeText = async () => {}", COPY),
+        ("navigator.clipboard.writeText = () => Promise.reject(new Error('forbidden'))", NO_COPY),
+        ("history.replaceState = () => { throw new Error('no address'); }", NO_ADDRESS),
+    ],
+)
+def test_the_dialog_says_where_the_link_is(page, environment, words):
+    page.evaluate(f"() => {{ {environment}; }}")
+    page.locator("canvas").first.focus()
+    page.keyboard.press("k")
+    wait_for(page, "words => document.querySelector('#share p')?.textContent === words", words)
+    assert read_message(page) == words
+    page.keyboard.press("Escape")
+    page.evaluate("delete navigator.clipboard.writeText, delete history.replaceState")
+    page.evaluate("history.replaceState(null, '', '#')")
+
+
 def test_the_square_picture_shows_the_whole_top(page_with_share_dialog):
     before = page_with_share_dialog.evaluate("[...kreisel.view.pixels, kreisel.view.canvas.width]")
     with page_with_share_dialog.expect_download() as download:

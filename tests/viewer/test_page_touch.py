@@ -15,10 +15,12 @@ from browser import (
     read_scene,
     read_states,
     scene_in_python,
+    turn_description,
     visit,
     wait_for,
 )
 
+TURN = (0.8, 0.36, 0.48, 0.0)  # an attitude
 EYE = "kreisel.view.camera.position.toArray()"
 SEND = """([type, points]) => {
     const {canvas} = kreisel.view;
@@ -245,10 +247,8 @@ def test_the_wheel_scrolls_a_notebook_until_a_click_in_the_viewer(browser):
 # Numbers
 
 
-@pytest.mark.parametrize("shape", ["lagrange", "kowalewski"])
-@pytest.mark.parametrize("t", [0, 3])
-def test_tilt_and_spin_agree_with_python(page, shape, t):
-    page.evaluate("name => kreisel.page.setValue('shape', name)", shape)
+def check_tilt_and_spin(page, t):
+    """Set the tilt and the spin at the time `t`, and compare them with those in Python."""
     advance(page, t)
     for name, place, value in (("Tilt, degrees", "nutation", 30), ("Spin, number", "spin", 7.5)):
         field = page.get_by_label(name, exact=True)
@@ -259,6 +259,47 @@ def test_tilt_and_spin_agree_with_python(page, shape, t):
         assert (np.degrees(number) if place == "nutation" else number) == pytest.approx(value)
     assert read_scene(page)["taken"] == (t or None)
     assert np.degrees(path.nutation[0]) == pytest.approx(30)
+
+
+@pytest.mark.parametrize("shape", ["lagrange", "kowalewski"])
+@pytest.mark.parametrize("t", [0, 3])
+def test_tilt_and_spin_agree_with_python(page, shape, t):
+    page.evaluate("name => kreisel.page.setValue('shape', name)", shape)
+    check_tilt_and_spin(page, t)
+
+
+@pytest.mark.parametrize("t", [0, 3])
+def test_tilt_and_spin_refer_to_the_centre_of_mass_if_no_principal_axis_does(page, t):
+    body = {"half": [0.8, 0.8, 1], "pivot": [0.5, 0.2, -1], "density": 1}
+    load(page, shape="free", body=body, turning=[0.3, 0.1, -0.2], rotor=[0.4, 1, -0.6])
+    check_tilt_and_spin(page, t)
+
+
+@pytest.mark.parametrize("pivot", [[0, 0, -1], [0, 0, 0]])
+def test_tilt_and_spin_agree_with_python_for_a_body_given_by_numbers(page, pivot):
+    load(page, shape="free", body={"half": [0.8, 0.7, 1.1], "pivot": pivot, "density": 1})
+    given = turn_description(read_scene(page), TURN)
+    page.evaluate("given => kreisel.page.load(given)", given)
+    check_tilt_and_spin(page, 3)
+
+
+@pytest.mark.parametrize(
+    "place, value", [("density", 2), ("mass", 3), ("body.half.2", 1.2), ("body.pivot.0", 0.1)]
+)
+def test_a_changed_body_given_by_numbers_keeps_the_positions_of_both_tops(page, place, value):
+    load(page, "Sleeping top", shape="free", rotor=[0.5, 1, -2])
+    expected = read_scene(page)
+    given = turn_description(expected, TURN)
+    page.evaluate("given => kreisel.page.load(given)", given)
+    page.evaluate("([place, value]) => kreisel.page.setValue(place, value)", [place, value])
+    found = read_scene(page)
+    # the body is symmetric: its edges may be permuted, but the axis is the same
+    for key in ("attitude", "second"):
+        axis = kr.quaternion.turn(tuple(found[key][:4]), (0, 0, 1))
+        assert axis == pytest.approx(kr.quaternion.turn(tuple(expected[key][:4]), (0, 0, 1)))
+        rotor = kr.quaternion.turn(tuple(found[key][:4]), found["rotor"])
+        old_rotor = kr.quaternion.turn(tuple(given[key][:4]), given["rotor"])
+        assert rotor == pytest.approx(old_rotor)
 
 
 @pytest.mark.parametrize(
