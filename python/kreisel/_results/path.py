@@ -268,7 +268,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
         names = validate_requested_quantities(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
-        options = replace(self._options, want=names)
+        options = replace(self._options, want=names).copy_for_scene(self.scene)
         return replace(
             self,
             states=NO_STATES,
