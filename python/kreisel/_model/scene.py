@@ -224,7 +224,7 @@ class Scene:
 
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
           unless steady=True. Omitted values are taken from the scene, as are the other Euler angles
-          and rates.
+          and rates; but steady=True sets the nutation rate to zero.
 
         - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 
