@@ -328,6 +328,29 @@ def test_error_messages_name_an_alternative():
             call()
 
 
+@pytest.mark.parametrize("loss", [{"damping": (0.1, 0.2, 0.3)}, {"friction": 0.3}])
+def test_messages_suggest_a_support_at_rest_only_without_damping_and_friction(loss):
+    words = {"turning": (0, 0, 8.0), **loss}
+    upright, heavy = make_scene("lagrange", **words), make_scene("kowalewski", **words)
+    here, at_rest = (kr.solve(s, [3.0]) for s in (upright, upright.replace(turning=None)))
+    assert abs(here.nutation[0] - at_rest.nutation[0]) > 1e-3
+    path = kr.solve(upright, np.linspace(0, 1, 101))
+    for call in (
+        lambda: kr.exact(upright),
+        lambda: kr.exact(heavy),
+        lambda: kr.exact(upright.vary(mass=[1.0, 2.0])),
+        lambda: kr.exact([upright.replace(damping=None, friction=None), upright]),
+        lambda: kr.lyapunov(upright, 10.0),
+        lambda: kr.rod(path),
+        lambda: kr.apex(path).nutation(),
+        lambda: kr.events.separatrix(upright),
+        lambda: kr.solve(upright, 1.0, "geometric", error=1e-3),
+    ):
+        with pytest.raises(ValueError, match="turning support|damp|friction") as error:
+            call()
+        assert "replace(turning=None)" not in str(error.value)
+
+
 def test_accelerations_are_derivatives_of_velocities():
     weights = np.array((3, -32, 168, -672, 0, 672, -168, 32, -3)) / 840e-3
     words = {"turning": TURNING, "shaking": (0.2, 5.0, 0.3), "damping": (0.1, 0.2, 0.3)}
