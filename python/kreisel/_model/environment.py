@@ -206,7 +206,7 @@ def _validate_dampings(damping: ArrayLike | BatchParameter | None) -> tuple[Batc
     elif np.ndim(damping) == 0:
         parameter = validate_parameter("damping", damping)
         components = np.repeat(parameter.values, 3)
-        parameter = BatchParameter("damping", components, (3,))
+        parameter = BatchParameter("damping", parameter.values[None], (1,))
     else:
         width = np.shape(damping)[-1:]
         parameter = validate_parameter(
@@ -215,5 +215,7 @@ def _validate_dampings(damping: ArrayLike | BatchParameter | None) -> tuple[Batc
         components = np.broadcast_to(parameter.values, (*parameter.shape, 3))
     negative = (parameter.values < 0.0).any(axis=-1)
     if negative.any():
-        parameter.raise_error_of_first_bad_value(negative, lambda _, one: validate_damping(one))
+        parameter.raise_error_of_first_bad_value(
+            negative, lambda _, one: validate_damping(one[0] if len(one) == 1 else one)
+        )
     return parameter, components
