@@ -346,7 +346,7 @@ def test_messages_suggest_a_support_at_rest_only_without_damping_and_friction(lo
         lambda: kr.events.separatrix(upright),
         lambda: kr.solve(upright, 1.0, "geometric", error=1e-3),
     ):
-        with pytest.raises(ValueError, match="turning support|damp|friction") as error:
+        with pytest.raises(ValueError, match=r"turning support|damp|friction") as error:
             call()
         assert "replace(turning=None)" not in str(error.value)
 

@@ -220,7 +220,7 @@ class Scene:
           these four is given, the ensemble keeps the space-frame momentum of this scene.
 
         - Body: mass, inertia, com, rotor. Every top keeps the attitude and the space-frame momentum
-        of this scene.
+          of this scene.
 
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
           unless steady=True. Omitted values are taken from the scene, as are the other Euler angles
