@@ -168,6 +168,14 @@ REFUSED = {
     r"^attitude_xyzw\[1\] = .* must be a unit quaternion": {"attitude_xyzw": LONG_Q},
     r"^gravity\[1\] = inf: gravity must be finite": {"gravity": [1, np.inf]},
     r"^gravity must be finite .* not nan": {"gravity": np.nan},
+    r"^damping\[1\] = \(-1.0,\): damping must not be negative, not -1.0: it": {
+        "damping": [[1.0], [-1.0]]
+    },
+    r"^damping\[1, 0\] = \(-1.0,\): damping must not be negative, not -1.0: it": {
+        "damping": [[[1.0]], [[-1.0]]]
+    },
+    r"^damping must not be negative, not -0.5: it": {"damping": [-0.5]},
+    r"^damping must not be negative, not -0.25: it": {"damping": -0.25},
     r"^damping\[1\] = \(0.0, -1.0, 0.0\): damping must not be neg": {
         "damping": [(0, 0, 0), (0, -1, 0)]
     },

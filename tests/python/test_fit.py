@@ -434,6 +434,15 @@ def test_a_fit_can_be_plotted(fit):
     assert lower.get_ylabel() == "residual [sigma]"
 
 
+def test_a_fit_of_attitudes_shows_all_components_of_the_quaternions():
+    t = np.linspace(0, 2, 40)
+    record = kr.Record(t, {"q": kr.solve(GUESS, t).q}, 1e-3)
+    upper, lower = kr.fit(GUESS, record, free="start").plot()
+    assert len(upper.lines) == 4 and len(lower.lines) == 4, "three residuals and the line at zero"
+    for k, line in enumerate(upper.lines):
+        assert np.array_equal(line.get_ydata(), record.series[0].values[:, k])
+
+
 def test_the_centre_of_mass_stays_on_the_side_of_the_guess():
     """Reversing both the vertical and the centre of mass does not change gyroscope data."""
     body = kr.Body(1.0, GUESS.body.moments, com=(0.0, 0.0, -0.3), unphysical=True)

@@ -362,14 +362,14 @@ def test_a_fit_has_a_chart_of_values_above_its_residuals():
         *dots, zero = lower.lines
         assert np.array_equal(zero.get_ydata(), [0.0, 0.0]) and style_of(zero)[:2] == ("black", 0.8)
         assert len(dots) == one.residuals.shape[1]
-        for k, line in enumerate(dots):
-            colour = (BLUE, ORANGE, "#5a9e6f", BLUE)[k]
-            for chart, values in (upper, one.values), (lower, one.residuals):
-                assert marker_style_of(chart.lines[k]) == (colour, ".", 3, "None")
-                assert np.array_equal(chart.lines[k].get_ydata(), values[:, k], equal_nan=True)
-            assert np.array_equal(line.get_xdata(), one.t)
+        for chart, values in (upper, one.values), (lower, one.residuals):
+            for k in range(values.shape[1]):
+                line, colour = chart.lines[k], (BLUE, ORANGE, "#5a9e6f", BLUE)[k]
+                assert marker_style_of(line) == (colour, ".", 3, "None")
+                assert np.array_equal(line.get_ydata(), values[:, k], equal_nan=True)
+                assert np.array_equal(line.get_xdata(), one.t)
     curves = picture[0].lines[4:]
-    assert len(curves) == 4 and len(picture[2].lines) == 1, "values of other shapes have no curve"
+    assert len(curves) == 4 and len(picture[2].lines) == 3, "values of other shapes have no curve"
     for k, curve in enumerate(curves):
         t = series[0].t[[0, 2, 3]] if k == 0 else series[0].t
         assert np.array_equal(curve.get_xydata(), np.stack([t, 10.25 * k + t + 0.125], -1))

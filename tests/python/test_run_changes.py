@@ -489,6 +489,7 @@ def test_a_run_without_heading_refuses_changes_that_need_it():
         lambda: run.reset(momentum=(0.0, 0.0, 1.0)),
         lambda: run.reset(attitude=TILT),
         lambda: run.reset(velocity=(0.0, 0.0, 1.0)),
+        lambda: run.change(turning=(0.1, 0.0, 0.2)),
     ):
         with pytest.raises(ValueError, match="the heading of this run is not computed"):
             call()

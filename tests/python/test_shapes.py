@@ -1,5 +1,6 @@
 """Tests of homogeneous bodies against numerical integrals."""
 
+import dataclasses
 import pickle
 
 import kreisel as kr
@@ -246,6 +247,31 @@ def test_rods_on_their_own_line_are_only_parts_of_bodies():
     assert min(line().shift((0.1, 0, 0)).moments) > 1e-5
     assert min((line() + tilted).moments) > 1e-6
     assert (tilted + kr.Body.disk(0.05, (0, 0, 0), mass=0.5)).mass == 0.52
+
+
+def test_a_rotor_on_a_rod_becomes_part_of_the_whole_body():
+    disk = kr.Body.disk(0.05, (0, 0, 0), mass=0.5)
+    rotor = {"spin": 2.0, "inertia": 0.5, "axis": (1, 0, 2)}
+    rod = line().with_rotor(**rotor)
+    assert rod.rotor == disk.with_rotor(**rotor).rotor and rod != line()
+    assert repr(rod).startswith("ThinRods(") and f"rotor={rod.rotor}" in repr(rod)
+    assert pickle.loads(pickle.dumps(rod)) == rod
+    assert (rod + disk) == (line() + disk).with_rotor(**rotor)
+    assert (rod + line()).rotor == (line() + rod).rotor == rod.shift((0, 0, 1)).rotor == rod.rotor
+    assert rod.turn(TILT).rotor == pytest.approx(disk.with_rotor(**rotor).turn(TILT).rotor)
+    assert dataclasses.replace(rod, mass=3.0) == dataclasses.replace(
+        line(), mass=3.0, rotor=rod.rotor
+    )
+    text = "momentum = [0, 0, 1]\n[body]\nrotor = [0, 0, 1]\n[body.rod]\nlength = 1\n"
+    for use in (
+        lambda: rod.moments,
+        lambda: kr.Scene(rod, momentum=(0, 0, 1)),
+        lambda: kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1"),
+    ):
+        with pytest.raises(ValueError, match="thin rod whose fixed point lies on its own line"):
+            use()
+    with pytest.raises((TypeError, ValueError), match="rotor must be 3 numbers"):
+        dataclasses.replace(rod, rotor=(1.0, 2.0))
 
 
 # Refusals

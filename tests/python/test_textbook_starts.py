@@ -119,6 +119,21 @@ def test_a_steady_precession_stays_steady(spin, tilt, gravity, fast):
     np.testing.assert_allclose(path.spin, spin, rtol=1e-14)
 
 
+@pytest.mark.parametrize("fast", [False, True])
+@pytest.mark.parametrize(
+    "changes", [{"spin": [30.0, -40.0], "tilt": 0.7}, {"tilt": [0.2, 2.0]}, {}]
+)
+def test_a_nodding_scene_can_be_varied_to_steady_precessions(changes, fast):
+    scene = kr.Scene.from_euler(CONE, (0.1, 0.8, 0.3), rates=(0.2, 0.9, 20.0))
+    tops = [*scene.vary(steady=True, fast=fast, **changes).reshape(-1)]
+    grid = {"spin": [30.0, 40.0], "steady": True, "fast": fast}
+    for top in [*tops, *(kr.Source.grid(scene, **grid)[i] for i in range(2))]:
+        for end in (5.0, -5.0):
+            assert np.ptp(kr.solve(top, np.linspace(0, end, 50)).nutation) < 1e-13
+    nodding = scene.vary(**changes, precession=0.1).reshape(-1)[0]
+    assert np.ptp(kr.solve(nodding, np.linspace(0, 5, 50)).nutation) > 0.1
+
+
 def rate_of(scene):
     """Return the initial precession rate."""
     path = kr.solve(scene, [0.0])

@@ -80,6 +80,46 @@ def test_quantities_without_the_heading():
         assert reductions["nutation"]["max"][0] == pytest.approx(whole.nutation.max(), abs=1e-14)
 
 
+def list_paths_without_the_heading(scene, t, want, digits, folder):
+    """Return paths of quantities that do not depend on the heading, by every function."""
+    words = {"want": want, "digits": digits}
+    kr.solve(scene, t, **words).save(folder / "path.npz")
+    yield kr.solve(scene, t, **words)
+    yield kr.load(folder / "path.npz")
+    yield kr.solve(scene, t, digits=digits).only(want)
+    yield kr.solve(scene, t, digits=digits, want=("q", *want)).only(want)
+    yield kr.start(scene, back=t[-1] < 0.0, **words).to(t)
+    yield from kr.stream(scene, t, **words)
+    tops = scene.vary(turning=[(0, 0, 0), scene.turning])
+    for method in ("auto", "taylor"):
+        yield kr.solve(tops, t, method, **words)[1]
+        yield kr.solve(tops, t, method, digits=digits)[1].only(want)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("digits", [None, 16, 20])
+@pytest.mark.parametrize("want", [("nutation",), ("kinetic", "body_velocity")])
+def test_every_path_without_the_heading_is_computed_with_it(want, digits, sign, tmp_path):
+    t, middle = [0.0, sign, 2.0 * sign], [1.5 * sign, 0.5 * sign]
+    whole = kr.solve(HEAVY, middle[::-1], digits=digits)
+    for path in list_paths_without_the_heading(HEAVY, t, want, digits, tmp_path):
+        assert path.want == want and path.t.tolist() == t
+        for name in want:
+            difference = getattr(path(middle), name) - getattr(whole, name)[::-1]
+            assert np.abs(difference).max() < 1e-13
+        assert path.plan.form.startswith("(q, W, P)")
+        assert "attitude" not in dict(path.plan.left_out) | dict(path.plan.kept)
+
+
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+def test_plans_without_the_heading_contain_the_attitude(method):
+    for tops in (HEAVY, HEAVY.vary(gravity=[1.0, 2.0])):
+        plan = kr.plan(tops, want=("nutation",), method=method)
+        first = plan if isinstance(tops, kr.Scene) else plan.first
+        assert first.form.startswith("(q, W, P)")
+        assert "attitude" not in dict(first.left_out) | dict(first.kept)
+
+
 def test_jacobis_integral_is_conserved():
     for name in BODIES:
         path = kr.solve(make_scene(name, turning=TURNING), np.linspace(0, 20, 101))
@@ -174,6 +214,21 @@ def test_runs_are_resumed_and_changed():
     assert np.abs(after.velocity[0] - before.velocity[0] - change).max() < 1e-14
     expected = kr.solve(before.end.replace(turning=(0, 0, 2.0)), [0.5])
     assert np.abs(after.q[-1] - expected.q[-1]).max() < 1e-14
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_run_without_heading_is_resumed_after_the_support_stops(back):
+    sign, run = -1.0 if back else 1.0, kr.start(HEAVY, want=("nutation",), back=back)
+    run.to(sign)
+    run.change(turning=(0, 0, 0))
+    assert dict(run.plan.kept)["attitude"] == "the support turned at the start of the run"
+    copy = kr.resume(run.checkpoint)
+    for one in (run, copy):
+        one.push((0.1, 0.2, 0.3))
+    assert run.to([1.5 * sign]).nutation == copy.to([1.5 * sign]).nutation
+    for one in (run, copy):
+        one.change(turning=TURNING)
+    assert run.to([2.0 * sign]).nutation == kr.resume(copy.checkpoint).to([2.0 * sign]).nutation
 
 
 def test_toml_and_archives_contain_the_turning(tmp_path):
@@ -271,6 +326,29 @@ def test_error_messages_name_an_alternative():
     ):
         with pytest.raises(ValueError, match=instead):
             call()
+
+
+@pytest.mark.parametrize("loss", [{"damping": (0.1, 0.2, 0.3)}, {"friction": 0.3}])
+def test_messages_suggest_a_support_at_rest_only_without_damping_and_friction(loss):
+    words = {"turning": (0, 0, 8.0), **loss}
+    upright, heavy = make_scene("lagrange", **words), make_scene("kowalewski", **words)
+    here, at_rest = (kr.solve(s, [3.0]) for s in (upright, upright.replace(turning=None)))
+    assert abs(here.nutation[0] - at_rest.nutation[0]) > 1e-3
+    path = kr.solve(upright, np.linspace(0, 1, 101))
+    for call in (
+        lambda: kr.exact(upright),
+        lambda: kr.exact(heavy),
+        lambda: kr.exact(upright.vary(mass=[1.0, 2.0])),
+        lambda: kr.exact([upright.replace(damping=None, friction=None), upright]),
+        lambda: kr.lyapunov(upright, 10.0),
+        lambda: kr.rod(path),
+        lambda: kr.apex(path).nutation(),
+        lambda: kr.events.separatrix(upright),
+        lambda: kr.solve(upright, 1.0, "geometric", error=1e-3),
+    ):
+        with pytest.raises(ValueError, match=r"turning support|damp|friction") as error:
+            call()
+        assert "replace(turning=None)" not in str(error.value)
 
 
 def test_accelerations_are_derivatives_of_velocities():

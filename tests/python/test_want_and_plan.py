@@ -243,6 +243,27 @@ def test_low_words_are_recorded_only_for_wanted_quantities():
         _ = kr.solve(TOP, [1.0], digits=17, want=["q"]).q_low
 
 
+@pytest.mark.parametrize(
+    "want, digits, names",
+    [
+        (("q",), 20, "'q_low'"),
+        (("q",), 30, "'q_low'"),
+        (("q_low",), 30, "'q'"),
+        (("energy",), 20, "'q' and 'q_low'"),
+        (("energy",), None, "'q'"),
+        (("energy",), 16, "'q'"),
+    ],
+)
+def test_a_path_without_error_names_the_quantities_to_add(want, digits, names):
+    path = kr.solve(TOP, [1.0], want=want, digits=digits)
+    with pytest.raises(AttributeError, match=rf"no 'error': .*; add {names} to want$"):
+        _ = path.error
+    assert "error" not in dir(path)
+    more = tuple(name.strip("'") for name in names.split(" and "))
+    whole = kr.solve(TOP, [1.0], want=want + more, digits=digits)
+    assert whole.error == kr.solve(TOP, [1.0], digits=digits).error and "error" in dir(whole)
+
+
 def test_the_plan_lists_the_attitude_only_for_methods_that_compute_it():
     def plan_surplus(method, want, **words):
         return dict(kr.plan(TOP, method=method, want=want, **words).kept)

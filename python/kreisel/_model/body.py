@@ -119,8 +119,7 @@ class Body(ShapeConstructors[float, float | Vector]):
             as_three_floats("com", com),
             validate_inertia_tolerance(inertia_rtol) if inertia_rtol else 0.0,
         )
-        h1, h2, h3 = as_three_floats("rotor", rotor)
-        fields["rotor"] = h1 + 0.0, h2 + 0.0, h3 + 0.0  # no negative zeros
+        fields["rotor"] = _validate_rotor(rotor)
         status, fields["_block"], can_be = body_from_tensor(
             fields["mass"], tensor, fields["com"], fields["inertia_rtol"], fields["rotor"]
         )
@@ -365,6 +364,7 @@ class ThinRods(Body):
         *,
         inertia_rtol: float = 0.0,
         unphysical: bool = False,
+        rotor: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
         fields = self.__dict__
         fields["mass"], fields["inertia"] = (
@@ -376,6 +376,7 @@ class ThinRods(Body):
             inertia_rtol,
             unphysical,
         )
+        fields["rotor"] = _validate_rotor(rotor)
 
     def __getattr__(self, name: str) -> bytes:
         if name != "_block":
@@ -386,6 +387,11 @@ class ThinRods(Body):
         )
 
 
+def _validate_rotor(rotor: ArrayLike) -> Vector:
+    h1, h2, h3 = as_three_floats("rotor", rotor)
+    return h1 + 0.0, h2 + 0.0, h3 + 0.0  # no negative zeros
+
+
 def _build_body_from_parts(
     mass: float, tensor: Array, com: Array, rotor: Array, *parts: Body
 ) -> Body:
@@ -394,6 +400,6 @@ def _build_body_from_parts(
     if np.isfinite(tensor).all() and all(isinstance(part, ThinRods) for part in parts):
         least, _, largest = sorted(principal_moments(tensor))
         if least <= INPUT_RTOL * largest:
-            return ThinRods(mass, tensor, com, unphysical=unphysical)
+            return ThinRods(mass, tensor, com, unphysical=unphysical, rotor=rotor)
     inertia_rtol = max((part.inertia_rtol for part in parts), default=0.0)
     return Body(mass, tensor, com, inertia_rtol=inertia_rtol, unphysical=unphysical, rotor=rotor)

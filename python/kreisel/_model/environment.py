@@ -124,22 +124,29 @@ def _has_nonzero_element(values: Any) -> bool:
     return values != 0.0 if type(values) is float else bool(np.any(values))
 
 
+def has_equivalent_support_at_rest(tops: Any) -> bool:
+    """Return True if the motion is that of tops on a support at rest, seen from a turning one.
+
+    Each support turns about e3 or is at rest. There is neither damping nor friction, which depend
+    on the motion relative to the support.
+    """
+    is_only_turning = list_disturbances(tops) == ["a turning support"]
+    return is_only_turning and not np.any(np.asarray(tops.turning)[..., :2])
+
+
 def refuse_disturbances(
     tops: Any, statement: str, exceptions: Iterable[str] = (), reason: str = ""
 ) -> None:
     """Raise ValueError if a scene or an ensemble has disturbances other than those in `exceptions`.
 
     The message consists of `statement`, the names of the disturbances that are not allowed, and
-    `reason`. If the only disturbance that is not allowed is a support that turns about e3, `reason`
-    is replaced by a hint that suggests the inertial frame.
+    `reason`. If the only disturbance is a support that turns about e3, `reason` is replaced by a
+    hint that suggests the inertial frame.
     """
     disturbances = [name for name in list_disturbances(tops) if name not in exceptions]
     if not disturbances:
         return
-    is_upright = disturbances == ["a turning support"] and not np.any(
-        np.asarray(tops.turning)[..., :2]
-    )
-    if is_upright:
+    if has_equivalent_support_at_rest(tops):
         reason = "replace(turning=None) gives the same motion, seen from the inertial frame"
     raise ValueError(
         f"{statement} with {' and '.join(disturbances)}{': ' if reason else ''}{reason}"
@@ -199,7 +206,7 @@ def _validate_dampings(damping: ArrayLike | BatchParameter | None) -> tuple[Batc
     elif np.ndim(damping) == 0:
         parameter = validate_parameter("damping", damping)
         components = np.repeat(parameter.values, 3)
-        parameter = BatchParameter("damping", components, (3,))
+        parameter = BatchParameter("damping", parameter.values[None], (1,))
     else:
         width = np.shape(damping)[-1:]
         parameter = validate_parameter(
@@ -208,5 +215,7 @@ def _validate_dampings(damping: ArrayLike | BatchParameter | None) -> tuple[Batc
         components = np.broadcast_to(parameter.values, (*parameter.shape, 3))
     negative = (parameter.values < 0.0).any(axis=-1)
     if negative.any():
-        parameter.raise_error_of_first_bad_value(negative, lambda _, one: validate_damping(one))
+        parameter.raise_error_of_first_bad_value(
+            negative, lambda _, one: validate_damping(one[0] if len(one) == 1 else one)
+        )
     return parameter, components

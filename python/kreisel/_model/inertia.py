@@ -59,9 +59,9 @@ def find_ill_conditioned_inertia_error(tensor: Array) -> ValueError | None:
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
         return None
     return ValueError(
-        f"the smallest principal moment, about {least:.1g}, is below the rounding errors of a "
-        f"matrix whose largest moment is {largest:.6g}: describe this body by three moments "
-        "along its principal axes at the fixed point"
+        f"the smallest principal moment, about {least:.1g}, is less than {TENSOR_LEAST} times the "
+        f"largest, {largest:.6g}, so the matrix determines it to fewer than six digits: describe "
+        "this body by three moments along its principal axes at the fixed point"
     )
 
 

@@ -220,11 +220,11 @@ class Scene:
           these four is given, the ensemble keeps the space-frame momentum of this scene.
 
         - Body: mass, inertia, com, rotor. Every top keeps the attitude and the space-frame momentum
-        of this scene.
+          of this scene.
 
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
           unless steady=True. Omitted values are taken from the scene, as are the other Euler angles
-          and rates.
+          and rates; but steady=True sets the nutation rate to zero.
 
         - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 

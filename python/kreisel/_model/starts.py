@@ -102,8 +102,7 @@ class _EnergySurface(NamedTuple):
         """Return a local minimum of the potential U near P by Newton's method on the sphere.
 
         Each Newton step uses the absolute values of the curvatures of U, so U decreases along the
-        step. Among
-        successively halved step lengths, the one with the smallest U is used.
+        step. Among successively halved step lengths, the one with the smallest U is used.
         """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):

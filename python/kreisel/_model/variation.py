@@ -161,7 +161,8 @@ def _compute_varied_spin_start(
     """Compute the Euler angles and rates for varied values of spin, tilt or precession.
 
     Parameters for which no varied values are given are taken from the scene. The first flag in
-    `steady` requests steady precession, and the second selects the faster of its two rates.
+    `steady` requests steady precession, without nutation, and the second selects the faster of its
+    two rates.
     """
     state = _compute_initial_euler_state(scene)
     defaults = {"spin": state.spin, "tilt": state.angles[1], "precession": state.precession}
@@ -190,7 +191,8 @@ def _compute_varied_spin_start(
             body, [*spin_and_tilt, gravity_parameter], degrees, steady[1], one
         )
     with np.errstate(all="ignore"):
-        rates = turning, np.asarray(state.nutation), rate - turning * cos(angle)
+        nutation = np.asarray(0.0 if steady[0] else state.nutation)
+        rates = turning, nutation, rate - turning * cos(angle)
     precession, _, spin = state.angles
     return list(parameters.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
 

@@ -101,14 +101,10 @@ class EnsembleOptions:
     def make_options_for_top(self, scene: Scene) -> SolveOptions:
         """Return the options for computing the motion of a single top."""
         one, name = self.solve, self.solve.requested_method
-        if any(scene.turning):
-            one = one.copy_options_with_heading()
-        if not self.is_auto:
-            return one
-        method = resolve_method(name, scene)
-        return make_solve_options(
-            method, one.step, one.tol, one.digits, one.max_steps, name, one.want
-        )
+        if self.is_auto:
+            controls = one.step, one.tol, one.digits, one.max_steps, name, one.want
+            one = make_solve_options(resolve_method(name, scene), *controls)
+        return one.copy_for_scene(scene)
 
     def copy_with_step_limit(self, max_steps: int) -> EnsembleOptions:
         """Return a copy of the options with at most `max_steps` steps per top."""

@@ -192,16 +192,12 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 def describe_kind_of_top(scene: Scene) -> str:
     """Return a short description of a scene: its body, damping, friction and support."""
-    adjective, neighbour = (
-        "damped " if scene._has_damping else "",
-        scene.body._nearby_integrable_case_message,
-    )
+    neighbour = scene.body._nearby_integrable_case_message
     clause = f", which is {neighbour}" if neighbour else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
     more = list_disturbances(scene) if scene._has_disturbances else []
-    more = [name for name in more if name != "damping"]
     extras = f" {'and' if rotor else 'with'} {' and '.join(more)}" if more else ""
-    return f"this {adjective}body of kind {scene.body.kind!r}{rotor}{extras}{clause}"
+    return f"this body of kind {scene.body.kind!r}{rotor}{extras}{clause}"
 
 
 def has_torus_closed_form(scene: Scene) -> bool:
@@ -216,8 +212,6 @@ def has_torus_closed_form(scene: Scene) -> bool:
 
 def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why the motion of a scene has no closed-form solution."""
-    if scene._has_damping:
-        return f"no closed form is known for {describe_kind_of_top(scene)} with damping"
     if scene._has_disturbances and not methods[EXACT].suits(scene):
         return f"no closed form is known for {describe_kind_of_top(scene)}"
     if any(scene.body.rotor):

@@ -257,16 +257,24 @@ def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int 
     return tuple(rows)
 
 
+def _explain_unneeded_attitude(options: SolveOptions) -> str:
+    if options.requests_events:
+        return "events may need it"
+    if options.has_extended_precision:
+        return "the series with 20 or 30 digits always computes it"
+    return "the support turned at the start of the run"
+
+
 def _explain_unneeded_computations(scene: Scene, options: SolveOptions) -> Reasons:
     rows = []
     if options.method.name == FALLBACK:
         if (
             options.want is not None
             and not options.can_skip_heading_angle
+            and not any(scene.turning)  # otherwise the motion depends on the attitude
             and HEADING_DEPENDENT.isdisjoint(options.want)
         ):
-            reason = "the series with 20 or 30 digits always computes it"
-            rows.append(("attitude", "events may need it" if options.requests_events else reason))
+            rows.append(("attitude", _explain_unneeded_attitude(options)))
         if _is_torque_free(scene):
             rows.append(
                 ("torque", "zero, but cheap: two products next to the sums of a whole order")

@@ -86,8 +86,23 @@ class SolveOptions:
         return self.core_arguments[-1]
 
     def copy_options_with_heading(self) -> SolveOptions:
-        """Return a copy of the options with which the heading of the top is always computed."""
-        return replace(self, keeps_heading=True) if self.can_skip_heading_angle else self
+        """Return a copy of the options with which the heading of the top is always computed.
+
+        This also holds for copies of the copy that record other quantities.
+        """
+        return self if self.keeps_heading else replace(self, keeps_heading=True)
+
+    def copy_for_scene(self, scene: Scene) -> SolveOptions:
+        """Return a copy of the options with which the method computes all that the motion needs."""
+        return self.copy_options_with_heading() if any(scene.turning) else self
+
+    def check_heading_is_computed(self, action: str) -> None:
+        """Raise ValueError if the heading, which `action` needs, is not computed."""
+        if self.can_skip_heading_angle:
+            raise ValueError(
+                "the heading of this run is not computed, because no quantity in want depends on "
+                f"it: {action} needs it, so add 'q' to want"
+            )
 
     @cached_property
     def max_time_with_exact_step_count(self) -> float:
@@ -142,7 +157,7 @@ def validate_solve_options(
         resolved_method = methods[EXACT]
     name = method if requested_method is None else requested_method
     options = make_solve_options(resolved_method, step, tol, digits, max_steps, name, want, every)
-    return options.copy_options_with_heading() if any(top.turning) else options
+    return options.copy_for_scene(top)
 
 
 def validate_options_for_method(

@@ -46,10 +46,10 @@ def plot_fit_panels(panels: list[PlottableFitSeries]) -> FigureAxes:
     axes: list[Axes] = []
     grid = figure.subplots(2, len(panels), sharex="col", squeeze=False, height_ratios=(2.0, 1.0))
     for (upper, lower), panel in zip(grid.T, panels, strict=True):
-        for k in range(panel.residuals.shape[1]):
-            colour = _COLOURS[k % len(_COLOURS)]
-            lower.plot(panel.t, panel.residuals[:, k], ".", ms=3, color=colour)
-            upper.plot(panel.t, panel.values[:, k], ".", ms=3, color=colour)
+        for chart, columns in (upper, panel.values), (lower, panel.residuals):
+            for k in range(columns.shape[1]):
+                colour = _COLOURS[k % len(_COLOURS)]
+                chart.plot(panel.t, columns[:, k], ".", ms=3, color=colour)
         if panel.values.shape == panel.residuals.shape:
             fitted = panel.values + panel.residuals * panel.sigma
             for k in range(fitted.shape[1]):

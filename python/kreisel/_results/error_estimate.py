@@ -186,8 +186,8 @@ def compute_angles_between_attitudes(one: tuple[Array, Array], other: tuple[Arra
     """Return the angles [rad] between corresponding attitudes in two arrays.
 
     Each argument is a pair of arrays: n attitude quaternions, and their low-order parts (beyond
-    double precision). The quaternions are subtracted
-    before they are multiplied, so that small angles keep their relative accuracy.
+    double precision). The quaternions are subtracted before they are multiplied, so that small
+    angles keep their relative accuracy.
     """
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)

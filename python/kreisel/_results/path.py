@@ -133,6 +133,9 @@ class Path(ReadOnlyArrays, TableExportMethods):
         method='geometric' does not necessarily store the attitude. If the attitude is not stored,
         the returned value is the error that was estimated when the step size was chosen. If nothing
         is known about the accuracy of the attitude, the value is pi, the largest possible error.
+
+        Raises AttributeError if `want` was given without 'q' or, for 20 or 30 digits, without
+        'q_low', unless the method was 'geometric'.
         """
         if not len(self):
             return 0.0
@@ -268,7 +271,7 @@ class Path(ReadOnlyArrays, TableExportMethods):
         names = validate_requested_quantities(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
-        options = replace(self._options, want=names)
+        options = replace(self._options, want=names).copy_for_scene(self.scene)
         return replace(
             self,
             states=NO_STATES,

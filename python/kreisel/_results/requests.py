@@ -47,14 +47,14 @@ def build_request_from_solve_options(options: SolveOptions) -> Request | None:
     if options.error is not None or options.requests_events or options.tangents:
         return None
     controls = options.step, options.tol, options.digits, options.max_steps
-    return _get_cached_request(
-        options.method.name, *controls, options.requested_method, options.want
-    )
+    names = options.requested_method, options.want
+    return _get_cached_request(options.method.name, options.keeps_heading, *controls, *names)
 
 
 @lru_cache(maxsize=256, typed=True)
-def _get_cached_request(method: str, *controls: object) -> Request:
-    return _build_request(make_solve_options(methods[method], *controls))
+def _get_cached_request(method: str, keeps_heading: bool, *controls: object) -> Request:
+    options = make_solve_options(methods[method], *controls)
+    return _build_request(options.copy_options_with_heading() if keeps_heading else options)
 
 
 def _build_request(

@@ -164,7 +164,13 @@ def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstruc
     is_back = step is not None and step < 0.0
     origin = RunStart.from_json(head.get("start"))
     return PathConstructorArguments(
-        scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin
+        scene,
+        NO_STATES,
+        costs,
+        options.copy_for_scene(scene),
+        is_back,
+        choice=choice,
+        origin=origin,
     )
 
 

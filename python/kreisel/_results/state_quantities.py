@@ -107,14 +107,17 @@ class PathBase(QuantityAttributes):
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
-            omissions = {"states", *RECORDABLE} - set(self.want)
-            names -= omissions
-            names -= {
-                word for word, needs in DEPENDENCIES.items() if not omissions.isdisjoint(needs)
-            }
+            names -= {"states", *RECORDABLE} - set(self.want)
+            names -= {word for word in DEPENDENCIES if self._list_missing_quantities(word)}
             names |= {"error"} if self._choice else set()
-            names -= {"error"} if (self.digits or 0) > 16 and "q_low" in omissions else set()
         return sorted(names)
+
+    def _list_missing_quantities(self, name: str) -> list[str]:
+        """List the quantities, or "states", that the attribute `name` needs but the path lacks."""
+        needs = [name] if name in RECORDABLE else DEPENDENCIES.get(name, ["states"])
+        if name == "error" and self._options.has_extended_precision:
+            needs = [*needs, "q_low"]
+        return [need for need in needs if need not in (self.want or ())]
 
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
@@ -123,7 +126,9 @@ class PathBase(QuantityAttributes):
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
-                more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
+                missing = self._list_missing_quantities(name)
+                more = f"add {' and '.join(map(repr, missing))} to want"
+                more = "solve without want" if "states" in missing else more
                 raise AttributeError(
                     f"this path has no {name!r}: it has only the quantities of "
                     f"want={self.want!r}; {more}"

@@ -20,6 +20,7 @@ from .._core import (
     torus_heads,
     unsuited,
 )
+from .._model.environment import has_equivalent_support_at_rest
 from .._model.scene import Ensemble, Scene
 from .._model.turning_points import (
     TurningPoints,
@@ -289,13 +290,12 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 
 
 def refuse_turning_support(tops: Scene | Ensemble) -> None:
-    """Raise ValueError for a scene whose support turns about e3.
+    """Raise ValueError for tops on supports that turn about e3, without any other disturbance.
 
     The turning points and angular rates of a closed-form solution refer to the inertial frame and
     not to the support.
     """
-    turning = np.asarray(tops.turning)
-    if turning.any() and not turning[..., :2].any():
+    if has_equivalent_support_at_rest(tops):
         raise ValueError(
             "kreisel.exact does not support turning supports: solve with method='exact' has the "
             "states for a support that turns about e3, and replace(turning=None) gives the same "

@@ -271,8 +271,8 @@ class Run:
         (True, 3.0)
         """
         jolt = as_three_floats("impulse", impulse)
-        if self._options.can_skip_heading_angle and (jolt[0] or jolt[1]):
-            raise ValueError(_heading_not_computed_message("a horizontal impulse"))
+        if jolt[0] or jolt[1]:
+            self._options.check_heading_is_computed("a horizontal impulse")
         state = self._read_present_state()
         momentum, low = add_impulse_to_momentum(state.scene.momentum, state.low[5:], jolt)
         self._restart_run(state, state.scene.replace(momentum=momentum), momentum_low=low)
@@ -312,8 +312,8 @@ class Run:
             raise TypeError("reset needs a momentum, an attitude, or both")
         attitudes, momenta = arguments.keys() & _ATTITUDES, arguments.keys() - _ATTITUDES
         is_free = bool(attitudes and momenta) or arguments.keys() <= _IN_BODY
-        if self._options.can_skip_heading_angle and not is_free:
-            raise ValueError(_heading_not_computed_message("a reset of a part of the state"))
+        if not is_free:
+            self._options.check_heading_is_computed("a reset of a part of the state")
         state = self._read_present_state()
         if attitudes:
             state.low[1:5] = 0.0
@@ -342,7 +342,8 @@ class Run:
               describes parts that already turn with the body when they join or leave it
 
         Raises TypeError if no argument is given. Raises ValueError if the method is unsuitable for
-        the new top.
+        the new top. Raises ValueError if the support begins to turn but the heading (rotation about
+        the vertical), on which the motion then depends, is not computed: add 'q' to `want`.
         """
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         arguments = _drop_missing_arguments(body=body, **environment._asdict())
@@ -352,6 +353,8 @@ class Run:
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
         state, low = self._read_present_state(), None
         scene = state.scene.replace(**arguments)
+        if any(scene.turning):
+            self._options.check_heading_is_computed("a turning support")
         if keep == "velocity" and body is not None:
             old, q, m = state.scene.body, np.array(scene.attitude), np.array(scene.momentum)
             momentum, low = compute_momentum_after_body_change(
@@ -416,6 +419,7 @@ class Run:
             "digits": self.digits,
             "max_steps": self._options.max_steps,
             "want": self.want,
+            "keeps_heading": self._options.keeps_heading,
             "asked": self._options.requested_method,
             "back": self._back,
             "fresh": self._fresh,
@@ -465,13 +469,6 @@ def _drop_missing_arguments(**arguments: object) -> SceneKwargs:
     return cast(SceneKwargs, scene_arguments)
 
 
-def _heading_not_computed_message(action: str) -> str:
-    return (
-        "the heading of this run is not computed, because no quantity in want depends on it: "
-        f"{action} needs it, so add 'q' to want"
-    )
-
-
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
     """Return a run, given its checkpoint or the file in which it was saved.
 
@@ -512,6 +509,8 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     if not isinstance(head["back"], bool):
         raise TypeError(f"back must be true or false, not {head['back']!r}")
     options, rows = validate_solve_options(scene, *arguments), head.get("events")
+    if head.get("keeps_heading", False):  # a support that turned may have been stopped
+        options = options.copy_options_with_heading()
     if rows is not None:
         events = validate_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
