@@ -151,6 +151,15 @@ def test_later_times_are_those_beyond_the_present_one(words, t, rest):
         assert later.end == rest[-1] and later.to_array().tolist() == rest
 
 
+@pytest.mark.parametrize("words", ["0:10:0.1", "0:-10:0.1", "0.3:7:0.7,8:9:0.1"])
+def test_later_times_have_the_same_bits_as_in_the_whole_grid(words):
+    whole = later = time_option.parse_times(words)
+    for t in 0.5, 3.0, 8.3:
+        later = later.select_later_times(t)
+        assert list(later) == [time for time in whole if abs(time) > t]
+        assert later.to_array().tolist() == list(later)
+
+
 @pytest.mark.parametrize("words, one", [("3", True), ("3,4", False), ("3:3:1", False)])
 def test_a_single_number_is_the_time_to_reach(words, one):
     times = time_option.parse_times(words)
@@ -179,7 +188,7 @@ def test_a_single_number_is_the_time_to_reach(words, one):
 def test_a_grid_contains_the_multiples_of_its_step(words, count):
     grid = time_option.parse_times(words).grids[0]
     start, end, step = map(float, words.split(":"))
-    assert grid.count == count and grid.first == start
+    assert grid.count == count and grid.start == start
     assert grid.step == math.copysign(step, end - start)
     assert grid[2] == start + 2 * grid.step
 
