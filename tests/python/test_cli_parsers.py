@@ -1,6 +1,7 @@
 """Tests of the parsers of commands, their lists and their options."""
 
 import math
+import re
 import signal
 
 import click
@@ -212,10 +213,40 @@ def test_times_may_stand_still_but_not_turn_round(ends):
         ("2*m_x+apex_z*apex_z-0.5", {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}),
         ("1e-3*m_x-2e+2*3*q_w", {"m_x": 1e-3, "q_w": -600.0}),
         ("m_x + m_x - 3*m_x", {"m_x": -1.0}),
+        ("m_x--0.5", {"m_x": 1.0, "1": 0.5}),
+        ("m_x+-0.5", {"m_x": 1.0, "1": -0.5}),
+        ("--m_x - -1e-3 --+-2.e-1*m_y", {"m_x": 1.0, "1": 1e-3, "m_y": -0.2}),
     ],
 )
 def test_polynomials_are_sums_of_products(text, terms):
     assert event_option._parse_event_polynomial(text) == terms
+
+
+@pytest.mark.parametrize(
+    "text", ["", " ", "+", "m_x+", "m_x-", "2*", "2*-m_x", "*m_x", "2**m_x", 40 * "m" + "+"]
+)
+def test_incomplete_polynomials_are_refused(text):
+    with pytest.raises(ValueError, match="is not a sum of products"):
+        event_option._parse_event_polynomial(text)
+
+
+@pytest.mark.parametrize(
+    "word, message",
+    [
+        ("nutation:direction=1:direction=-1", "direction is already given"),
+        ("nutation:terminal:terminal", "terminal is already given"),
+        ("cusp:0.5:within=0.25", "within is already given"),
+        ("separatrix:scene=cusps", "scene is already given"),
+        ("nutation:max_count=1.5", "max_count must be a whole number, not '1.5'"),
+        ("nutation:direction=up", "direction must be a whole number, not 'up'"),
+        ("cusp:within=small", "within must be a number, not 'small'"),
+        ("plane:0,1,0:zero", "offset must be a number, not 'zero'"),
+        ("crossing:m_x+:0.5", "'m_x+' is not a sum of products such as 2*m_x*m_y-0.5"),
+    ],
+)
+def test_wrong_arguments_of_events_are_refused(word, message):
+    with pytest.raises(parsers.UsageError, match=re.escape(f"--events {word}: {message}") + "$"):
+        event_option.parse_event_option(TOP, (word,))
 
 
 def test_without_events_there_is_no_list():
