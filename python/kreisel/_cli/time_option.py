@@ -35,7 +35,7 @@ class TimeGrid:
 
     def to_array(self) -> Array:
         """Return the times as an array."""
-        return self.start + (self.skip + np.arange(self.count)) * self.step
+        return self.start + (self.skip + np.arange(self.count, dtype=np.float64)) * self.step
 
     def select_later_times(self, t: float) -> TimeGrid:
         """Return the part of the grid whose times exceed |t| in absolute value."""
