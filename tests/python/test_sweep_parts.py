@@ -51,7 +51,7 @@ def test_a_part_is_read_by_its_number(tmp_path):
     for i in (0, 2):
         with pytest.raises(IndexError, match=f"^part {i} of 4 is missing$"):
             sweep.part(i)
-    with pytest.raises(IndexError, match="^there is no part 4: the sweep has 4 parts$"):
+    with pytest.raises(IndexError, match=r"^there is no part 4: the sweep has 4 parts$"):
         sweep.part(4)
     with pytest.raises(ValueError, match="the number of a part must be at least 0"):
         sweep.part(-1)
