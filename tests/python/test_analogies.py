@@ -166,6 +166,14 @@ def test_passages_of_the_vertical_do_not_change_the_precession(scene, lean, sign
         assert found == pytest.approx(top.precession, rel=1e-3, abs=1e-3 / top.period)
 
 
+@pytest.mark.parametrize("name", ["thesis", "sleeping", "fast", "cusps"])
+def test_nutation_and_frequencies_have_the_same_precession(name):
+    scene = getattr(kr.scenes, name)
+    path = kr.solve(scene, np.linspace(0.0, 40.0 * kr.exact(scene).period, 4001), "taylor")
+    precession = kr.frequencies(path).precession
+    assert kr.apex(path).nutation().precession == pytest.approx(precession, rel=1e-5)
+
+
 def test_turning_points_are_interpolated_from_twelve_states_per_nutation():
     period = kr.exact(kr.scenes.cusps).period
     nutation = kr.apex(path_of(kr.scenes.cusps, 10.3 * period, round(10.3 * 12) + 1)).nutation()

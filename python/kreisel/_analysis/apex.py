@@ -82,10 +82,11 @@ class Apex:
         height varies by less than 1e-9, the motion counts as a steady precession, and the nutation
         period is NaN.
 
-        The states do not determine how often the azimuth turns where the apex comes close to the
-        vertical, and an apex that passes exactly through the vertical jumps by half a turn. So for
-        each nutation, the number of half turns is taken from the closed form, in which these jumps
-        do not count as precession.
+        Where the apex comes close to the vertical, the states do not determine the turns of the
+        azimuth. Where the apex passes exactly through the vertical, the azimuth jumps by half a
+        turn. So for each nutation, the number of half turns is taken from the closed form, in which
+        the jumps do not count as precession. If the apex stays within 4e-5 of the vertical, the
+        whole precession is taken from the closed form.
 
         Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
         raises ValueError if the path contains no complete nutation period, or fewer than four
