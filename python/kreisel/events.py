@@ -323,7 +323,7 @@ def _validate_terms(name: str, function: object) -> Terms:
 _INSTEAD = {
     "kinetic": "use kreisel.events.kinetic",
     "nutation": "use 'apex_z', which is its cosine",
-    "potential": "use 'apex_z', to which it is proportional",
+    "potential": "use 'apex_z', to which it is proportional on a support at rest",
     "velocity": "use components of 'body_velocity', such as 'body_velocity_y', which are given "
     "in the body frame",
 }

@@ -128,6 +128,52 @@ def test_nutation_and_precession_agree_with_the_closed_form(scene):
         assert nutation == pytest.approx(expected, rel=accuracy, abs=accuracy)
 
 
+def test_nutation_is_the_same_backward_in_time():
+    top = kr.exact(kr.scenes.cusps)
+    expected = top.least_nutation, top.greatest_nutation, top.period, top.precession
+    for t in np.linspace(0, 40, 1601), -np.linspace(0, 40, 1601), -np.linspace(50, 90, 1601):
+        nutation = kr.apex(kr.solve(kr.scenes.cusps, t)).nutation()
+        assert nutation == pytest.approx(expected, rel=1e-5)
+
+
+BODY = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
+HANGING = (0, 1, 0, 0)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        kr.scenes.thesis,
+        kr.scenes.sleeping,
+        kr.scenes.fast,
+        kr.Scene(BODY, momentum=(0.3, 0, 1.1), attitude=HANGING),
+        kr.Scene(BODY, momentum=(0.5, 0, 0)),
+        kr.Scene(BODY, momentum=(2.5, 0, 0), attitude=HANGING),
+        kr.scenes.sleeping.replace(momentum=(1e-6, 0, 3)),
+    ],
+    ids=["thesis", "sleeping", "fast", "hanging", "circling", "circling, hanging", "tiny"],
+)
+@pytest.mark.parametrize("lean", [0.0, 1e-9, -1e-9, 1e-5, -1e-5])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_passages_of_the_vertical_do_not_change_the_precession(scene, lean, sign):
+    """Compare with the closed form, which counts a half turn only if the apex misses the pole."""
+    turn = np.cos(lean / 2), 0.0, np.sin(lean / 2), 0.0
+    scene = scene.replace(attitude=kr.quaternion.multiply(turn, scene.attitude))
+    top = kr.exact(scene)
+    for count in 801, 803, 1601:
+        path = kr.solve(scene, sign * np.linspace(0, 16 * top.period, count))
+        found = kr.apex(path).nutation().precession
+        assert found == pytest.approx(top.precession, rel=1e-3, abs=1e-3 / top.period)
+
+
+@pytest.mark.parametrize("name", ["thesis", "sleeping", "fast", "cusps"])
+def test_nutation_and_frequencies_have_the_same_precession(name):
+    scene = getattr(kr.scenes, name)
+    path = kr.solve(scene, np.linspace(0.0, 40.0 * kr.exact(scene).period, 4001), "taylor")
+    precession = kr.frequencies(path).precession
+    assert kr.apex(path).nutation().precession == pytest.approx(precession, rel=1e-5)
+
+
 def test_turning_points_are_interpolated_from_twelve_states_per_nutation():
     period = kr.exact(kr.scenes.cusps).period
     nutation = kr.apex(path_of(kr.scenes.cusps, 10.3 * period, round(10.3 * 12) + 1)).nutation()

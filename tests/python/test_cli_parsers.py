@@ -1,6 +1,7 @@
 """Tests of the parsers of commands, their lists and their options."""
 
 import math
+import re
 import signal
 
 import click
@@ -151,6 +152,15 @@ def test_later_times_are_those_beyond_the_present_one(words, t, rest):
         assert later.end == rest[-1] and later.to_array().tolist() == rest
 
 
+@pytest.mark.parametrize("words", ["0:10:0.1", "0:-10:0.1", "0.3:7:0.7,8:9:0.1"])
+def test_later_times_have_the_same_bits_as_in_the_whole_grid(words):
+    whole = later = time_option.parse_times(words)
+    for t in 0.5, 3.0, 8.3:
+        later = later.select_later_times(t)
+        assert list(later) == [time for time in whole if abs(time) > t]
+        assert later.to_array().tolist() == list(later)
+
+
 @pytest.mark.parametrize("words, one", [("3", True), ("3,4", False), ("3:3:1", False)])
 def test_a_single_number_is_the_time_to_reach(words, one):
     times = time_option.parse_times(words)
@@ -179,7 +189,7 @@ def test_a_single_number_is_the_time_to_reach(words, one):
 def test_a_grid_contains_the_multiples_of_its_step(words, count):
     grid = time_option.parse_times(words).grids[0]
     start, end, step = map(float, words.split(":"))
-    assert grid.count == count and grid.first == start
+    assert grid.count == count and grid.start == start
     assert grid.step == math.copysign(step, end - start)
     assert grid[2] == start + 2 * grid.step
 
@@ -203,10 +213,40 @@ def test_times_may_stand_still_but_not_turn_round(ends):
         ("2*m_x+apex_z*apex_z-0.5", {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}),
         ("1e-3*m_x-2e+2*3*q_w", {"m_x": 1e-3, "q_w": -600.0}),
         ("m_x + m_x - 3*m_x", {"m_x": -1.0}),
+        ("m_x--0.5", {"m_x": 1.0, "1": 0.5}),
+        ("m_x+-0.5", {"m_x": 1.0, "1": -0.5}),
+        ("--m_x - -1e-3 --+-2.e-1*m_y", {"m_x": 1.0, "1": 1e-3, "m_y": -0.2}),
     ],
 )
 def test_polynomials_are_sums_of_products(text, terms):
     assert event_option._parse_event_polynomial(text) == terms
+
+
+@pytest.mark.parametrize(
+    "text", ["", " ", "+", "m_x+", "m_x-", "2*", "2*-m_x", "*m_x", "2**m_x", 40 * "m" + "+"]
+)
+def test_incomplete_polynomials_are_refused(text):
+    with pytest.raises(ValueError, match="is not a sum of products"):
+        event_option._parse_event_polynomial(text)
+
+
+@pytest.mark.parametrize(
+    "word, message",
+    [
+        ("nutation:direction=1:direction=-1", "direction is already given"),
+        ("nutation:terminal:terminal", "terminal is already given"),
+        ("cusp:0.5:within=0.25", "within is already given"),
+        ("separatrix:scene=cusps", "scene is already given"),
+        ("nutation:max_count=1.5", "max_count must be a whole number, not '1.5'"),
+        ("nutation:direction=up", "direction must be a whole number, not 'up'"),
+        ("cusp:within=small", "within must be a number, not 'small'"),
+        ("plane:0,1,0:zero", "offset must be a number, not 'zero'"),
+        ("crossing:m_x+:0.5", "'m_x+' is not a sum of products such as 2*m_x*m_y-0.5"),
+    ],
+)
+def test_wrong_arguments_of_events_are_refused(word, message):
+    with pytest.raises(parsers.UsageError, match=re.escape(f"--events {word}: {message}") + "$"):
+        event_option.parse_event_option(TOP, (word,))
 
 
 def test_without_events_there_is_no_list():

@@ -38,7 +38,7 @@ HOW = {
 
 
 @pytest.mark.parametrize("options", HOW.values(), ids=HOW)
-@pytest.mark.parametrize("times", ["0:{}:0.25", "0:-{}:0.25"])
+@pytest.mark.parametrize("times", ["0:{}:0.25", "0:-{}:0.25", "0:{}:0.1"])
 def test_a_resumed_run_has_the_same_bits(tmp_path, options, times):
     run, whole, half = tmp_path / "run", times.format(20), times.format(10.1)
     at_once = rows(call(f"solve asymmetric --t {whole} {options} --csv -"))

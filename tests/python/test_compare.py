@@ -3,6 +3,8 @@
 import kreisel as kr
 import numpy as np
 import pytest
+from cli_helpers import make_raiser
+from kreisel._analysis.compare import _TimedMethodRun
 from tops import CORNER, GENERAL
 
 TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
@@ -88,6 +90,31 @@ def test_a_step_that_a_method_refuses_has_a_row():
     assert "too large" in row.failure and np.isnan(row.attitude_error) and row.steps == 0
 
 
-def test_a_reference_at_other_times_is_refused():
+@pytest.mark.parametrize("truth", ["auto", kr.solve(TOP, [1.0, 2.0])], ids=["method", "path"])
+@pytest.mark.parametrize(
+    "t, tols, message",
+    [
+        ([2.0, 1.0], [], "times must move away from 0"),
+        ([1.0, np.nan], [], "t must be finite"),
+        ([[1.0, 2.0]], [], "not an array of shape"),
+        (1e300, [], "double precision cannot resolve"),
+        ([1.0, 2.0], [2.0], "tol must be below 1"),
+    ],
+)
+def test_invalid_arguments_are_refused_before_any_run(monkeypatch, truth, t, tols, message):
+    monkeypatch.setattr(_TimedMethodRun, "solve_and_store_seconds", make_raiser(AssertionError))
+    with pytest.raises(ValueError, match=message):
+        kr.compare(TOP, t, ["rk4", "extrap"], steps=[0.1], tols=tols, truth=truth)
+
+
+@pytest.mark.parametrize("t, others", [([1.0, 2.0], [1.0, 3.0]), ([1.0], [1.0, 2.0]), (2.0, [2.0])])
+def test_a_reference_at_other_times_is_refused(monkeypatch, t, others):
+    monkeypatch.setattr(_TimedMethodRun, "solve_and_store_seconds", make_raiser(AssertionError))
     with pytest.raises(ValueError, match="a path at the requested times"):
-        kr.compare(TOP, [1.0], ["strang"], steps=[0.1], truth=kr.solve(TOP, [2.0]), repeats=1)
+        kr.compare(TOP, t, ["strang"], steps=[0.1], truth=kr.solve(TOP, others), repeats=1)
+
+
+@pytest.mark.parametrize("t", [2.0, -2.0, [0.5, 2.0], []])
+def test_a_reference_may_be_a_path_at_the_same_times(t):
+    (row,) = kr.compare(TOP, t, ["strang"], steps=[0.1], truth=kr.solve(TOP, t), repeats=1)
+    assert row.failure == "" and (row.attitude_error > 0.0) == bool(np.size(t))

@@ -3,6 +3,7 @@
 import re
 from types import SimpleNamespace
 
+import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._fit import summary
@@ -11,7 +12,7 @@ from kreisel._fit import summary
 def make_fit(sigmas=(0.1,), missing=(0,), **words):
     series = [SimpleNamespace(sigma=sigma) for sigma in sigmas]
     fields = {
-        "records": [SimpleNamespace(series=series, missing=count) for count in missing],
+        "records": [SimpleNamespace(series=series, size=23, missing=count) for count in missing],
         "names": ["I1", "long name", "angle"],
         "units": ["M L^2", "L", ""],
         "values": {"I1": 1.5, "long name": -2.0, "angle": 0.25},
@@ -45,6 +46,19 @@ def test_a_summary_has_a_head_and_a_row_for_each_parameter():
         "  long name  -2.000 +- 0.02 [L]",
         "  angle      0.25 +- 0",
     ]
+
+
+def test_the_head_counts_the_numbers_of_all_records():
+    fit = make_fit(missing=(0, 4), dof=43)
+    assert summary.format_fit_summary(fit).startswith("Fit of 3 parameters to 46 numbers: ")
+
+
+def test_the_head_counts_no_degree_of_freedom_if_all_numbers_are_used():
+    t = [0.0, 0.1, 0.2]
+    values = kr.solve(kr.scenes.asymmetric, t).body_velocity
+    record = kr.Record(t, {"body_velocity": values}, 0.01)
+    fit = kr.fit(kr.scenes.asymmetric, record, ("start", "moments"))
+    assert fit.dof == 1 and str(fit).startswith("Fit of 9 parameters to 9 numbers: ")
 
 
 def test_ratios_are_shown_if_an_error_is_infinite():
@@ -108,7 +122,10 @@ def test_a_misfit_is_of_the_size_of_the_values(words, has_misfit):
         ({"inflation": 1.06}, "Errors were enlarged 1.06 times, because residuals are large"),
         ({"nonlinearity": 0.31}, "Errors are not normally distributed: .* from 1 by 0.31."),
         ({"missing": (2, 3)}, "5 values were not measured, and are left out."),
-        ({"piece_starts": (0.0, 1.0)}, "The motion consists of 2 joined pieces"),
+        (
+            {"piece_starts": (0.0, 1.0)},
+            "The motion consists of 2 joined pieces, each with its own start.$",
+        ),
     ],
 )
 def test_a_summary_mentions(words, beginning):

@@ -48,9 +48,11 @@ def test_the_error_lists_the_first_eight_missing_parts(tmp_path, n, message):
 def test_a_part_is_read_by_its_number(tmp_path):
     sweep = sweep_small(tmp_path, parts=range(1, 2))
     assert sweep.part(1)["top"].tolist() == [1] and list(sweep.part(1)) == list(sweep.columns)
-    for i in (0, 2, 4):
-        with pytest.raises(IndexError, match=f"^there is no part {i}: the sweep has 1 parts$"):
+    for i in (0, 2):
+        with pytest.raises(IndexError, match=f"^part {i} of 4 is missing$"):
             sweep.part(i)
+    with pytest.raises(IndexError, match=r"^there is no part 4: the sweep has 4 parts$"):
+        sweep.part(4)
     with pytest.raises(ValueError, match="the number of a part must be at least 0"):
         sweep.part(-1)
     assert sweep.verify() == {"done": [1], "missing": [0, 2, 3]} and sweep.check() is sweep
@@ -69,6 +71,16 @@ def test_missing_tops_are_empty_in_a_dataset(tmp_path):
     assert np.isnan(grid["m_x"].values[:, 0]).tolist() == [True, False, False, True]
     assert grid["gravity"].values.tolist() == np.linspace(0, 1, 4).tolist()
     assert grid["time"].units == "T" and "top" not in grid and "t" not in grid
+
+
+def test_missing_tops_are_not_chaotic_in_a_dataset(tmp_path):
+    tops = kr.Source.grid(TOP, spin=np.linspace(0.0, 3.0, 4))
+    kr.sweep(tops, 5.0, folder=tmp_path, task="lyapunov", part_size=1, parts=range(1, 3))
+    grid = kr.read_sweep(tmp_path, partial=True).to_xarray()
+    assert grid["status"].values.tolist() == [-1, 0, 0, -1]
+    assert np.isnan(grid["lyapunov"].values).tolist() == [True, False, False, True]
+    for name in "is_chaotic", "is_doubtful":
+        assert grid[name].dtype == bool and not grid[name].values[[0, 3]].any()
 
 
 @pytest.mark.parametrize("size", [0, 2, None, -1])

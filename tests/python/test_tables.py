@@ -162,6 +162,17 @@ def test_unwrapped_angles_have_no_jumps(path):
     assert kr.solve(TOP, []).euler(unwrap=True, degrees=True).shape == (0, 3)
 
 
+def test_the_time_alone_has_a_table(path, tmp_path):
+    frame = path.to_pandas("t")
+    assert list(frame) == [] and frame.index.tolist() == path.t.tolist()
+    path.to_csv(tmp_path / "t.csv", "t")
+    assert (tmp_path / "t.csv").read_text().splitlines() == ["t", *map(repr, path.t.tolist())]
+    tops = kr.solve(TOP.vary(gravity=[0.5, 1.0]), [0.0, 1.0])
+    for paths in path, tops:
+        data = paths.to_xarray("t")
+        assert list(data.variables) == [*data.coords] and np.array_equal(data["time"], paths.t)
+
+
 def test_only_angles_are_converted_to_degrees(path):
     angles = {name for name in QUANTITIES if path.to_xarray(name)[name].attrs["units"] == "rad"}
     assert angles == {"precession_angle", "nutation", "spin_angle"}

@@ -12,8 +12,9 @@ import numpy as np
 from .._model.environment import refuse_disturbances
 from .._model.scene import Scene
 from .._results.path import Path
-from .._solve.exact import exact
+from .._solve.exact import Exact, exact
 from .._utils.validation import Array, check_type
+from .turns import Waves
 
 _LEVEL = 1e-9  # approximate error of the height in a solution with a tolerance of 1e-10
 _FEWEST = 4  # states per nutation: with 3 the period can be wrong by 1 %, with 2 by 50 %
@@ -74,13 +75,18 @@ class Apex:
         """Return the nutation and precession of a Lagrange top, averaged over complete periods.
 
         The averages are taken over the interval from the first to the last minimum of the apex
-        height. The function kreisel.exact computes the same values directly from a scene, but
-        counts no half turns where the apex passes through the vertical. The
+        height. The function kreisel.exact computes the same values directly from a scene. The
         minima and maxima of the apex height are found by cubic interpolation between the states of
         the path. Unless the apex comes close to the vertical, the averages are accurate to four
         digits for 50 states per nutation period, and to seven digits for 400 states. If the apex
         height varies by less than 1e-9, the motion counts as a steady precession, and the nutation
         period is NaN.
+
+        Where the apex comes close to the vertical, the states do not determine the turns of the
+        azimuth. Where the apex passes exactly through the vertical, the azimuth jumps by half a
+        turn. So for each nutation, the number of half turns is taken from the closed form, in which
+        the jumps do not count as precession. If the apex stays within 4e-5 of the vertical, the
+        whole precession is taken from the closed form.
 
         Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
         raises ValueError if the path contains no complete nutation period, or fewer than four
@@ -100,9 +106,18 @@ class Apex:
             )
         if not len(self.t):
             raise ValueError("a path without states has no nutation: call solve with times")
+        if self.t[-1] < self.t[0]:
+            backward = slice(None, None, -1)
+            arrays = self.t[backward], self.trace[backward], self.rate[backward]
+            return Apex(*arrays, self.scene)._measure_nutation()
+        return self._measure_nutation()
+
+    def _measure_nutation(self) -> Nutation:
+        """Return the nutation and precession of a trace whose times increase."""
+        top = exact(self.scene.replace(damping=None, friction=None))
         if np.ptp(self.height) < _LEVEL:
-            return self._measure_steady_nutation()
-        self._refuse_coarse_sampling()
+            return self._measure_steady_nutation(top)
+        self._refuse_coarse_sampling(top)
         low, high = (
             self._find_times_of_height_extrema(1.0),
             self._find_times_of_height_extrema(-1.0),
@@ -112,25 +127,24 @@ class Apex:
                 f"the apex has {len(low)} lowest points in this path, but two are needed to "
                 "measure a nutation: solve for a longer time"
             )
-        first, last = low[0], low[-1]
-        period = (last - first) / (len(low) - 1)
-        angle = self._interpolate_values_at_time(
-            self.azimuth, last
-        ) - self._interpolate_values_at_time(self.azimuth, first)
+        span = low[-1] - low[0]
         greatest, least = (
             float(np.mean([self._interpolate_nutation(t) for t in times])) for times in (low, high)
         )
-        return Nutation(least, greatest, period, angle / (last - first))
+        angle = self._measure_azimuth_change(low, top.precession)
+        return Nutation(least, greatest, span / (len(low) - 1), angle / span)
 
-    def _measure_steady_nutation(self) -> Nutation:
-        nutation = np.arctan2(np.hypot(*self.trace[:, :2].T), self.height)
+    def _measure_steady_nutation(self, top: Exact) -> Nutation:
+        radius = np.hypot(*self.trace[:, :2].T)
+        nutation = np.arctan2(radius, self.height)
         angle, duration = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
         rate = float(angle / duration) if duration else math.nan
+        if float(radius.max()) ** 2 < 2.0 * _LEVEL:  # a nutation may be hidden near the vertical
+            rate = top.precession
         return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
 
-    def _refuse_coarse_sampling(self) -> None:
+    def _refuse_coarse_sampling(self, top: Exact) -> None:
         """Raise ValueError if the states are too far apart to resolve the turning points."""
-        top = exact(self.scene.replace(damping=None, friction=None))
         period, spacing = (
             2.0 * abs(top.t_least - top.t_greatest),
             float(np.abs(np.diff(self.t)).max()),
@@ -140,6 +154,23 @@ class Apex:
                 f"the states are up to {spacing:g} apart, and a nutation takes {period:g}: request "
                 f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
             )
+
+    def _measure_azimuth_change(self, low: list[float], rate: float) -> float:
+        """Return the change of the azimuth from the first to the last lowest point.
+
+        In each nutation, the change is measured up to half turns. Of the possible values, the one
+        closest to the mean rate of the closed form is chosen.
+        """
+        position, velocity = (
+            self._interpolate_horizontal_part(vectors, low) for vectors in (self.trace, self.rate)
+        )
+        # At a lowest point, the velocity is perpendicular to the position, so both turn alike. The
+        # position vanishes at the vertical, and the velocity at a cusp.
+        times = np.diff(low)
+        is_far = np.abs(position).min() > np.abs(velocity).min() * times.mean() / math.tau
+        direction = position if is_far else velocity
+        angles = np.angle(direction[1:] * direction[:-1].conj())
+        return float(np.sum(angles + math.pi * np.round((rate * times - angles) / math.pi)))
 
     def _find_times_of_height_extrema(self, sign: float) -> list[float]:
         """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
@@ -166,6 +197,14 @@ class Apex:
         return math.atan2(
             math.sqrt(max(square, 0.0)), self._interpolate_values_at_time(self.height, t)
         )
+
+    def _interpolate_horizontal_part(self, vectors: Array, times: list[float]) -> Waves:
+        """Return x + i y of the vectors at times between the states, by interpolation."""
+        x, y = (
+            np.array([self._interpolate_values_at_time(values, t) for t in times])
+            for values in vectors.T[:2]
+        )
+        return x + 1j * y
 
     def _interpolate_values_at_time(self, values: Array, t: float) -> float:
         return _interpolate_polynomial(

@@ -15,7 +15,12 @@ import numpy as np
 from .._model.scene import Scene
 from .._options.methods import methods as known
 from .._options.methods import resolve_method
-from .._options.solve_options import Progress, validate_progress_callback
+from .._options.solve_options import (
+    Progress,
+    validate_progress_callback,
+    validate_solve_options,
+)
+from .._options.times import check_resolvable_horizon, time_array
 from .._results.path import Error, Path, Stats
 from .._solve.solve import solve
 from .._utils.atomic_io import atomic_write
@@ -142,8 +147,6 @@ class _TimedMethodRun:
     def make_comparison_row(self, scene: str, truth: Path) -> Row:
         path, good = self.path, not self.failure
         stats = path.stats if path else Stats(0, 0, 0, 0)
-        if path and good and not np.array_equal(path.t, truth.t):
-            raise ValueError("truth must be a path at the requested times")
         return Row(
             scene=scene,
             method=self.method,
@@ -199,6 +202,9 @@ def compare(
         _validate_steps_or_tols("tols", tols),
     )
     runs = _list_runs_to_compare(scene, t, methods, step_sizes, tolerances)
+    for run in runs:
+        validate_solve_options(scene, run.method, run.step, run.tol)
+    _validate_times_and_truth(scene, t, truth)
     rounds = as_int("repeats", repeats, 1)
     report_progress = validate_progress_callback(progress)
     reference: Path | None = None
@@ -217,6 +223,15 @@ def compare(
         total = f"{len(table)} of {len(runs)} runs were completed"
         raise CompareInterrupted(f"interrupted: {total}", table) from None
     return _build_comparison_table(scene, runs, reference)
+
+
+def _validate_times_and_truth(scene: Scene, t: Numbers, truth: Path | MethodName) -> None:
+    """Raise ValueError if the times are invalid, or if `truth` is a path at other times."""
+    times = time_array(t, None, None)
+    if times.size:
+        check_resolvable_horizon(scene, float(times[-1]), None)
+    if isinstance(truth, Path) and not np.array_equal(times, truth.t):
+        raise ValueError("truth must be a path at the requested times")
 
 
 def _build_comparison_table(

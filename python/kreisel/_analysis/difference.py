@@ -20,9 +20,8 @@ def compute_angle_between_paths(a: Path, b: Path) -> AngleBetweenPaths:
     """Return the angle between the attitudes along two paths at common times.
 
     If one of the paths does not store its attitude, the angle between the apex directions of the
-    two tops is returned. If the
-    paths have different times, they are compared in the time interval common to both. One of the
-    paths is recomputed at the times of the other.
+    two tops is returned. If the paths have different times, they are compared in the time interval
+    common to both. One of the paths is recomputed at the times of the other.
     """
     from .._plot.charts import AngleBetweenPaths
 

@@ -127,10 +127,9 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     to the direction about which it precesses.
 
     Under gravity, the precession, nutation and spin rates refer to the motion of the apex about the
-    vertical. Without torque, the
-    rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
-    support turns about e3, the precession rate and the spectral lines are measured relative to the
-    support.
+    vertical. Without torque, the rates describe the motion of a body axis about the angular
+    momentum, as in kreisel.exact. If the support turns about e3, the precession rate and the
+    spectral lines are measured relative to the support.
 
         >>> import kreisel as kr
         >>> import numpy as np

@@ -32,15 +32,15 @@ def plot(
     path       one path or up to 8 paths, as a list or as separate arguments. Several paths are
                drawn side by side
     axes       the axes to draw in instead of a new figure: three for each path, and for two paths
-               optionally a seventh for their difference. It may also be
-               given as the second argument without its name
+               optionally a seventh for their difference. It may also be given as the second
+               argument without its name
     degrees    False: angles in radians instead of degrees
     time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds
 
     For two paths, an additional chart shows the angle between their attitudes on a logarithmic
     scale. If a path does not store its attitude, this chart shows the angle between the apex
-    directions of the two paths. If
-    the times of the paths differ, one of the paths is recomputed at the times of the other.
+    directions of the two paths. If the times of the paths differ, one of the paths is recomputed at
+    the times of the other.
 
     Dashed lines mark the least and greatest nutation angles of the motion if they are known in
     closed form. Dots mark the initial state and the events of a path. The precession curve is

@@ -171,8 +171,8 @@ def _compare_with_integration(
 
     For each pair of states, return the angle and the distance between the projections z of the body
     axis onto the complex plane. The second item returned is 1 if the origin (a pole) lies between
-    the two projections, and 0 otherwise. The distance is inf if the direction in which
-    the projection turns about 0 is uncertain.
+    the two projections, and 0 otherwise. The distance is inf if the direction in which the
+    projection turns about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)

@@ -42,7 +42,7 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     type=parse_method_list,
     metavar="NAME[,...]",
     shell_complete=METHODS,
-    help="Names of methods; default: all that apply to the body.",
+    help="Names of methods; default: all that apply to the scene.",
 )
 @click.option(
     "--steps", type=parse_number_list, metavar=SEVERAL, help="The step of fixed-step methods."

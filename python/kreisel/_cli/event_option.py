@@ -11,7 +11,7 @@ from .._utils.errors import suggest_name
 from ..events import MAKERS, Event
 from .parsers import UsageError, parse_number_list
 
-_TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
+_TERM = re.compile(r"([+-]*)((?:(?<=[\d.])[eE][+-]\d|[^+-])+)")
 
 
 def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
@@ -36,6 +36,8 @@ def _parse_event_text(scene: Scene, word: str) -> Event:
                 if not positional:
                     raise ValueError(f"{field!r} is an unexpected argument")
                 key, value = positional.pop(0), field
+            if key in arguments:
+                raise ValueError(f"{key} is already given")
             arguments[key] = _parse_value_of_event_argument(key, value)
         return maker(**arguments)
     except (TypeError, ValueError) as error:
@@ -55,20 +57,32 @@ def _parse_value_of_event_argument(key: str, value: str) -> object:
             raise ValueError("terminal takes no value")
         return True
     if key in ("direction", "max_count"):
-        return int(value)
+        return _parse_number(key, value, int, "a whole number")
     if key in ("value", "offset", "within"):
-        return float(value)
+        return _parse_number(key, value, float, "a number")
     if key == "normal":
         return parse_number_list(value)
     return _parse_event_polynomial(value) if key in ("function", "where") else value
 
 
+def _parse_number(key: str, value: str, kind: type[int | float], form: str) -> float:
+    try:
+        return kind(value)
+    except ValueError:
+        raise ValueError(f"{key} must be {form}, not {value!r}") from None
+
+
 def _parse_event_polynomial(text: str) -> dict[str, float]:
     """Parse a sum such as 2*m_x+apex_z*apex_z-0.5 into a mapping of products to factors."""
     terms: dict[str, float] = {}
-    for term in _TERM.findall(text.replace(" ", "")):
-        factor, names = -1.0 if term[0] == "-" else 1.0, []
-        for word in term.lstrip("+-").split("*"):
+    compact = text.replace(" ", "")
+    products = _TERM.findall(compact)
+    is_complete = all(all(product.split("*")) for _, product in products)
+    if not products or not is_complete or "".join(map("".join, products)) != compact:
+        raise ValueError(f"{text!r} is not a sum of products such as 2*m_x*m_y-0.5")
+    for signs, product in products:
+        factor, names = (-1.0) ** signs.count("-"), []
+        for word in product.split("*"):
             try:
                 factor *= float(word)
             except ValueError:

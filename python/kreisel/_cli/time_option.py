@@ -19,22 +19,28 @@ _COUNTABLE = 2.0**53
 
 @dataclass(frozen=True)
 class TimeGrid:
-    """The times first + k * step for 0 <= k < count.
+    """The times start + (skip + k) * step for 0 <= k < count.
 
-    Each time is computed directly from its index, so rounding errors do not accumulate.
+    Each time is computed directly from its index, so rounding errors do not accumulate. The later
+    times of a grid are bitwise equal to those in the whole grid.
     """
 
-    first: float
+    start: float
     step: float
     count: int
+    skip: int = 0
 
     def __getitem__(self, k: int) -> float:
-        return self.first + k * self.step
+        return self.start + (self.skip + k) * self.step
+
+    def to_array(self) -> Array:
+        """Return the times as an array."""
+        return self.start + (self.skip + np.arange(self.count, dtype=np.float64)) * self.step
 
     def select_later_times(self, t: float) -> TimeGrid:
         """Return the part of the grid whose times exceed |t| in absolute value."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
-        return TimeGrid(self[k], self.step, self.count - k) if k else self
+        return TimeGrid(self.start, self.step, self.count - k, self.skip + k)
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ class TimeSequence:
 
     def to_array(self) -> Array:
         """Return the times as an array. Raises MemoryError if the times do not fit in memory."""
-        return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
+        return np.concatenate([grid.to_array() for grid in self.grids])
 
     def to_solve_argument(self) -> float | Array:
         """Return the times in the form that kreisel.solve accepts."""

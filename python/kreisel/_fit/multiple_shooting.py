@@ -1,9 +1,8 @@
 """Multiple shooting, which fits a motion in segments with separate initial states.
 
 The standard deviation assumed for the jumps of the state between segments is reduced in several
-stages. Errors grow
-only within a segment, so chaotic motions can be fitted over many Lyapunov times. Source: Bock,
-Recent advances in parameter identification techniques for ODE, 1983.
+stages. Errors grow only within a segment, so chaotic motions can be fitted over many Lyapunov
+times. Source: Bock, Recent advances in parameter identification techniques for ODE, 1983.
 """
 
 from __future__ import annotations

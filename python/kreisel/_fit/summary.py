@@ -24,6 +24,8 @@ class RecordLike(Protocol):
     def series(self) -> Sequence[HasSigma]: ...
 
     @property
+    def size(self) -> int: ...
+    @property
     def missing(self) -> int: ...
 
 
@@ -96,8 +98,9 @@ def format_fit_summary_as_html(fit: FitLike) -> str:
 
 
 def _format_summary_head(fit: FitLike) -> str:
+    count = sum(record.size for record in fit.records)
     return (
-        f"Fit of {len(fit.names)} parameters to {fit.dof + len(fit.names)} numbers: "
+        f"Fit of {len(fit.names)} parameters to {count} numbers: "
         f"chi2 {fit.chi2 / fit.dof:.3g} per degree of freedom, {fit.evaluations} paths"
     )
 
@@ -183,7 +186,7 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
         sentences.append(f"{missing_count} values were not measured, and are left out.")
     if fit.piece_starts:
         sentences.append(
-            f"The motion consists of {len(fit.piece_starts)} joined pieces, because errors from a "
-            "single start would grow beyond the residuals."
+            f"The motion consists of {len(fit.piece_starts)} joined pieces, each with its own "
+            "start."
         )
     return sentences

@@ -33,8 +33,8 @@ class Section(EnsembleResult, QuantityAttributes):
     """The states of an ensemble at the occurrences of an event, computed by kreisel.section.
 
     The arrays of states and quantities have one row for each of the e states, sorted by top and
-    then by time. All arrays are
-    read-only; quantities other than t, q and m are computed on first access.
+    then by time. All arrays are read-only; quantities other than t, q and m are computed on first
+    access.
 
     tops        the ensemble
     section[i]  a kreisel.Path with the states of one top; slices, lists and masks give the
@@ -135,7 +135,8 @@ class Section(EnsembleResult, QuantityAttributes):
             ('spin angle [°]', 'apex z')
 
         Raises ValueError for an unknown name, or for an indicator whose shape differs from that of
-        the section. Raises ImportError if matplotlib is not installed.
+        the section. Raises TypeError for arguments of a wrong type, and ImportError if matplotlib
+        is not installed.
         """
         if indicator is not None:
             check_type("indicator", indicator, Indicator)

@@ -50,12 +50,16 @@ def build_quantity_value_pairs(
 ) -> QuantityRows:
     """Return the requested quantities with their values at all states.
 
-    If `names` is empty, all quantities that the path stores are returned. For an angle, the unit
-    'rad' or 'deg' takes the place of the dimension.
+    If `names` is empty, all quantities that the path stores are returned. The name 't' is ignored,
+    because all tables contain the times. For an angle, the unit 'rad' or 'deg' takes the place of
+    the dimension.
     """
     in_degrees, is_unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
-    rows = []
-    for name in _validate_quantity_names(names) or _list_default_quantity_names(path):
+    rows, requested = [], list(names)
+    _validate_quantity_names(requested)
+    for name in dict.fromkeys(requested or _list_default_quantity_names(path)):
+        if name == TIME.name:
+            continue
         quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
             values = np.unwrap(values) if is_unwrapped else values
@@ -65,16 +69,15 @@ def build_quantity_value_pairs(
     return rows
 
 
-def _validate_quantity_names(names: Iterable[str]) -> list[str]:
+def _validate_quantity_names(names: Iterable[str]) -> None:
     for name in names:
         if not isinstance(name, str):
             raise TypeError(
                 "quantities must be names, as in to_pandas('nutation', 'energy'), not "
                 f"{short_repr(name)}"
             )
-        if name not in RECORDABLE and name != "t":
+        if name not in RECORDABLE and name != TIME.name:
             raise ValueError(unknown_name_message("quantity", name, RECORDABLE))
-    return [name for name in dict.fromkeys(names) if name != "t"]
 
 
 def _list_default_quantity_names(path: HasQuantities) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, validate_
 
 _SAMPLES = 16  # maximal number of tops that are run to estimate the run time
 _MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
-_ROW = 57  # bytes per top for status, number of states, step counts and time reached
+_ROW = 49  # bytes per top for status, number of states, step counts and time reached
 
 
 @dataclass(frozen=True)

@@ -476,8 +476,8 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     explains how to store each state exactly once even if the process is killed.
 
     Raises ValueError if the checkpoint is damaged, or was written by a different version of kreisel
-    or on a different type of machine. Raises OSError if the file cannot be read. Warns if the
-    Taylor series is rounded differently than on the original processor.
+    or on a different type of machine. Raises OSError if the file cannot be read, and TypeError if
+    `checkpoint` is neither bytes nor a path. Warns if this processor rounds the series differently.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)

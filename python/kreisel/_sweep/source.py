@@ -82,11 +82,10 @@ class Source:
         """Return a sweep source that contains one top for each combination of parameter values.
 
         Each list of parameter values becomes a dimension of the array of tops, in the order of the
-        arguments.
-        Parameters with a single value are the same for all tops. All parameters of Scene.vary
-        except `body` are allowed. Raises ValueError for an unknown parameter, and TypeError or
-        ValueError for invalid values. Combinations of parameters are checked only when tops are
-        constructed.
+        arguments. Parameters with a single value are the same for all tops. All parameters of
+        Scene.vary except `body` are allowed. Raises ValueError for an unknown parameter, and
+        TypeError or ValueError for invalid values. Combinations of parameters are checked only when
+        tops are constructed.
 
         >>> import kreisel as kr
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape

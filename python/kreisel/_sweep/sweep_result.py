@@ -46,11 +46,10 @@ class SweepResult:
     units    the dimension [M L T] of each column
 
     Iteration over a SweepResult yields one mapping from column names to arrays for each existing
-    part of the sweep. Reading a column
-    raises ValueError if any part of the sweep is missing. If the sweep was opened with
-    partial=True, its missing parts are ignored. In a partial result, the column
-    `result["top"]` contains the indices of the tops. In a partial result, damaged part files are
-    treated as missing.
+    part of the sweep. Reading a column raises ValueError if any part of the sweep is missing. If
+    the sweep was opened with partial=True, its missing parts are ignored. In a partial result, the
+    column `result["top"]` contains the indices of the tops. In a partial result, damaged part files
+    are treated as missing.
     """
 
     _store: SweepStore
@@ -129,7 +128,10 @@ class SweepResult:
         return {name: self._empty_part_table.units.get(name, "") for name in self.columns}
 
     def __getitem__(self, name: str) -> Column:
-        """Return the values of a column for all tops, or for all events sorted by top."""
+        """Return the values of a column for all tops, or for all events sorted by top.
+
+        Raises KeyError for an unknown name.
+        """
         schema = self._empty_part_table
         is_ragged = name in schema.ragged
         if name not in schema.columns and not is_ragged:
@@ -164,10 +166,15 @@ class SweepResult:
             yield {**part.columns, **part.ragged}
 
     def part(self, i: int) -> dict[str, Column]:
-        """Return part `i` of the sweep as a mapping from column names to arrays."""
+        """Return part `i` of the sweep as a mapping from column names to arrays.
+
+        Raises IndexError if the part does not exist.
+        """
         number = as_int("the number of a part", i, 0)
+        if number >= self.parts:
+            raise IndexError(f"there is no part {number}: the sweep has {self.parts} parts")
         if number not in self._found:
-            raise IndexError(f"there is no part {number}: the sweep has {len(self._found)} parts")
+            raise IndexError(f"part {number} of {self.parts} is missing")
         part = self._store.read_part(number)
         return {**part.columns, **part.ragged}
 
@@ -271,9 +278,9 @@ class SweepResult:
 
         The dimensions are those of the sweep; if states are stored, there is an additional
         dimension `time`. The varying parameters, `status` and `reached` are stored as coordinates.
-        For tops in missing parts, the values are NaN, or -1 for integers. The Dataset contains the
-        number of events of each top, but not the events themselves. Raises ImportError if xarray is
-        not installed.
+        For tops in missing parts, numbers are NaN, integers such as `status` are -1, and truth
+        values are False. The Dataset contains the number of events of each top, but not the events
+        themselves. Raises ImportError if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -302,7 +309,7 @@ class SweepResult:
             places = part.columns["top"]
             for name, values in part.columns.items():
                 if name not in table:
-                    empty = np.nan if values.dtype.kind == "f" else -1
+                    empty = {"f": np.nan, "b": False}.get(values.dtype.kind, -1)
                     table[name] = np.full((self.size, *values.shape[1:]), empty, values.dtype)
                 table[name][places] = values
         return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
