@@ -3,6 +3,8 @@
 import importlib
 import re
 
+import kreisel as kr
+import numpy as np
 import pytest
 from toolbox import ROOT, core_sources
 
@@ -64,6 +66,15 @@ def test_the_costs_of_supports_are_printed_as_ratios(capsys):
 def test_a_cost_of_a_support_is_refused_for_an_unknown_body():
     with pytest.raises(SystemExit):
         support_costs.main(["unknown"])
+
+
+def test_nearly_upright_tops_are_nearly_upright():
+    tops = [agreement.nearly_upright(np.random.default_rng([1, 11, i])) for i in range(20)]
+    assert len({top.body.com for top in tops}) == 3, "the centre of mass is on each of the axes"
+    for top in tops:
+        path = kr.solve(top, [0.0])
+        assert path.apex[0] == pytest.approx((0.0, 0.0, 1.0), abs=1.1e-4)
+        assert path.body_velocity[0] @ top.body.com >= 0.0
 
 
 def test_every_function_agrees_with_20_digits_on_random_tops(capsys):
