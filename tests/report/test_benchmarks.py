@@ -9,6 +9,7 @@ import pytest
 from toolbox import ROOT, core_sources
 
 from validation.benchmarks import agreement, compiling, support_costs
+from validation.mutation import coverage
 
 FILES = sorted(
     file for name in ("benchmarks", "mutation") for file in ROOT.glob(f"validation/{name}/*.py")
@@ -75,6 +76,14 @@ def test_nearly_upright_tops_are_nearly_upright():
         path = kr.solve(top, [0.0])
         assert path.apex[0] == pytest.approx((0.0, 0.0, 1.0), abs=1.1e-4)
         assert path.body_velocity[0] @ top.body.com >= 0.0
+
+
+def test_the_help_on_branches_names_the_default_tests(capsys):
+    with pytest.raises(SystemExit):
+        coverage.main(["--help"])
+    output = " ".join(capsys.readouterr().out.split())
+    assert f"core: {' '.join(coverage.WITHOUT_BROWSER)}; package: tests/python tests/" in output
+    assert "default: all" not in output
 
 
 def test_every_function_agrees_with_20_digits_on_random_tops(capsys):
