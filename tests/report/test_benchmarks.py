@@ -3,10 +3,13 @@
 import importlib
 import re
 
+import kreisel as kr
+import numpy as np
 import pytest
 from toolbox import ROOT, core_sources
 
 from validation.benchmarks import agreement, compiling, support_costs
+from validation.mutation import coverage
 
 FILES = sorted(
     file for name in ("benchmarks", "mutation") for file in ROOT.glob(f"validation/{name}/*.py")
@@ -64,6 +67,23 @@ def test_the_costs_of_supports_are_printed_as_ratios(capsys):
 def test_a_cost_of_a_support_is_refused_for_an_unknown_body():
     with pytest.raises(SystemExit):
         support_costs.main(["unknown"])
+
+
+def test_nearly_upright_tops_are_nearly_upright():
+    tops = [agreement.nearly_upright(np.random.default_rng([1, 11, i])) for i in range(20)]
+    assert len({top.body.com for top in tops}) == 3, "the centre of mass is on each of the axes"
+    for top in tops:
+        path = kr.solve(top, [0.0])
+        assert path.apex[0] == pytest.approx((0.0, 0.0, 1.0), abs=1.1e-4)
+        assert path.body_velocity[0] @ top.body.com >= 0.0
+
+
+def test_the_help_on_branches_names_the_default_tests(capsys):
+    with pytest.raises(SystemExit):
+        coverage.main(["--help"])
+    output = " ".join(capsys.readouterr().out.split())
+    assert f"core: {' '.join(coverage.WITHOUT_BROWSER)}; package: tests/python tests/" in output
+    assert "default: all" not in output
 
 
 def test_every_function_agrees_with_20_digits_on_random_tops(capsys):

@@ -21,5 +21,6 @@ def test_all_programs_find_the_ratio_of_the_moments():
     assert np.abs(ratios / ratios[0] - 1.0).max() < 0.02
     assert rows[0]["error"] is None and "the scale of the moments" in rows[0]["messages"][0]
     context = fits.build_context(rows)
+    assert context["numbers"] == 3 * fits.SHORT, "the numbers of the record, not of a longer one"
     assert context["truth"] == 1.0 and "times as fast" in fits.conclude(rows)
     assert fits.conclude(rows[:1]) == ""

@@ -12,6 +12,7 @@ from axe import SIZES, list_violations
 
 from validation.competitors import machine
 from validation.parts import atlas_cases, fastest, workprecision
+from validation.parts.budget import BUDGETS
 from validation.references.problems import HORIZONS, load_problem
 from validation.report import main as report
 
@@ -185,6 +186,40 @@ def test_the_report_refuses_a_top_that_rests_forever(tmp_path, capsys):
     ODD["free"].replace(momentum=(0.0, 0.0, 0.0)).to_toml(tmp_path / "still.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "still.toml")]) == 2
     assert "rests forever" in capsys.readouterr().out.replace("\n", " ")
+
+
+HEAVY = {"mass": 1.0, "inertia": (1.0, 1.2, 0.7), "com": (0.1, 0.0, 0.5)}
+UNKNOWN_TO_THE_REFERENCE = {
+    "a rotor": ({"rotor": (0.3, 0.1, 0.5)}, {}),
+    "friction": ({}, {"friction": 0.1}),
+    "a turning support": ({}, {"turning": (0.0, 0.3, 0.0)}),
+    "a shaken support": ({}, {"shaking": (0.1, 3.0, 0.0)}),
+    "a rotor, friction": ({"rotor": (0.3, 0.1, 0.5)}, {"friction": 0.1}),
+}
+
+
+@pytest.mark.parametrize("reason", UNKNOWN_TO_THE_REFERENCE)
+def test_the_report_refuses_a_top_without_reference_solution(reason, tmp_path):
+    of_body, of_scene = UNKNOWN_TO_THE_REFERENCE[reason]
+    body, file = kr.Body(**HEAVY, **of_body), tmp_path / "mine.toml"
+    kr.Scene(body, body_velocity=(0.3, 0.2, 2.0), **of_scene).to_toml(file)
+    with pytest.raises(ValueError, match=rf"mine\.toml: this top has {reason}, but"):
+        report.load_problems([file], BUDGETS["quick"])
+    assert report.main(["--quick", "--out", str(tmp_path / "out"), str(file)]) == 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_report_refuses_a_top_at_rest_on_a_turning_support_for_its_support(tmp_path):
+    file = tmp_path / "still.toml"
+    ODD["free"].replace(momentum=(0.0, 0.0, 0.0), turning=(0.0, 0.0, 1.0)).to_toml(file)
+    with pytest.raises(ValueError, match=r"still\.toml: this top has a turning support"):
+        report.load_problems([file], BUDGETS["quick"])
+
+
+def test_a_shaking_of_amplitude_zero_is_accepted(tmp_path):
+    file = tmp_path / "mine.toml"
+    kr.Scene(kr.Body(**HEAVY), body_velocity=(0.3, 0.2, 2.0), shaking=(0.0, 3.0, 1.0)).to_toml(file)
+    assert len(report.load_problems([file], BUDGETS["quick"])) == 1
 
 
 def test_the_report_refuses_an_unknown_part(capsys):

@@ -67,3 +67,29 @@ def test_scaled_units_keep_an_unphysical_body():
     scene = kr.Scene(body, momentum=(0, 0, 1))
     units = scaled_units(body)
     assert units.back(units.into(scene)).body.unphysical
+
+
+TOPS = {
+    "friction": THESIS.replace(friction=0.5),
+    "shaken": THESIS.replace(shaking=(0.2, 3.0, 1.0)),
+    "turning": THESIS.replace(turning=(0.1, 0.2, 0.3)),
+    "rotor": kr.Scene(
+        kr.Body(2.0, (1.5, 1.5, 0.5), (0.0, 0.0, 0.7), unphysical=True, rotor=(0.0, 0.0, 3.0)),
+        momentum=(0.3, 0.2, 2.0),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TOPS)
+def test_scaled_units_keep_the_motion_of_tops_with(name):
+    top = TOPS[name]
+    units = scaled_units(top.body)
+    scaled = units.into(top)
+    assert scaled != top
+    path, other = kr.solve(top, TIMES), kr.solve(scaled, TIMES)
+    assert kr.attitude_error(path.q, other.q).max() < 1e-12
+    assert path.m / (units.mass * units.length**2) == pytest.approx(other.m, abs=1e-12)
+    back = units.back(scaled)
+    for word in ("friction", "shaking", "turning"):
+        assert getattr(back, word) == pytest.approx(getattr(top, word), rel=1e-15)
+    assert back.body.rotor == pytest.approx(top.body.rotor, rel=1e-15)

@@ -8,7 +8,7 @@ import pytest
 from axe import SIZES, list_violations
 
 from validation.__main__ import main
-from validation.thesis import chapter, integrals, trajectories
+from validation.thesis import chapter, figures_chapter6, integrals, trajectories
 from validation.thesis.line_charts import thin_out
 
 FIGURES = [f"5.{i}" for i in range(4, 15)] + [f"6.{i}" for i in range(1, 26)]
@@ -124,6 +124,27 @@ def test_experiment_61_agrees_with_the_thesis(results):
     )
 
 
+def find_caption(figures, number):
+    (caption,) = [figure.caption for figure in figures if figure.number == number]
+    return caption
+
+
+def test_captions_on_energies_describe_the_times_of_the_figures(results):
+    four, equal_time = results.four, results.timed
+    early = four.t < 50.1
+    ratio = np.ptp(four.blue.energy_error[early]) / np.ptp(four.red.energy_error[early])
+    caption = find_caption(figures_chapter6.draw_integrals(four), "6.10")
+    assert f"The ratio of the ranges is {ratio:.2f}," in caption
+    figures = list(figures_chapter6.draw_equal_time_energies(equal_time))
+    for number, end in (("6.22", 1000.0), ("6.23", 3200.0)):
+        error = equal_time.blue.energy_error[equal_time.t < end + 0.1]
+        text = f"Bobenko-Suris {error.min():.3f} .. {error.max():.3f}, Extrap"
+        assert text in find_caption(figures, number)
+    assert np.ptp(equal_time.blue.energy_error[equal_time.t < 1000.1]) < np.ptp(
+        equal_time.blue.energy_error
+    )
+
+
 def test_the_failing_top_agrees_with_the_thesis(results):
     error = results.failing.blue.energy_error
     assert (error.min(), error.max(), results.failing.blue.path.energy[0]) == pytest.approx(
@@ -145,6 +166,14 @@ def test_experiment_62_agrees_with_the_thesis(results):
 def test_experiment_63_agrees_with_the_thesis(results):
     assert results.by_step[0.2].L["rk4"][-1] == pytest.approx(0.095, abs=0.002)
     assert results.by_step[0.2].rk4.evaluations == results.by_step[0.2].bs.evaluations == 600
+
+
+def test_frame_errors_are_refused_for_different_times():
+    one, other = (
+        trajectories.solve_truth(trajectories.SCENE, np.linspace(0.0, end, 3)) for end in (1.0, 2.0)
+    )
+    with pytest.raises(ValueError, match=r"^the two trajectories are given at different times$"):
+        trajectories.compute_frame_error(one, other)
 
 
 def test_restarted_runs_equal_consecutive_runs():

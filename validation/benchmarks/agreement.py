@@ -122,7 +122,7 @@ def nearly_upright(rng):
     k = rng.integers(3)
     moments, com = random_moments(rng), 0.5 * np.eye(3)[k]
     # turns the axis of the centre of mass to the vertical
-    turn = np.array([(1, 1, 1, 1), (1, -1, -1, -1), (2, 0, 0, 0)][k]) / 2
+    turn = np.array([(1, -1, -1, -1), (1, 1, 1, 1), (2, 0, 0, 0)][k]) / 2
     tilt = 10.0 ** rng.uniform(-16, -4) / 2
     attitude = kr.quaternion.multiply((math.cos(tilt), math.sin(tilt), 0, 0), turn)
     spin = com * 2 * rng.uniform(0, 9)

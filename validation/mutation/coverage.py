@@ -19,6 +19,7 @@ from .sandbox import copy_tree, make_environment
 
 ROOT = Path(__file__).parents[2]
 WITHOUT_BROWSER = ("tests/python", "tests/report/test_references.py", "tests/report/test_errata.py")
+OF_PACKAGE = ("tests/python", "tests/report", "tests/viewer")
 
 C_FLAGS = "--coverage -fprofile-update=atomic -O0 -w -DKR_ROLLED -Dalways_inline=noinline"
 UNTAKEN = r".*/\* untaken: \w.*"
@@ -32,7 +33,8 @@ def make_parser():
     )
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("side", choices=SIDES)
-    parser.add_argument("tests", nargs="*", help="Python tests to run (default: all)")
+    default = f"core: {' '.join(WITHOUT_BROWSER)}; package: {' '.join(OF_PACKAGE)}"
+    parser.add_argument("tests", nargs="*", help=f"Python tests to run (default: {default})")
     return parser
 
 
@@ -112,7 +114,7 @@ def measure_package(tests):
         "-q",
         "--tb=short",
         *ON_ALL_PROCESSORS,
-        *(tests or ("tests/python", "tests/report", "tests/viewer")),
+        *(tests or OF_PACKAGE),
     )
     run_command(*run, "run", "-m", *words, **options)
     run_command(*run, "combine", "-q", **options)

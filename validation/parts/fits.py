@@ -53,6 +53,7 @@ def measure_fit(name, times, rounds):
     error = errors[MOMENT]
     return {
         "name": name,
+        "numbers": values.size,
         "seconds": seconds,
         "moment": float(parameters[MOMENT]),
         "error": None if error is None or not math.isfinite(error) else float(error),
@@ -76,7 +77,7 @@ def build_context(rows):
     truth = make_scene(1.0).body.moments
     return {
         "rows": rows,
-        "numbers": 3 * len(TIMES),
+        "numbers": rows[0]["numbers"],
         "truth": truth[0],
         "ratio": truth[0] / truth[2],
     }

@@ -27,7 +27,10 @@ SHORT = 10.0  # final time of quick runs and of the tests
 
 @dataclass(frozen=True)
 class Problem:
-    """A top whose moments of inertia and lever arm are given along its principal axes."""
+    """A top whose moments of inertia and lever arm are given along its principal axes.
+
+    The top has neither a rotor nor friction, and its support is at rest.
+    """
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]
@@ -173,8 +176,29 @@ def load_problem(name):
     return Problem(name, own["inertia"], own["mass_g_com"], own["q0"], tuple(entry["momentum"]))
 
 
+def list_omissions(scene):
+    """Return the names of those parts of a scene that a problem does not contain."""
+    parts = {
+        "a rotor": scene.body.rotor,
+        "friction": (scene.friction,),
+        "a turning support": scene.turning,
+        "a shaken support": scene.shaking[:1],  # the amplitude
+    }
+    return [name for name, numbers in parts.items() if any(numbers)]
+
+
 def problem_of_scene(name, scene):
-    """Convert a scene to principal axes."""
+    """Convert a scene to principal axes.
+
+    Raises ValueError if the top has a rotor, friction or a moving support. The equations of the
+    reference solutions have no terms for them.
+    """
+    omissions = list_omissions(scene)
+    if omissions:
+        raise ValueError(
+            f"this top has {', '.join(omissions)}, but the reference solutions are only for tops "
+            "on a support at rest, without rotors and friction"
+        )
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
     attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))

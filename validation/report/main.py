@@ -41,7 +41,8 @@ def make_parser():
         nargs="*",
         type=Path,
         metavar="scene.toml",
-        help=f"scenes to run for about {TURNS} turns instead of those of the report",
+        help="scenes of tops without rotors, friction and moving supports, to run for about "
+        f"{TURNS} turns instead of the scenes of the report",
     )
     parser.add_argument(
         "--out", type=Path, default=Path("report"), help="output folder (default: report)"
@@ -85,20 +86,30 @@ def make_progress(console):
     )
 
 
+def load_problem_of_user(file):
+    """Load the scene in a file as a problem, and refuse a scene that the report cannot check."""
+    scene = kr.Scene.from_toml(file)
+    try:
+        problem = problem_of_scene(file.stem, scene)
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from None
+    if not problem.rate:
+        raise ValueError(
+            f"{file}: this top rests forever because it has neither angular momentum nor "
+            "weight; give it one of them"
+        )
+    return problem
+
+
 def load_problems(files, budget):
     """Load the test problems in the given files, or by default the problems of the report."""
     if not files:
         return [
             (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
         ]
-    problems = [problem_of_scene(file.stem, kr.Scene.from_toml(file)) for file in files]
+    problems = [load_problem_of_user(file) for file in files]
     names = [problem.name for problem in problems]
     for file, problem in zip(files, problems, strict=True):
-        if not problem.rate:
-            raise ValueError(
-                f"{file}: this top rests forever because it has neither angular momentum nor "
-                "weight; give it one of them"
-            )
         if names.count(problem.name) > 1:
             raise ValueError(
                 f"{file}: two scenes have the name {problem.name!r}; rename one of the files"

@@ -277,9 +277,11 @@ def run(count, seed):
             tally.fail("conditioning", f"the reference changes by {change:.3g}", top)
         check_top(top, tally)
         group.append(top)
-        if len(group) == GROUP or index == count - 1:
+        if len(group) == GROUP:
             check_ensemble(group, tally)
             group = []
+    if group:
+        check_ensemble(group, tally)
     return tally
 
 
@@ -293,8 +295,9 @@ def main():
         ratio, index = tally.worst.get(name, (None, None))
         worst = "" if ratio is None else f"  worst {ratio:.3g} times the conditioning, top {index}"
         print(f"{name:<28}{count:>6}{worst}")
-    least, middle, most = np.quantile(tally.changes, (0.0, 0.5, 1.0))
-    print(f"change of the reference / conditioning: {least:.2g}, {middle:.2g}, {most:.2g}")
+    if tally.changes:
+        least, middle, most = np.quantile(tally.changes, (0.0, 0.5, 1.0))
+        print(f"change of the reference / conditioning: {least:.2g}, {middle:.2g}, {most:.2g}")
     print(*tally.faults, sep="\n")
     print(f"{len(tally.faults)} faults")
 

@@ -106,11 +106,9 @@ def draw_axial_momentum(four):
 
 
 def draw_energy_by_step(four):
-    blue, red = four.blue.energy_error, four.red.energy_error
-    series = [
-        ("eps 0.2", *cut_at(four.t, blue, 50), BLUE, "-"),
-        ("eps 0.01", *cut_at(four.t, red, 50), RED, "-"),
-    ]
+    t, blue = cut_at(four.t, four.blue.energy_error, 50)
+    _, red = cut_at(four.t, four.red.energy_error, 50)
+    series = [("eps 0.2", t, blue, BLUE, "-"), ("eps 0.01", t, red, RED, "-")]
     return Figure(
         "6.10",
         "Error in the energy, Bobenko-Suris",
@@ -241,19 +239,17 @@ def draw_equal_time_frames(experiment):
 
 
 def draw_equal_time_energies(experiment):
-    t, blue, green = experiment.t, experiment.blue.energy_error, experiment.green.energy_error
     for number, end in (("6.22", 1000), ("6.23", 3200)):
-        series = [
-            ("Bobenko-Suris", *cut_at(t, blue, end), BLUE, "-"),
-            ("Extrap", *cut_at(t, green, end), GREEN, "-"),
-        ]
+        t, blue = cut_at(experiment.t, experiment.blue.energy_error, end)
+        _, green = cut_at(experiment.t, experiment.green.energy_error, end)
+        series = [("Bobenko-Suris", t, blue, BLUE, "-"), ("Extrap", t, green, GREEN, "-")]
         alone = line_charts.draw_lines(series[1:], "E - E0, Extrap alone")
         yield Figure(
             number,
             f"Error in the energy to t = {end}, experiment 6.2",
             [line_charts.draw_lines(series, "E - E0"), alone],
             f"Bobenko-Suris {blue.min():.3f} .. {blue.max():.3f}, Extrap at most "
-            f"{abs(cut_at(t, green, end)[1]).max():.0e}.",
+            f"{abs(green).max():.0e}.",
         )
 
 

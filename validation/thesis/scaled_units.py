@@ -81,10 +81,14 @@ def _scale_scene(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
         length * np.array(body.com),
         inertia_rtol=body.inertia_rtol,
         unphysical=body.unphysical,
+        rotor=inertia * np.array(body.rotor),
     )
+    amplitude, rate, phase = scene.shaking
     return scene.replace(
         body=new,
         momentum=inertia * np.array(scene.momentum),
         gravity=length * scene.gravity,
         damping=inertia * np.array(scene.damping),
+        shaking=(length * amplitude, rate, phase),
+        friction=inertia * scene.friction,
     )

@@ -102,7 +102,7 @@ def compute_frame_error(one, other):
     Raises ValueError if the two trajectories are given at different times.
     """
     if not np.allclose(one.t, other.t, rtol=1e-9, atol=1e-9):
-        raise ValueError("the two courses are not known at one set of times")
+        raise ValueError("the two trajectories are given at different times")
     return 0.5 * kr.attitude_error(one.path.q, other.path.q)
 
 
