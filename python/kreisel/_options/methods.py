@@ -123,14 +123,14 @@ class Method:
     @property
     def tops(self) -> str:
         """A description of the bodies to which the method can be applied."""
-        lagrange = "two equal moments and the centre of mass on the third axis"
+        lagrange = "bodies with two equal moments and the centre of mass on the third axis"
         kinds = {
             FLAGS["lagrange_only"]: lagrange,
             FLAGS["integrable"]: lagrange
-            + ", for Kowalewski tops, for Goryachev-Chaplygin tops without vertical momentum, "
-            "and for any body without torque",
-            FLAGS["symmetric_only"]: "two equal moments",
-            FLAGS["euler_only"]: "the centre of mass at the fixed point",
+            + ", Kowalewski tops, Goryachev-Chaplygin tops without vertical momentum, and any body "
+            "without torque",
+            FLAGS["symmetric_only"]: "bodies with two equal moments",
+            FLAGS["euler_only"]: "bodies with the centre of mass at the fixed point",
         }
         return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
