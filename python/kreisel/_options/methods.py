@@ -214,8 +214,18 @@ def has_torus_closed_form(scene: Scene) -> bool:
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
 
 
+def _view_from_inertial_frame(scene: Scene) -> Scene:
+    """Return the scene with a support at rest if its support turns about e3.
+
+    Such a support never rules out a method or a closed form.
+    """
+    x, y, z = scene.turning
+    return scene.replace(turning=None) if z and not x and not y else scene
+
+
 def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why the motion of a scene has no closed-form solution."""
+    scene = _view_from_inertial_frame(scene)
     if scene._has_damping:
         return f"no closed form is known for {describe_kind_of_top(scene)} with damping"
     if scene._has_disturbances and not methods[EXACT].suits(scene):
@@ -259,7 +269,7 @@ def _describe_applicable_tops(method: Method, scene: Scene) -> str:
     if scene._is_shaken and not method.shaking:
         return "tops whose support is not shaken"
     if any(scene.turning) and not method.turning:
-        return "tops whose support does not turn, or turns about e3 if it is known for the body"
+        return "tops whose support does not turn, or turns about e3"
     if not any(scene.body.rotor):
         return method.tops
     if not method.rotors:
@@ -279,6 +289,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
         return methods[EXACT if has_closed_form else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):
+        scene = _view_from_inertial_frame(scene)
         has_form = method.applies_to(scene.body) or (method.exact and any(scene.body.rotor))
         if has_form and not scene._has_disturbances:
             raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
