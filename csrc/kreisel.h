@@ -359,8 +359,8 @@ KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 /* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
  * over the largest of these rates: components of the initial angular velocity, (|m| + |rotor|) /
  * (largest moment), pendulum frequency, rates of the support. It is INFINITY for a top at rest
- * without torque, and 0 for an invalid scene. Times beyond it are refused with KR_ERR_RESOLUTION, and
- * so may be smaller times if damping accelerates the top backward in time. */
+ * without torque, and 0 for an invalid scene. Times beyond it are refused with KR_ERR_RESOLUTION.
+ * Smaller times may also be refused if damping accelerates the top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state

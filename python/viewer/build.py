@@ -78,8 +78,8 @@ SMALL = "-Os -Xclang -Oz -fno-vectorize -fno-slp-vectorize -fvisibility=hidden"
 def compile_core(wasm: Path) -> None:
     """Compile the functions that core.js calls into the compressed file `wasm`.
 
-    Floating-point operations are not fused, so the results are bitwise equal to those of other
-    builds. Size takes precedence over speed.
+    Floating-point operations are not fused, so the results of methods with the flag `algebraic` are
+    bitwise equal to those of other builds. Size takes precedence over speed.
     """
     calls = sorted(
         set(re.findall(r"\bC\.([a-z]\w+)", (HERE / "core.js").read_text(encoding="utf-8")))

@@ -162,6 +162,24 @@ def test_scenes_without_a_closed_form_are_refused():
         kr.exact(SCENES["free"], map="bobenko_suris", step=0.1)
 
 
+def test_refusals_describe_tops_with_a_closed_form_only_if_the_body_has_none():
+    tops_of_closed_forms = "closed forms are known for bodies with two equal moments"
+    with pytest.raises(ValueError, match=tops_of_closed_forms):
+        kr.exact(kr.scenes.asymmetric)
+    asymmetric, turning = kr.scenes.asymmetric, THESIS.replace(turning=(0, 1, 0))
+    rotor = asymmetric.body.with_rotor(spin=1.0, inertia=0.1, axis=(1, 0, 0))
+    for tops in (
+        turning,
+        [turning, turning],
+        THESIS.vary(friction=[0.1, 0.2]),
+        THESIS.replace(attitude=(1, 1e-80, 0, 0), momentum=(0, 0, 0)),
+        asymmetric.replace(body=rotor),
+    ):
+        with pytest.raises(ValueError, match="no closed form") as error:
+            kr.exact(tops)
+        assert tops_of_closed_forms not in str(error.value)
+
+
 @pytest.mark.parametrize(
     "call, error, match",
     [

@@ -136,7 +136,7 @@ CONSERVED = {  # the quantities that are conserved according to each word of the
     "two rational integrals": {},
     "<m,p>": VERTICAL,
     "<m,p>; on Lagrange tops <m,a>": AXIAL,
-    "<m,p>; to its tolerance a step, on Lagrange tops <m,a>, on free tops the energy": {
+    "<m,p>; up to the tolerance of each step, on Lagrange tops <m,a> and on free tops the energy": {
         **AXIAL,
         "free": ["vertical_momentum", "energy"],
     },

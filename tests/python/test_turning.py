@@ -25,6 +25,7 @@ multiply, turn, turn_back = kr.quaternion.multiply, kr.quaternion.turn, kr.quate
 
 TURNING, ABOUT_E3 = (0.3, -0.2, 0.5), (0.0, 0.0, 0.6)
 HEAVY = make_scene("general", turning=TURNING)
+LAGRANGE = kr.Body(1, (1, 1, 0.5), (0, 0, 0.3))
 
 
 def rotation(turning, t):
@@ -289,16 +290,17 @@ def test_an_ensemble_chooses_the_method_of_a_single_top(name, times):
 
 def test_functions_without_turning_supports_refuse_them():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
-    axial = kr.Body(1, (1, 1, 0.5), (0, 0, 0.3))
     for call in (
         *list_unsupported_calls(HEAVY, path),
-        lambda: kr.solve(kr.Scene(axial, **START, turning=TURNING), 1.0, "bobenko_suris", step=0.1),
+        lambda: kr.solve(
+            kr.Scene(LAGRANGE, **START, turning=TURNING), 1.0, "bobenko_suris", step=0.1
+        ),
         lambda: kr.events.separatrix(HEAVY),
         lambda: kr.solve(HEAVY, 1.0, events=[kr.events.kinetic(1.0)]),
-        lambda: kr.Scene.spinning(axial, spin=9.0, tilt=0.3, steady=True, turning=TURNING),
-        lambda: kr.Scene(axial, **START).vary(spin=[9.0], steady=True, turning=TURNING),
-        lambda: kr.exact(kr.Scene(axial, **START, turning=ABOUT_E3)),
-        lambda: kr.exact(kr.Scene(axial, **START).vary(turning=[ABOUT_E3, (0, 0, 1)])),
+        lambda: kr.Scene.spinning(LAGRANGE, spin=9.0, tilt=0.3, steady=True, turning=TURNING),
+        lambda: kr.Scene(LAGRANGE, **START).vary(spin=[9.0], steady=True, turning=TURNING),
+        lambda: kr.exact(kr.Scene(LAGRANGE, **START, turning=ABOUT_E3)),
+        lambda: kr.exact(kr.Scene(LAGRANGE, **START).vary(turning=[ABOUT_E3, (0, 0, 1)])),
         lambda: kr.apex(kr.solve(make_scene("lagrange", turning=TURNING), path.t)).nutation(),
     ):
         with pytest.raises(ValueError, match="turn"):
@@ -349,6 +351,57 @@ def test_messages_suggest_a_support_at_rest_only_without_damping_and_friction(lo
         with pytest.raises(ValueError, match=r"turning support|damp|friction") as error:
             call()
         assert "replace(turning=None)" not in str(error.value)
+
+
+def find_refusal(scene, method):
+    """Return the message with which kr.solve refuses `method`, or an empty string."""
+    words = {} if kr.methods[method].adaptive else {"step": 0.1}
+    try:
+        kr.solve(scene, 0.1, method, **words)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize("gravity", [1.3, 0.0])
+def test_refusals_of_methods_name_the_true_reason(name, gravity):
+    """Check that a support that turns about e3 is never the stated reason, in contrast to others.
+
+    Methods without the property `turning` apply to such supports if they apply at rest.
+    """
+    still = make_scene(name).replace(gravity=gravity)
+    for method, properties in kr.methods.items():
+        for environment in ({}, {"friction": 0.1}, {"damping": 0.1}, {"shaking": (0.1, 3.0, 0.0)}):
+            scene = still.replace(**environment)
+            upright = find_refusal(scene.replace(turning=ABOUT_E3), method)
+            assert upright == find_refusal(scene, method), (method, environment)
+        for turning in ((0.0, 0.6, 0.0), TURNING):
+            tilted = find_refusal(still.replace(turning=turning), method)
+            reason = "it is for tops whose support does not turn, or turns about e3; these apply"
+            assert (reason in tilted) != properties.turning, method
+
+
+def test_refusals_on_a_support_that_turns_about_e3_describe_the_body():
+    upright = make_scene("lagrange", turning=ABOUT_E3)
+    expected = "of kind 'lagrange': it is for bodies with the centre of mass at the fixed point; th"
+    for tops in (upright, upright.vary(mass=[1.0, 2.0])):
+        with pytest.raises(ValueError, match=expected):
+            kr.solve(tops, 1.0, "hirota_kimura", step=0.1)
+    falling = kr.Scene(LAGRANGE, attitude=(1, 1e-80, 0, 0), momentum=(0, 0, 0), turning=ABOUT_E3)
+    assert "whose initial tilt and velocity are below" in find_refusal(falling, "exact")
+
+
+@pytest.mark.parametrize("moment", [2.0, 4.0])  # of a Kowalewski and of a Goryachev-Chaplygin top
+@pytest.mark.parametrize("momentum", [(0.4, -0.5, 0.0), (0.4, -0.5, 0.9)])
+def test_plans_name_the_true_reason_on_a_support_that_turns_about_e3(moment, momentum):
+    body = kr.Body(1, (moment, moment, 1), (0.7, 0, 0), unphysical=True)
+    scene = kr.Scene(body, **START | {"momentum": momentum})
+    why = kr.plan(scene.replace(turning=ABOUT_E3), 1.0).why
+    if kr.methods["exact"].suits(scene):
+        assert "on turning supports; the method 'exact' takes the closed form" in why
+    else:
+        assert why == kr.plan(scene, 1.0).why and "vertical component" in why
 
 
 def test_accelerations_are_derivatives_of_velocities():

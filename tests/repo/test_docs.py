@@ -2,6 +2,7 @@
 
 import re
 import sys
+import warnings
 
 import kreisel as kr
 import matplotlib.pyplot as plt
@@ -75,6 +76,72 @@ def test_the_index_of_the_header_has_every_function():
     assert {name for _, name, _ in names} == public
     lines = header.splitlines()
     assert all(f"{name}(" in lines[number - 1] for _, name, number in names)
+
+
+def read_table_rows(page, word):
+    """Return the rows of the tables of `page` that contain `word`, as lists of cells."""
+    lines = (DOCS / page).read_text().splitlines()
+    return [line.strip("| ").split(" | ") for line in lines if line[:1] == "|" and word in line]
+
+
+def test_the_page_of_events_lists_every_event():
+    rows = read_table_rows("theory/events.md", "kr.events.")
+    names = {name for first, *_ in rows for name in re.findall(r"kr\.events\.(\w+)\(", first)}
+    assert names == set(kr.events.__all__) - {"Event", "Events", "components"}
+
+
+def test_the_page_of_closed_forms_quotes_their_refusals():
+    header = (CSRC / "kreisel.h").read_text().replace("G is near", "$G$ is near")
+    quotes = [
+        quote
+        for row in read_table_rows("theory/closed_form.md", '"')
+        for cell in row
+        for quote in re.findall(r'"(.+?)"', cell)
+    ]
+    assert len(quotes) > 10 and [quote for quote in quotes if quote not in header] == []
+
+
+def test_the_recommended_symplectic_methods_are_symplectic():
+    ((_, names),) = read_table_rows("choosing.md", "a symplectic, reversible, fixed-step map")
+    methods = [kr.methods[name] for name in re.findall(r"`(\w+)`", names)]
+    assert len(methods) > 2
+    for method in methods:
+        assert method.symplectic and method.reversible and not method.adaptive
+        assert method.tops == "any body"
+
+
+def test_the_table_of_conventions_names_arguments_and_attributes():
+    ((_, text),) = read_table_rows("start.md", "unit quaternion")
+    path = kr.solve(
+        kr.Scene(kr.scenes.thesis.body, momentum=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1)), [1.0]
+    )
+    assert "the argument `attitude_xyzw` and the attribute `path.q_xyzw`" in text
+    assert path.q_xyzw.shape == (1, 4)
+
+
+@pytest.mark.parametrize("options", [{}, {"unphysical": True}])
+def test_the_table_of_limits_names_the_options_that_lift_them(options):
+    def build(inertia, com=(0.0, 0.0, 0.1), **more):
+        return kr.Body(1.0, inertia, com, **options | more)
+
+    ((_, triangle),) = read_table_rows("scope.md", "the triangle inequality")
+    with pytest.raises(ValueError, match="none larger than the other two"):
+        build((1.0, 1.0, 2.001))
+    assert build((1.0, 1.0, 2.001), com=(0, 0, 0), inertia_rtol=0.01).inertia[2] == 2.001
+    assert "`inertia_rtol`" in triangle and "`unphysical" not in triangle
+    ((_, mass),) = read_table_rows("scope.md", "no mass distribution")
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        build((1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0))
+    assert [one.category for one in warned] == ([] if options else [UserWarning])
+    assert mass == "UserWarning, unless `unphysical=True`"
+
+
+def test_types_in_the_table_occur_in_annotations():
+    text = "".join(file.read_text() for file in (ROOT / "python/kreisel").rglob("*.py"))
+    rows = read_table_rows("api/index.md", "`")
+    names = [name for first, *_ in rows for name in re.findall(r"`(\w+)`", first)]
+    assert len(names) > 8 and [name for name in names if not re.search(rf"\b{name}\b", text)] == []
 
 
 def test_plain_docstrings_become_lists_code_and_links():

@@ -98,8 +98,14 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
     The returned reason is an empty string if the closed-form solution may be used.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
-    if scene._has_disturbances or not methods[EXACT].suits(scene):
+    if not methods[EXACT].suits(scene):
         return explain_no_closed_form(scene), 0.0
+    if scene._has_disturbances:  # a support that turns about e3
+        reason = (
+            f"'auto' integrates {top} tops on turning supports; "
+            "the method 'exact' takes the closed form"
+        )
+        return reason, 0.0
     if _is_only_nearly_integrable(scene, form.ratio):
         return f"the closed form of a {top} top would neglect rounding errors of this scene", 0.0
     if times is None:

@@ -123,14 +123,14 @@ class Method:
     @property
     def tops(self) -> str:
         """A description of the bodies to which the method can be applied."""
-        lagrange = "two equal moments and the centre of mass on the third axis"
+        lagrange = "bodies with two equal moments and the centre of mass on the third axis"
         kinds = {
             FLAGS["lagrange_only"]: lagrange,
             FLAGS["integrable"]: lagrange
-            + ", for Kowalewski tops, for Goryachev-Chaplygin tops without vertical momentum, "
-            "and for any body without torque",
-            FLAGS["symmetric_only"]: "two equal moments",
-            FLAGS["euler_only"]: "the centre of mass at the fixed point",
+            + ", Kowalewski tops, Goryachev-Chaplygin tops without vertical momentum, and any body "
+            "without torque",
+            FLAGS["symmetric_only"]: "bodies with two equal moments",
+            FLAGS["euler_only"]: "bodies with the centre of mass at the fixed point",
         }
         return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
@@ -210,8 +210,18 @@ def has_torus_closed_form(scene: Scene) -> bool:
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
 
 
+def _view_from_inertial_frame(scene: Scene) -> Scene:
+    """Return the scene with a support at rest if its support turns about e3.
+
+    Such a support never rules out a method or a closed form.
+    """
+    x, y, z = scene.turning
+    return scene.replace(turning=None) if z and not x and not y else scene
+
+
 def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why the motion of a scene has no closed-form solution."""
+    scene = _view_from_inertial_frame(scene)
     if scene._has_disturbances and not methods[EXACT].suits(scene):
         return f"no closed form is known for {describe_kind_of_top(scene)}"
     if any(scene.body.rotor):
@@ -253,7 +263,7 @@ def _describe_applicable_tops(method: Method, scene: Scene) -> str:
     if scene._is_shaken and not method.shaking:
         return "tops whose support is not shaken"
     if any(scene.turning) and not method.turning:
-        return "tops whose support does not turn, or turns about e3 if it is known for the body"
+        return "tops whose support does not turn, or turns about e3"
     if not any(scene.body.rotor):
         return method.tops
     if not method.rotors:
@@ -273,6 +283,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
         return methods[EXACT if has_closed_form else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):
+        scene = _view_from_inertial_frame(scene)
         has_form = method.applies_to(scene.body) or (method.exact and any(scene.body.rotor))
         if has_form and not scene._has_disturbances:
             raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")

@@ -34,7 +34,7 @@ from .._options.ensemble_options import (
     validate_ensemble_options,
     validate_thread_count,
 )
-from .._options.methods import EXACT, explain_no_closed_form, has_torus_closed_form, methods
+from .._options.methods import EXACT, explain_no_closed_form, methods
 from .._options.times import check_resolvable_horizon
 from .._results.ensemble_buffers import LANES, Codes
 from .._results.ensemble_paths import Paths
@@ -316,6 +316,7 @@ def make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> Va
     """Return the exception to raise for a scene whose motion has no closed-form solution."""
     if status != "ERR_METHOD":
         return ValueError(f"{prefix}{statuses[status][1]}: {scene!r}")
-    if has_torus_closed_form(scene):
-        return ValueError(f"{prefix}{explain_no_closed_form(scene)}: {scene!r}")
-    return ValueError(f"{prefix}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
+    exact, reason = methods[EXACT], explain_no_closed_form(scene)
+    if exact.applies_to(scene.body) or any(scene.body.rotor):
+        return ValueError(f"{prefix}{reason}: {scene!r}")
+    return ValueError(f"{prefix}{reason}: closed forms are known for {exact.tops}")
