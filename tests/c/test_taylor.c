@@ -35,7 +35,7 @@ static kr_vec3 next(kr_vec3 v) { return v3(v.y, v.z, v.x); }
 static kr_vec3 prev(kr_vec3 v) { return v3(v.z, v.x, v.y); }
 
 /* Every coefficient obeys the equations at the head of taylor.h. */
-static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
+static void coefficients(const kr_kernel *kernel)
 {
     kr_series pair[2] = {example()}, *s = pair;
     kernel->advance(s, -2.0 * kernel->order, 1.0);
@@ -63,7 +63,6 @@ static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
     kernel->evaluate(s);
     IS(s->end > 0.2 && memcmp(s->at_x, s->end_x, sizeof s->at_x) == 0 &&
        memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
-    IS(isa->runs_here());
 }
 /* All kernels give the same states up to rounding, and those with fma give bitwise equal states. */
 static void test_kernels(void)
@@ -90,8 +89,8 @@ static void test_single_kernels(void)
     const kr_isa *isa;
     for (int i = 0; (isa = kr_taylor_isa(i)) != NULL; i++) {
         if (!isa->runs_here()) continue;
-        for (int order = 0; order < KR_ORDERS; order++) coefficients(isa, &isa->plain[order]);
-        for (int depth = 0; depth < KR_DEPTHS; depth++) coefficients(isa, &isa->deep[depth]);
+        for (int order = 0; order < KR_ORDERS; order++) coefficients(&isa->plain[order]);
+        for (int depth = 0; depth < KR_DEPTHS; depth++) coefficients(&isa->deep[depth]);
     }
 }
 
