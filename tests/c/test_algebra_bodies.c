@@ -180,7 +180,6 @@ static void test_rounded_moments(void)
     NEAR(kr_state_kinetic(&scene, &there), kr_state_kinetic(&scene, &scene.start), 1e-13);
     kr_top_free(top);
 }
-/* A point mass on a massless rod is an extreme case of a physical body. */
 /* Damping that differs between the axes keeps the principal axes of a sphere. Equal damping lets
  * the third axis point to the centre of mass. */
 static void test_working_axes_of_damped_spheres(void)
@@ -196,6 +195,7 @@ static void test_working_axes_of_damped_spheres(void)
         NEAR(off(w.damping, damping[i]), 0.0, 0.0);
     }
 }
+/* A point mass on a massless rod is an extreme case of a physical body. */
 static void test_body_can_be(void)
 {
     const double utmost = 2.0 * 9.0;
