@@ -149,8 +149,6 @@ static void test_stop(double spin, int digits)
     IS(kr_top_advance(top, 50.0) == KR_ERR_STOPPED && kr_top_time(top) == 100.0);
     kr_top_free(top);
 }
-/* Friction that is too weak to hold the top lets it slide. While the top slides, a motion backward
- * in time undoes the motion forward. */
 /* Returns a free top whose friction stops its spin after 8 * `spin`. */
 static kr_scene stopping_top(double spin)
 {
@@ -231,6 +229,8 @@ static void test_events_of_a_stopping_top(void)
         if (i == 0) NEAR(t[0][0], 4.0, 1e-13);
     }
 }
+/* Friction that is too weak to hold the top lets it slide. While the top slides, a motion backward
+ * in time undoes the motion forward. */
 static void test_sliding(void)
 {
     kr_scene s = moved(TURNING);
