@@ -1,4 +1,5 @@
-/* Compositions: their coefficients satisfy the order conditions. */
+/* Compositions: their coefficients satisfy order conditions. test_convergence.c tests the orders of
+ * the methods. */
 #include "check.h"
 #include "methods/compose.h"
 
@@ -22,9 +23,23 @@ static void palindrome(const composition *c)
     NEAR(kicks, 1.0, 4e-16);
     NEAR(power_sum(c, 1), 1.0, 4e-16);
 }
-/* A necessary condition for the order of a composition of symmetric steps of order 2: the sums of
- * the odd powers of their lengths vanish for powers from 3 to the order, but not for the next odd
- * power. */
+/* Returns the sum of drift^first * middle^second * cubes^third. `middle` is the middle of a step,
+ * counted from the middle of the composition, and `cubes` the sum of the cubes of the drifts up to
+ * it. */
+static double mixed_sum(const composition *c, int first, int second, int third)
+{
+    double sum = 0.0, time = -0.5, cubes = 0.0;
+    for (int i = 0; i < c->stages; i++) {
+        const double a = c->drift[i], half = 0.5 * a * a * a;
+        sum += pow(a, first) * pow(time + 0.5 * a, second) * pow(cubes + half, third);
+        time += a;
+        cubes += 2.0 * half;
+    }
+    return sum;
+}
+/* The order conditions of a palindromic composition of symmetric steps of order 2. The sums of the
+ * odd powers of their lengths vanish for powers from 3 to the order, but not for the next odd
+ * power. From order 6 on, iterated sums vanish, too (Hairer, Lubich, Wanner V.3). */
 static void test_strang_compositions(int row, int stages, int order)
 {
     const composition c = compose(row);
@@ -32,6 +47,12 @@ static void test_strang_compositions(int row, int stages, int order)
     palindrome(&c);
     for (int power = 3; power < order; power += 2) NEAR(power_sum(&c, power), 0.0, 2e-15);
     IS(fabs(power_sum(&c, order + 1)) > 1e-4);
+    if (order >= 6) NEAR(mixed_sum(&c, 3, 2, 0), 0.0, 2e-15);
+    if (order >= 8) {
+        NEAR(mixed_sum(&c, 5, 2, 0), 0.0, 2e-15);
+        NEAR(mixed_sum(&c, 3, 4, 0), 0.0, 2e-15);
+        NEAR(mixed_sum(&c, 3, 1, 1), 0.0, 2e-15);
+    }
     for (int i = 0; i + 1 < stages; i++)
         NEAR(c.kick[i], 0.5 * (c.drift[i] + c.drift[i + 1]), 1e-16);
 }

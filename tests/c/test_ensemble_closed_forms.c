@@ -13,7 +13,7 @@ static void run(const kr_scene *scene, const double t[3], kr_outcome *outcome, k
     kr_worker_free(worker);
 }
 /* Missing scenes, times or outcomes are refused even for a single top at a single time. */
-static void test_time_order(void)
+static void test_missing_arguments(void)
 {
     const kr_scene s = kr_scene_default();
     const double t = 1.0;
@@ -92,12 +92,10 @@ static void test_limits_of_steps(void)
         kr_top_free(alone);
     }
 }
-int main(void)
+/* Times that lead away from the start are reached. A time that leads back fails, and the states
+ * before it are kept. */
+static void test_time_order(void)
 {
-    test_limits_of_steps();
-    test_time_order();
-    test_units();
-    test_late_start();
     const double led[4][3] = {{1.0, 3.0, 3.0},
                               {-1.0, -1.0, -3.0},
                               {0.0, 0.0, 0.0},
@@ -114,5 +112,13 @@ int main(void)
         IS(outcome.status == KR_ERR_TIME && outcome.done == (i == 2 ? 1 : 2));
         IS(outcome.last.t == back[i][outcome.done - 1]);
     }
+}
+int main(void)
+{
+    test_limits_of_steps();
+    test_missing_arguments();
+    test_time_order();
+    test_units();
+    test_late_start();
     return check_result();
 }

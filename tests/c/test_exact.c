@@ -211,9 +211,8 @@ static void test_scaling(void)
         kr_state y = kr_exact_state(&b, ldexp(t, time)), x = kr_exact_state(&a, t);
         y.t = x.t, y.m = v_scale(ldexp(1.0, time - mass - 2 * length), y.m);
         IS(same(x, y) && a.period == ldexp(b.period, -time) && a.spin == ldexp(b.spin, time));
-        if (kr_exact_map_plan(&small, h, &c) != KR_OK ||
-            kr_exact_map_plan(&big, ldexp(h, time), &d) != KR_OK)
-            continue;
+        IS(kr_exact_map_plan(&small, h, &c) == KR_OK &&
+           kr_exact_map_plan(&big, ldexp(h, time), &d) == KR_OK);
         x = kr_exact_map_state(&c, 1000 + i), y = kr_exact_map_state(&d, 1000 + i);
         y.t = x.t, y.m = v_scale(ldexp(1.0, time - mass - 2 * length), y.m);
         IS(same(x, y));

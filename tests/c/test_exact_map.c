@@ -176,7 +176,7 @@ static void test_map_rates(void)
             NEAR(closed.spin, plan.spin, 0.1 * h * (1.0 + fabs(plan.spin)));
         }
         /* first order, or second order from starts like that of the thesis */
-        NEAR(off[0] / off[1], 2.0, 2.2);
+        IS(off[0] / off[1] > 1.9 && off[0] / off[1] < 4.2);
     }
 }
 static void test_method(void)

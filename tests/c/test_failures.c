@@ -141,7 +141,7 @@ static void test_overflow_in_user_units(void)
 
 static int stop_once(void *context) { return --*(int *)context == 0; }
 /* The poll is also called if many states lie in one step. */
-static void test_stop_in_ensemble(void)
+static void test_stop_within_a_step(void)
 {
     enum { MANY = 3000, EVERY = 1024 };
     static double t[MANY];
@@ -372,7 +372,7 @@ int main(void)
     test_no_way_back();
     test_state_after_failure();
     test_overflow_in_user_units();
-    test_stop_in_ensemble();
+    test_stop_within_a_step();
     test_stop_among_states();
     test_missing_units();
     test_horizon("exact");

@@ -1,5 +1,5 @@
 /* Computing tangents changes no bit of the path. Tangents equal differences of neighbouring runs,
- * and do not depend on the times of output. */
+ * conserve the symplectic form, and do not depend on the times of output. */
 #include <stdlib.h>
 #include "tops.h"
 
@@ -124,6 +124,37 @@ static void test_differences_on_a_support(kr_scene s)
         if (i & 2) s.shaking = (kr_shaking){.amplitude = 0.05, .rate = 4.0, .phase = 0.7};
         if (i & 4) s.friction = 0.02;
         test_differences(&s, ALL | (i & 4 ? SUPPORT : SUPPORT - KR_TANGENT_FRICTION), 2.0);
+    }
+}
+/* Returns the symplectic form of two columns of the derivatives by the state. */
+static double symplectic_form(const kr_state *at, double phi[6][6], int i, int j)
+{
+    const kr_vec3 a = q_turn(at->q, v3(phi[0][i], phi[1][i], phi[2][i])),
+                  b = q_turn(at->q, v3(phi[0][j], phi[1][j], phi[2][j])),
+                  p = v3(phi[3][i], phi[4][i], phi[5][i]), q = v3(phi[3][j], phi[4][j], phi[5][j]);
+    return v_dot(a, q) - v_dot(b, p) - v_dot(at->m, v_cross(a, b));
+}
+/* Without damping and friction, the symplectic form of neighbouring motions is constant, also on
+ * moving supports. */
+static void test_symplectic_form(kr_scene s)
+{
+    const int digits[] = {16, 20, 30};
+    for (int k = 0; k < 6; k++) {
+        double phi[6][6], first[6][6];
+        s.turning = v_scale(k % 2, v3(0.2, -0.1, 0.3));
+        s.shaking = (kr_shaking){.amplitude = 0.05 * (k % 2), .rate = 4.0, .phase = 0.7};
+        kr_top *top = top_with(&s, KR_TANGENT_START, digits[k / 2], k < 4 ? 0.0 : -0.1);
+        for (int late = 0; late < 2; late++) {
+            IS(kr_top_advance(top, (k < 4 ? 3.0 : -3.0) * late) == KR_OK);
+            IS(kr_top_tangents(top, phi[0], NULL) == KR_OK);
+            const kr_state now = kr_top_state(top);
+            for (int i = 0; i < 36; i++) {
+                const double form = symplectic_form(&now, phi, i / 6, i % 6);
+                if (late) NEAR(form, first[i / 6][i % 6], 1e-12);
+                first[i / 6][i % 6] = form;
+            }
+        }
+        kr_top_free(top);
     }
 }
 /* Neither the intermediate times, nor the number of calls, nor a checkpoint changes the results. */
@@ -268,6 +299,7 @@ int main(void)
         if (!damped) test_differences(&s, ALL, -3.0);
         test_differences_on_a_support(s);
         test_times_between(&s, 16);
+        if (!damped) test_symplectic_form(s);
     }
     test_times_between(&s, 20);
     const kr_scene steady = precessing();

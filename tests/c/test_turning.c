@@ -98,13 +98,22 @@ static void test_courses(void)
         kr_quat q;
         kr_vec3 m;
     } cases[] = {
-        {"sleeping", 1, up, {0, 0, 3}},           {"hanging", -1, up, {0, 0, 3}},
-        {"hanging", 1, down, {0, 0, 1}},          {"sleeping", -1, down, {0, 0, 0}},
-        {"rosette", 1, up, {0.5, 0, 1}},          {"pendulum", 1, tilted, {0, 0, 0}},
-        {"separatrix", 1, down, {0, 2, 0}},       {"cusps", 1, tilted, v_scale(3, axis)},
-        {"waves", 1, tilted, {0, 0, 3}},          {"circle", 0, tilted, {0, 0, 3}},
-        {"resting", 0, tilted, {0, 0, 0}},        {"resting", 0, up, {0, 0, 2}},
+        {"sleeping", 1, up, {0, 0, 3}},
+        {"hanging", -1, up, {0, 0, 3}},
+        {"hanging", 1, down, {0, 0, 1}},
+        {"sleeping", -1, down, {0, 0, 0}},
+        {"rosette", 1, up, {0.5, 0, 1}},
+        {"pendulum", 1, tilted, {0, 0, 0}},
+        {"separatrix", 1, down, {0, 2, 0}},
+        {"cusps", 1, tilted, v_scale(3, axis)},
+        {"waves", 1, tilted, {0, 0, 3}},
+        {"circle", 0, tilted, {0, 0, 3}},
+        {"resting", 0, tilted, {0, 0, 0}},
+        {"resting", 0, up, {0, 0, 2}},
         {"resting", 0, tilted, v_scale(3, axis)},
+        /* A precession at the rate 1 needs the axial momentum 1 + cos(nutation). */
+        {"steady", 1, tilted, v_add(axis, v3(0, 0, 1))},
+        {"loops", 1, tilted, v_sub(v_scale(3, axis), v3(0, 0, 0.2))},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const kr_scene s = top_of(1.0, cases[i].gravity, cases[i].q, cases[i].m);

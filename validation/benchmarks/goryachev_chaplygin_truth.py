@@ -1,4 +1,4 @@
-"""Reference states by heyoka in 128-bit arithmetic for tests/c/test_goryachev_chaplygin.c.
+"""Reference states by heyoka in 128-bit arithmetic for tests/c/test_torus_forms.c.
 
     python -m validation.benchmarks.goryachev_chaplygin_truth > tests/c/goryachev_chaplygin_truth.h
 

@@ -1,4 +1,4 @@
-"""Reference states for tests/c/test_kowalewski.c, computed by heyoka in 128-bit arithmetic.
+"""Reference states for tests/c/test_torus_forms.c, computed by heyoka in 128-bit arithmetic.
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 
