@@ -325,11 +325,12 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, i
                  noise = fmax(near * least_size(p->series, slow), rounding);
     return is_near(p->series, slow, fmax(noise, TINY_VELOCITY), is_settled ? 0.25 : 0.0);
 }
-/* Returns 1 if damping about the given set of axes has been strong for so long that the transient
- * has decayed, or if it decays within the resolution of time. Every remaining distance from the
- * slow manifold is then a rounding error. These errors are large relative to the angular velocity
- * if the top is almost at rest. */
-static int has_settled(kr_taylor *p, const slow_axes *slow, double clock)
+/* Returns the largest distance from the slow manifold that is compatible with a motion on it,
+ * relative to the angular velocity: `near`, or 1 if damping about the given set of axes has been
+ * strong for so long that the transient has decayed. Every remaining distance is then a rounding
+ * error. These errors are large relative to the angular velocity if the top is almost at rest. If
+ * the transient is shorter than the resolution of time, the distance has no bound. */
+static double largest_distance(kr_taylor *p, const slow_axes *slow, double clock, double near)
 {
     double axes = 0.0, weakest = INFINITY;
     for (int i = 0; i < 3; i++) {
@@ -341,7 +342,8 @@ static int has_settled(kr_taylor *p, const slow_axes *slow, double clock)
     }
     if (p->settling != axes) p->settled = clock + SETTLED / weakest;
     p->settling = axes;
-    return clock >= p->settled;
+    if (clock + 0.5 / weakest == clock) return UNRESOLVED;
+    return clock >= p->settled ? 1.0 : near;
 }
 /* Computes a step on the slow manifold that results from strong damping about a given set of axes.
  * `strong` is the largest set of strongly damped axes if a step with this set has failed, and NULL
@@ -350,12 +352,11 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
                             const slow_axes *slow, const slow_axes *strong)
 {
     const double before = p->rate, near = exp2(p->log2_tol + 6.0), clock = p->series->end / p->rate;
-    const int is_settled = !strong && has_settled(p, slow, clock);
-    const double off = is_settled ? 1.0 : near;
+    const double off = strong ? near : largest_distance(p, slow, clock, near);
     double wait = 0.0;
     int exponent;
     if (!strong && clock < p->try_slow) return 0;
-    if (!may_be_near(p, slow, near, is_settled)) return 0;
+    if (off < UNRESOLVED && !may_be_near(p, slow, near, off >= 1.0)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent));
     const int order = kernel->order,
