@@ -12,8 +12,9 @@
  * / A), and is below the rounding errors (Fenichel 1979). Until the motion reaches the slow
  * manifold, steps are computed with the explicit recurrence. Before the slow manifold is reached,
  * the absolute error tolerance is proportional to the small angular velocity that the top has on
- * the manifold. A top with dry friction
- * has two slow manifolds. While the top slides, the friction torque is constant. The case in which
+ * the manifold. After that, the motion stays on the manifold, whatever the rounding errors: while
+ * the top comes to rest, they grow relative to its angular velocity. A top with dry friction has
+ * two slow manifolds. While the top slides, the friction torque is constant. The case in which
  * friction holds the top is treated in slow_held.h. */
 #include <string.h>
 #include "math/dd.h"
@@ -280,8 +281,9 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     if (KR_HAS_SUPPORTS && s->linear > 1.0) kr_support_place(s, motion, p->rate);
 }
 /* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion. Angular
- * velocities up to `noise` are treated as zero. */
-static int is_near(const kr_series *s, const slow_axes *slow, double noise)
+ * velocities up to `noise` are treated as zero, and may differ from those on the slow manifold by
+ * the fraction `share`. */
+static int is_near(const kr_series *s, const slow_axes *slow, double noise, double share)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
     const double G = KR_HAS_SUPPORTS && slow->shakes ? s->sway[3] + s->sway[0] : 1.0;
@@ -299,8 +301,9 @@ static int is_near(const kr_series *s, const slow_axes *slow, double noise)
         double follows = turning_about(s, slow, i);
         for (int j = 0; j < 3; j++)
             if (slow->gain[i][j] != 0.0) follows += slow->gain[i][j] * alone[j];
-        if (slow->is_slow[i] && fabs(w[i] - follows) > fmax(0.25 * slow_size(s, slow, i), noise))
-            return 0;
+        const double allowed =
+            fmax(fmax(0.25 * slow_size(s, slow, i), noise), share * fabs(follows));
+        if (slow->is_slow[i] && fabs(w[i] - follows) > allowed) return 0;
     }
     return 1;
 }
@@ -312,14 +315,35 @@ static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const s
                ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
                : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);
 }
-/* Returns 1 if the motion may be within a relative distance `near` of the slow manifold. */
-static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
+/* Returns 1 if the motion may be within a relative distance `near` of the slow manifold, or, if the
+ * transient has decayed, if it is roughly on the slow manifold. */
+static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, int is_settled)
 {
     /* is_near computes with doubles, and subtracts velocities if the support turns. */
     const double most = v_largest(v_of(p->series->end_w + 1)),
                  rounding = slow->turns || slow->held ? ROUNDING * most : 0.0,
                  noise = fmax(near * least_size(p->series, slow), rounding);
-    return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
+    return is_near(p->series, slow, fmax(noise, TINY_VELOCITY), is_settled ? 0.25 : 0.0);
+}
+/* Returns the largest distance from the slow manifold that is compatible with a motion on it,
+ * relative to the angular velocity: `near`, or 1 if damping about the given set of axes has been
+ * strong for so long that the transient has decayed. Every remaining distance is then a rounding
+ * error. These errors are large relative to the angular velocity if the top is almost at rest. If
+ * the transient is shorter than the resolution of time, the distance has no bound. */
+static double largest_distance(kr_taylor *p, const slow_axes *slow, double clock, double near)
+{
+    double axes = 0.0, weakest = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        if (!slow->is_slow[i]) continue;
+        const double drag = KR_HAS_SUPPORTS && slow->held ? held_drag(p->series, slow, i)
+                                                          : fabs(p->series->drag[i + 1]);
+        axes += 1 << i;
+        weakest = fmin(weakest, drag * p->rate);
+    }
+    if (p->settling != axes) p->settled = clock + SETTLED / weakest;
+    p->settling = axes;
+    if (clock + 0.5 / weakest == clock) return UNRESOLVED;
+    return clock >= p->settled ? 1.0 : near;
 }
 /* Computes a step on the slow manifold that results from strong damping about a given set of axes.
  * `strong` is the largest set of strongly damped axes if a step with this set has failed, and NULL
@@ -328,18 +352,19 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
                             const slow_axes *slow, const slow_axes *strong)
 {
     const double before = p->rate, near = exp2(p->log2_tol + 6.0), clock = p->series->end / p->rate;
+    const double off = strong ? near : largest_distance(p, slow, clock, near);
     double wait = 0.0;
     int exponent;
     if (!strong && clock < p->try_slow) return 0;
-    if (!may_be_near(p, slow, near)) return 0;
+    if (off < UNRESOLVED && !may_be_near(p, slow, near, off >= 1.0)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent));
     const int order = kernel->order,
               is_found = KR_HAS_SUPPORTS && slow->held
-                             ? expand_held(p, motion, order, slow, near, &wait)
+                             ? expand_held(p, motion, order, slow, off, &wait)
                          : kr_taylor_is_deep(motion)
-                             ? deep_expand(p->series, slow, order, near, 0x1p-96, &wait)
-                             : plain_expand(p->series, slow, order, near, 0x1p-48, &wait);
+                             ? deep_expand(p->series, slow, order, off, 0x1p-96, &wait)
+                             : plain_expand(p->series, slow, order, off, 0x1p-48, &wait);
     if (is_found) {
         end_step(p, motion, kernel, slow, strong ? relative_tolerance(p, strong) : p->log2_tol);
         return 1;
@@ -416,7 +441,10 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     held_directions held;
     int axes[3], count = 0;
     *log2_tol = p->log2_tol;
-    if (!may_be_slow(motion)) return 0;
+    if (!may_be_slow(motion)) {
+        p->settling = 0.0;
+        return 0;
+    }
     const double undamped = undamped_rate(motion, velocity), pull = largest_torque(motion);
     if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_set_mode(motion);
     const int is_damped = begin_slow_axes(motion, undamped, &held, &slow[3]);
@@ -431,6 +459,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
         if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
         if (!strong) strong = &slow[i];
     }
+    if (!strong) p->settling = 0.0;
     reset_rate(p, motion);
     if (is_damped) *log2_tol = tolerance_of_transient(p, undamped);
     if (strong) *log2_tol = fmin(*log2_tol, relative_tolerance(p, strong));

@@ -43,6 +43,11 @@ enum {
 /* If the motion has not reached the slow manifold, the test is repeated after PATIENCE times the
  * estimated time to reach it. */
 #define PATIENCE 0.5
+/* A transient has decayed after SETTLED times the damping time, because exp(-SETTLED) is below the
+ * rounding errors of a double-double. */
+#define SETTLED 128.0
+/* A distance from the slow manifold that no motion exceeds, relative to the angular velocity. */
+#define UNRESOLVED 0x1p500
 #define LOG_OF_2 0.6931471805599453
 
 /* Data of the strongly damped axes, in the units of the motion. `rate` is the largest rate of the

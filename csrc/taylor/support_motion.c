@@ -391,7 +391,7 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
 {
     kr_series *s = p->series;
     const double before = p->sliding, slope = before != 0.0 ? slope_at_end(s, order).hi : 0.0;
-    p->try_slow = 0.0;
+    p->try_slow = p->settling = 0.0;
     remove_spin(s);
     if (before == 0.0) {
         p->sliding = -value;

@@ -221,6 +221,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = p->first_rate = rate_for(motion, vdd_high(W), 0);
     p->try_slow = motion->clock;
+    p->settling = 0.0;
     if (!motion->skip_heading) {
         memcpy(high->x[0], &q_high, sizeof q_high);
         memcpy(low->x[0], &q_low, sizeof q_low);

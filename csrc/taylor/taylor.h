@@ -82,6 +82,10 @@ typedef struct kr_taylor {
     double sliding, before_hold;
     double held_rate; /* `rate` while large friction, which then does not count, holds the top */
     double try_slow;  /* clock before which the motion cannot reach the slow manifold (slow.h) */
+    /* The largest set of strongly damped axes, as bits, and the clock at which the transient about
+     * these axes has decayed (slow.c). */
+    double settling, settled;
+    double unused[6]; /* the next struct is aligned to 64 bytes, too */
 } kr_taylor;
 
 /* Functions that compute steps of one Taylor order with one instruction set. */

@@ -139,3 +139,64 @@ def test_damping_adds_energy_backward_in_time():
     path = kr.solve(top, [-0.01], digits=20)
     q, _ = Series(top).to(-0.01)
     assert attitude_error(q, path.q[0], path.q_low[0]) < 1e-18
+
+
+LAGRANGE = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
+SPHERICAL = kr.Body(1, (1, 1, 1), (0, 0, 0.3))
+ASIDE = kr.Body(1, (1, 1.2, 0.7), (0.1, 0, 0.3), unphysical=True)
+ROTOR = kr.Body(1, (1, 1.2, 0.7), (0.1, 0, 0.3), unphysical=True, rotor=(0.1, 0.2, 0.5))
+TURNED = kr.Body(1, ((1.1, 0.1, 0), (0.1, 1.1, 0), (0, 0, 0.7)), (0.1, 0.1, 0.3), unphysical=True)
+PERMUTED = kr.Body(1, (0.5, 1, 1), (1, 0, 0), unphysical=True)
+RESTS = {
+    "symmetric": (LAGRANGE, 1e3, {}),
+    "faster": (LAGRANGE, 1e9, {}),
+    "spherical": (SPHERICAL, 1e9, {}),
+    "general": (ASIDE, 1e3, {}),
+    "turned": (TURNED, 1e4, {}),
+    "permuted": (PERMUTED, 1e4, {}),
+    "unequal": (ASIDE, (1e3, 2e3, 4e4), {}),
+    "rotor": (ROTOR, 1e3, {}),
+    "upward": (LAGRANGE, 1e9, {"gravity": -1.0}),
+    "friction": (LAGRANGE, 1e9, {"friction": 0.01}),
+    "held": (LAGRANGE, 1e3, {"friction": 1.0}),
+    "turning": (SPHERICAL, 1e6, {"turning": (0, 0, 1e-7)}),
+    "shaking": (ASIDE, 1e6, {"shaking": (1e5, 1e-6, 0.2)}),
+}
+
+
+@pytest.mark.parametrize("digits", [None, 20, 30])
+@pytest.mark.parametrize("name", RESTS)
+def test_a_top_comes_to_rest(name, digits):
+    body, damping, words = RESTS[name]
+    attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
+    top = kr.Scene(body, momentum=(0.1, 0.2, 0.3), attitude=attitude, damping=damping, **words)
+    t = 300 * np.max(damping)
+    path = kr.solve(top, [0.01 * t, 0.5 * t, t], digits=digits, max_steps=1500)
+    com = np.array(body.com) / np.linalg.norm(body.com)
+    up = [kr.quaternion.turn_back(q, (0, 0, 1)) for q in path.q[1:]]
+    assert np.abs(np.array(up) + math.copysign(1.0, top.gravity) * com).max() < 1e-15
+    again = top.replace(attitude=path.q[1], momentum=path.m[1])
+    assert kr.attitude_error(kr.solve(again, [t], max_steps=1500).q[0], path.q[1]) < 1e-8
+
+
+@pytest.mark.parametrize("damping", [1e6, 1e9])
+@pytest.mark.parametrize("digits", [None, 20, 30])
+def test_the_last_approach_to_rest(damping, digits):
+    attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
+    top = kr.Scene(LAGRANGE, momentum=(0, 0, 0), attitude=attitude, damping=damping)
+    times = np.array([5.0, 10.0, 20.0, 30.0, 100.0]) * damping
+    path = kr.solve(top, times, digits=digits, max_steps=200)
+    tilts = 2 * np.arctan(np.exp(-(times - 1 / damping) / damping) / math.tan(0.25))
+    assert np.abs(path.q[:, 0] - np.sin(tilts / 2)).max() < 1e-13
+    assert np.abs(path.m[:, 0] * damping - np.sin(tilts)).max() < 2e-13
+    others = kr.solve(kr.Ensemble.of([top, top]), times, digits=digits, max_steps=200)
+    assert np.array_equal(others[1].states, path.states)
+
+
+def test_a_nearly_upright_top_with_spin_falls_at_the_right_time():
+    body = kr.Body(1, (1, 1.2, 0.7), (0, 0, 1), unphysical=True)
+    top = kr.Scene(body, momentum=(1e-25, 1e-28, 1e-3), damping=1e3)
+    times = [6e4, 6.2e4, 1e5, 1e6]
+    path, truth = (kr.solve(top, times, digits=n, max_steps=400) for n in (None, 30))
+    assert 0.01 < path.nutation[0] < path.nutation[1] < 1.0
+    assert kr.attitude_error(path.q, truth.q).max() < 1e-12

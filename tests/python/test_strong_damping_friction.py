@@ -167,3 +167,15 @@ def test_the_error_of_the_path_is_told():
     scene = make_scene(damping=1e4, friction=0.1, turning=TURNING)
     path, deep = (kr.solve(scene, [1.0], "taylor", digits=digits) for digits in (16, 30))
     assert kr.attitude_error(path.q[0], deep.q[0]) <= 4 * path.error < 1e-14
+
+
+@pytest.mark.parametrize("digits", [20, 30])
+def test_slips_at_times_that_do_not_resolve_the_transient(digits):
+    """The transient after a slip is shorter than the distance between doubles near its time."""
+    scene = SLIPS.replace(damping=(1e10, 2e9, 3e10), shaking=(4e18, 1e-9, 0.2))
+    scene, times = scene.replace(body_velocity=(0, 0, 0)), [1e9, 4e9, 2e10, 6e10]
+    path = kr.solve(scene, times, digits=digits, max_steps=600, events=[kr.events.stopped()])
+    assert len(path.events) > 4
+    plain = kr.solve(scene, times, max_steps=300)
+    assert kr.attitude_error(path.q, plain.q).max() < 1e-12
+    assert np.abs(path.m - plain.m).max() < 1e-12 * np.abs(plain.m).max()
