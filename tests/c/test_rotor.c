@@ -94,8 +94,8 @@ static void test_rotor_across_the_axis(void)
         NEAR(log2(error[0] / error[1]), i == 0 ? 2.0 : 4.0, 0.1);
     }
 }
-/* The closed form of a free body that only its rotor turns has attitudes of unit length, however
- * small its momentum is. */
+/* The closed form of a free body that only its rotor turns has attitudes of unit length, and its
+ * turning points lie within a half circle, however small its momentum is. */
 static void test_closed_form_of_a_tiny_momentum(void)
 {
     kr_scene s = {.body = {1.0, {2, 2, 0.5}, {0, 0, 0}, {1, 0, 0, 0}, 0, {0, 0, 1.5}},
@@ -106,6 +106,9 @@ static void test_closed_form_of_a_tiny_momentum(void)
         IS(kr_exact_plan(&s, &plan) == KR_OK);
         const kr_state end = kr_exact_state(&plan, 3.0),
                        truth = state_at(3.0, &s, &kr_method_taylor, (kr_config){0});
+        kr_turning turning;
+        IS(kr_exact_turning(&s, &turning) == KR_OK && turning.least <= turning.greatest);
+        IS(turning.least > 0.0 && turning.greatest < 3.1416);
         NEAR(q_dot(end.q, end.q), 1.0, 1e-14);
         NEAR(kr_attitude_error(end.q, truth.q), 0.0, 1e-13);
     }
