@@ -70,6 +70,9 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     if (!turns_about_apex(&scene->body, kind) || kr_scene_is_disturbed(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
+    /* Beside a rotor, powers of a much smaller momentum would underflow. Such a momentum moves the
+     * apex at no time that doubles resolve. */
+    if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
     kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);

@@ -72,9 +72,11 @@ static body_axes body_axes_of(const double inertia[3], const dd m[3])
     r.turn = frame_of(high, middle, reverse);
     return r;
 }
-/* Returns a rotation that maps the direction of m to e3. */
+/* Returns a rotation that maps the direction of m to e3. A tiny m is scaled up first, because its
+ * squares would underflow. It is tiny if the momentum of a rotor is much larger. */
 static kr_quat rotation_to_e3(kr_vec3 m)
 {
+    if (v_largest(m) < 0x1p-400) m = v_scale(0x1p500, m);
     const double h = v_length(m) + fabs(m.z);
     if (m.z >= 0.0) return q_unit(q4(h, v3(m.y, -m.x, 0.0)));
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));

@@ -60,7 +60,7 @@ INLINE void store_state_lanes(const state_lanes *s, size_t n, kr_state out[])
     double rows[8][LANES];
     memcpy(rows, s, sizeof rows);
     for (size_t i = 0; i < LANES && i < n; i++) {
-        const double none = isfinite(rows[0][i]) ? 0.0 : NAN;
+        const double none = isfinite(rows[0][i]) ? -0.0 : NAN; /* -0: x + -0 is x, also for -0 */
         out[i].t = rows[0][i];
         out[i].q =
             q4(rows[1][i] + none, v3(rows[2][i] + none, rows[3][i] + none, rows[4][i] + none));

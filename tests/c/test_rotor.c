@@ -94,6 +94,25 @@ static void test_rotor_across_the_axis(void)
         NEAR(log2(error[0] / error[1]), i == 0 ? 2.0 : 4.0, 0.1);
     }
 }
+/* The closed form of a free body that only its rotor turns has attitudes of unit length, and its
+ * turning points lie within a half circle, however small its momentum is. */
+static void test_closed_form_of_a_tiny_momentum(void)
+{
+    kr_scene s = {.body = {1.0, {2, 2, 0.5}, {0, 0, 0}, {1, 0, 0, 0}, 0, {0, 0, 1.5}},
+                  .start.q = q_unit(q4(0.7, v3(-0.1, -0.6, 0.2)))};
+    for (int power = 0; power <= 1060; power += 20) {
+        s.start.m = v_scale(ldexp(1.0, -power), v3(-0.3, 0.8, -0.6));
+        kr_exact plan;
+        IS(kr_exact_plan(&s, &plan) == KR_OK);
+        const kr_state end = kr_exact_state(&plan, 3.0),
+                       truth = state_at(3.0, &s, &kr_method_taylor, (kr_config){0});
+        kr_turning turning;
+        IS(kr_exact_turning(&s, &turning) == KR_OK && turning.least <= turning.greatest);
+        IS(turning.least > 0.0 && turning.greatest < 3.1416);
+        NEAR(q_dot(end.q, end.q), 1.0, 1e-14);
+        NEAR(kr_attitude_error(end.q, truth.q), 0.0, 1e-13);
+    }
+}
 /* A free body whose moments differ by a few rounding errors rotates like a sphere. */
 static void test_nearly_a_sphere(void)
 {
@@ -117,6 +136,7 @@ static void test_nearly_a_sphere(void)
 int main(void)
 {
     test_rotor_across_the_axis();
+    test_closed_form_of_a_tiny_momentum();
     test_nearly_a_sphere();
     test_kinds();
     test_refusals();

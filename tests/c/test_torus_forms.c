@@ -238,6 +238,25 @@ static void batches_and_instruction_sets_agree(const form_case *c)
             if (isa->runs_here()) check_instruction_set(c, isa, &s, plan);
     }
 }
+/* Many states at once have the sign of a zero that a state alone has. */
+static void zeros_keep_their_sign(void)
+{
+    int zeros = 0;
+    for (int i = 0; i < 64; i++) {
+        const kr_quat half_turn = {0.0, 0.0, 1.0, 0x1p-36};
+        const kr_vec3 m = {1.0 + 0.01 * i, -2.0, 0.0};
+        const kr_scene s = scene_of(v3(1.0, 1.0, 0.25), v3(0.5, 0.0, 0.0), 1.0, half_turn, m);
+        const kr_goryachev_chaplygin *plan = NULL;
+        const double t = 0.0;
+        kr_state many;
+        if (kr_goryachev_chaplygin_plan(&s, 0.0, memory, &plan) != KR_OK) continue;
+        kr_goryachev_chaplygin_states(plan, 1, &t, &many);
+        const kr_state one = kr_goryachev_chaplygin_state(plan, t);
+        IS(memcmp(&one, &many, sizeof one) == 0);
+        zeros += one.q.x == 0.0 && signbit(one.q.x);
+    }
+    IS(zeros > 0);
+}
 /* A copy of the used part of a plan is a plan. */
 static void a_copy_of_the_used_part_is_a_plan(const form_case *c)
 {
@@ -523,5 +542,8 @@ int main(void)
 {
     const form_case cases[] = {kowalewski_case(), chaplygin_case()};
     for (int i = 0; i < 2; i++) check_form(&cases[i]);
+    memory = malloc(kr_goryachev_chaplygin_size());
+    zeros_keep_their_sign();
+    free(memory);
     return check_result();
 }

@@ -13,6 +13,7 @@ static kr_scene renamed(const kr_scene *scene)
     kr_scene other = *scene;
     other.body.inertia = next_axes(scene->body.inertia);
     other.body.com = next_axes(scene->body.com);
+    other.body.rotor = next_axes(scene->body.rotor);
     other.body.axes = q_mul(scene->body.axes, q4(0.5, v3(0.5, 0.5, 0.5)));
     other.damping = next_axes(scene->damping);
     return other;
@@ -25,8 +26,8 @@ static double fastest(const kr_scene *scene)
                  shaken = scene->shaking.rate * scene->shaking.rate * scene->shaking.amplitude,
                  pull = (fabs(scene->gravity) + fabs(shaken)) * scene->body.mass *
                         v_length(scene->body.com);
-    return v_length(scene->start.m) / least + v_length(scene->turning) + scene->shaking.rate +
-           sqrt((pull + scene->friction) / least);
+    return (v_length(scene->start.m) + v_length(scene->body.rotor)) / least +
+           v_length(scene->turning) + scene->shaking.rate + sqrt((pull + scene->friction) / least);
 }
 static kr_status move(const kr_scene *scene, double t, int digits, kr_state *end)
 {

@@ -67,8 +67,10 @@ static int is_alike(const place *p)
     return p->method == saved.method &&
            same_bits(&p->scene.body, &saved.scene.body, sizeof(kr_body)) &&
            same_bits(&p->scene.damping, &saved.scene.damping, sizeof(kr_vec3)) &&
-           p->scene.gravity == saved.scene.gravity && one->step == other->step &&
-           one->tol == other->tol && one->digits == other->digits &&
+           same_bits(&p->scene.turning, &saved.scene.turning, sizeof(kr_vec3)) &&
+           same_bits(&p->scene.shaking, &saved.scene.shaking, sizeof(kr_shaking)) &&
+           p->scene.friction == saved.scene.friction && p->scene.gravity == saved.scene.gravity &&
+           one->step == other->step && one->tol == other->tol && one->digits == other->digits &&
            one->skip_heading == other->skip_heading && one->tangents == other->tangents &&
            are_searches_alike(&p->search[p->watched], &saved.search);
 }
@@ -202,10 +204,11 @@ void call_repeat(place *p)
         CLAIM(same_bits(&first, &second, sizeof first));
     }
     const int polls = p->polls;
-    p->patience += 1000;
+    const int more = stopped ? 0 : 1000; /* a run that ended needs few polls to end again */
+    p->patience += more;
     CLAIM(kr_top_load(p->top, size, image) == KR_OK);
     const kr_status once_more = go(p->top, t, &third);
-    p->patience -= 1000;
+    p->patience -= more;
     if (!stopped) {
         CLAIM(once_more == status);
         CLAIM(same_bits(&first, &third, sizeof first));

@@ -42,6 +42,7 @@ void tell_scene(const kr_scene *scene)
     print_detail("body %a, {%a, %a, %a}, {%a, %a, %a}, {%a, %a, %a, %a}", b->mass, b->inertia.x,
                  b->inertia.y, b->inertia.z, b->com.x, b->com.y, b->com.z, b->axes.w, b->axes.x,
                  b->axes.y, b->axes.z);
+    print_detail("rotor %a, %a, %a", b->rotor.x, b->rotor.y, b->rotor.z);
     print_detail("damping %a, %a, %a", scene->damping.x, scene->damping.y, scene->damping.z);
     print_detail("turning %a, %a, %a, shaking %a, %a, %a, friction %a", scene->turning.x,
                  scene->turning.y, scene->turning.z, scene->shaking.amplitude, scene->shaking.rate,

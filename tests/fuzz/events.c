@@ -92,7 +92,7 @@ static int seek(place *p, double t)
         CLAIM(is_marked(&hit, sizeof hit));
     /* If doubles resolve the times inside a step, a search fails only if a run fails as well. */
     const int apart = fabs(p->was.t) < 0x1p-8 * kr_scene_horizon(&p->scene);
-    if (status == KR_ERR_STEP && p->search[p->watched].count > 0 && !p->forged && apart)
+    if (status == KR_ERR_STEP && p->search[p->watched].count > 0 && apart)
         CLAIM(kr_top_advance(make_alike(p, p->config.tangents), t) != KR_OK);
     end_call(p, status);
     return status == KR_OK && hit.index >= 0;

@@ -62,7 +62,10 @@ static void one_of_all(void)
         call_simulation();
         break;
     case 8:
-        call_axes();
+        if (odds(60))
+            call_axes();
+        else
+            call_torus_forms();
         break;
     case 7:
         if (odds(98))

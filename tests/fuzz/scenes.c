@@ -37,6 +37,27 @@ static void move_a_little(kr_body *body)
     if (choose(2)) body->inertia.x *= 1.0 + by;
     if (choose(2)) body->com.x += by;
 }
+/* Gives a body a rotor: along its first or last axis or to its centre of mass, or in any direction,
+ * and with a momentum of any size. */
+static void add_rotor(kr_body *body)
+{
+    const double size = v_largest(body->inertia) * (odds(80) ? 1.0 : spread(1e-9, 1e3));
+    const kr_vec3 any = v_scale(size, vector_between(-1, 1));
+    switch (choose(5)) {
+    case 0:
+        body->rotor = v3(0, 0, any.z);
+        break;
+    case 1:
+        body->rotor = v3(any.x, 0, 0);
+        break;
+    case 2:
+        body->rotor = v_scale(either_sign(size), body->com);
+        break;
+    default:
+        kr_body_set_rotor(body, any);
+        break;
+    }
+}
 static kr_body any_body(void)
 {
     kr_body body = odds(50) ? known_kind() : any_three_moments();
@@ -45,6 +66,7 @@ static kr_body any_body(void)
         body.rounded = spread(1e-6, 0.5);
         if (odds(50)) body.inertia.x = (body.inertia.y + body.inertia.z) * (1.0 + body.rounded);
     }
+    if (odds(25)) add_rotor(&body);
     return body;
 }
 
@@ -99,6 +121,7 @@ static void change_units(kr_scene *scene)
     scene->body.mass *= mass;
     scene->body.inertia = v_scale(moment, scene->body.inertia);
     scene->body.com = v_scale(length, scene->body.com);
+    scene->body.rotor = v_scale(moment / time, scene->body.rotor);
     scene->gravity *= length / time / time;
     scene->start.m = v_scale(moment / time, scene->start.m);
     scene->damping = v_scale(moment / time, scene->damping);
@@ -112,11 +135,13 @@ static void change_units(kr_scene *scene)
 static void spoil(kr_scene *scene)
 {
     double *const place[] = {
-        &scene->body.mass,    &scene->body.inertia.x, &scene->body.inertia.z,   &scene->body.com.x,
-        &scene->body.com.z,   &scene->body.axes.w,    &scene->gravity,          &scene->start.t,
-        &scene->start.q.w,    &scene->start.q.z,      &scene->start.m.x,        &scene->start.m.z,
-        &scene->damping.x,    &scene->damping.z,      &scene->turning.x,        &scene->friction,
-        &scene->shaking.rate, &scene->shaking.phase,  &scene->shaking.amplitude};
+        &scene->body.mass,         &scene->body.inertia.x, &scene->body.inertia.z,
+        &scene->body.com.x,        &scene->body.com.z,     &scene->body.axes.w,
+        &scene->gravity,           &scene->start.t,        &scene->start.q.w,
+        &scene->start.q.z,         &scene->start.m.x,      &scene->start.m.z,
+        &scene->damping.x,         &scene->damping.z,      &scene->turning.x,
+        &scene->friction,          &scene->shaking.rate,   &scene->shaking.phase,
+        &scene->shaking.amplitude, &scene->body.rotor.x,   &scene->body.rotor.z};
     *place[choose(sizeof place / sizeof *place)] = any_double();
 }
 kr_scene any_scene(void)
@@ -138,7 +163,7 @@ double time_scale(const kr_scene *scene)
     const kr_body *body = &scene->body;
     const kr_vec3 A = body->inertia, D = scene->damping;
     const double moment = v_largest(A), drag = fmax(D.x / A.x, fmax(D.y / A.y, D.z / A.z)),
-                 turning = v_length(scene->start.m) / moment +
+                 turning = (v_length(scene->start.m) + v_length(body->rotor)) / moment +
                            sqrt(fabs(scene->gravity) * body->mass / moment * v_length(body->com)),
                  moved = v_length(scene->turning) + scene->shaking.rate,
                  rate = turning + (isfinite(drag) ? drag : 0.0) + (isfinite(moved) ? moved : 0.0);

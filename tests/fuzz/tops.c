@@ -59,12 +59,9 @@ static void claim_failure(place *p, kr_status status)
 {
     static unsigned char image[MOST_IMAGE];
     const kr_state state = kr_top_state(p->top);
-    if (status == KR_ERR_STEP_SIZE) CLAIM(same_bits(&state, &p->was, sizeof state));
     if (error_category(status) == INPUT) {
-        const int is_same = !p->imaged || same_bits(image, p->was_image, save_image(p->top, image));
         CLAIM(same_bits(&state, &p->was, sizeof state));
-        if (status == KR_ERR_RESOLUTION || status == KR_ERR_STEP_SIZE) CLAIM(is_same);
-        CLAIM(is_same);
+        if (p->imaged) CLAIM(same_bits(image, p->was_image, save_image(p->top, image)));
     }
     if (state.t == p->was.t)
         CLAIM(same_bits(&state, &p->was, sizeof state));

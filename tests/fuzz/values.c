@@ -1,6 +1,7 @@
 /* Calls without a top: constructors of bodies, tables, functions of a state. */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 #include "calls.h"
 #include "random_values.h"
 #include "claims.h"
@@ -52,8 +53,12 @@ void call_bodies(void)
     CLAIM(status != KR_OK || kr_body_check(&body) == KR_OK);
     CLAIM(status == KR_OK || is_marked(&body, sizeof body));
     if (status == KR_OK) CLAIM(kr_body_is_physical(&body) == 0 || kr_body_is_physical(&body) == 1);
-    if (status == KR_OK)
-        CLAIM(kr_kind_name(kr_body_kind(&body, maybe_arbitrary(1e-12, 5))) != NULL);
+    if (status != KR_OK) return;
+    CLAIM(kr_kind_name(kr_body_kind(&body, maybe_arbitrary(1e-12, 5))) != NULL);
+    const kr_vec3 rotor = vector_between(-2.0, 2.0);
+    kr_body_set_rotor(&body, rotor);
+    CLAIM(kr_body_check(&body) == KR_OK);
+    CLAIM(v_largest(v_sub(q_turn(body.axes, body.rotor), rotor)) <= 1e-14);
 }
 
 static void check_quantity(const kr_quantity *quantity)
@@ -95,6 +100,10 @@ void call_names(void)
     CLAIM(!kr_flag_name(flag) == !kr_flag_text(flag));
     if (kr_flag_name(flag)) CLAIM(kr_flag_find(kr_flag_name(flag)) == flag);
     CLAIM(kr_component_find("1") == KR_COMPONENT_ONE);
+    const kr_config none = kr_config_default();
+    CLAIM(none.step == 0.0 && none.tol == 0.0 && none.max_steps == 0 && !none.poll);
+    CLAIM(strcmp(kr_version(), KR_VERSION) == 0);
+    CLAIM(kr_reduce_name((kr_reduce)choose(KR_REDUCE_COUNT)) && !kr_reduce_name(KR_REDUCE_COUNT));
     CLAIM(!kr_quantity_at(kr_quantity_count()) && !kr_method_at(kr_method_count()));
     check_quantity(kr_quantity_at((size_t)choose(kr_quantity_count())));
     check_method(kr_method_at((size_t)choose(kr_method_count())));
@@ -112,6 +121,28 @@ static void value_of(const kr_quantity *quantity, const kr_scene *scene, const k
     kr_quantity_values(quantity, scene, 1, &two[1], one);
     CLAIM(is_marked(out + 2 * doubles, (20 - 2 * doubles) * sizeof *out));
     CLAIM(same_bits(one, out + doubles, doubles * sizeof *out));
+}
+/* Claims that the derivatives of a quantity by the start fill exactly their place, and are linear:
+ * tangents twice as large give derivatives twice as large. */
+static void derivatives_of(const kr_quantity *quantity, const kr_scene *scene, const kr_state *s)
+{
+    enum { MOST = 9 * KR_TANGENT_COLUMNS_MAX, NUMBERS = 6 * KR_TANGENT_COLUMNS_MAX };
+    const uint64_t by = odds(50) ? KR_TANGENT_START : choose(2 * KR_TANGENT_FRICTION);
+    const size_t columns = kr_tangent_columns(by), doubles = kr_quantity_doubles(quantity),
+                 n = columns * (doubles == 4 ? 3 : doubles);
+    const kr_state two[2] = {*s, scene->start};
+    double tangents[2 * NUMBERS], out[2 * MOST + 1], more[MOST];
+    for (size_t i = 0; i < 12 * columns; i++) tangents[i] = between(-1.0, 1.0);
+    fill_with_mark(out, sizeof out);
+    print_call("derivatives of %s by %llu", kr_quantity_name(quantity), (unsigned long long)by);
+    kr_quantity_tangents(quantity, scene, 2, two, by, tangents, out);
+    CLAIM(is_marked(out + 2 * n, (2 * MOST + 1 - 2 * n) * sizeof *out));
+    for (size_t i = 0; i < 12 * columns; i++) tangents[i] *= 2.0;
+    kr_quantity_tangents(quantity, scene, 1, &two[1], by, tangents + 6 * columns, more);
+    for (size_t i = 0; by == KR_TANGENT_START && i < n; i++) {
+        const double twice = 2.0 * out[n + i], size = fabs(twice);
+        if (size > 1e-290 && size < 1e290) CLAIM(more[i] == twice);
+    }
 }
 /* Tolerance for the unit length of two attitudes, whose squares enter the rotation of a vector. */
 static const double slack = 3.0 * KR_INPUT_RTOL;
@@ -138,11 +169,13 @@ void call_values(void)
     body_alone.start = s;
     const int sound = kr_scene_check(&scene) == KR_OK && kr_scene_check(&body_alone) == KR_OK;
     value_of(kr_quantity_at((size_t)choose(kr_quantity_count())), &scene, &s);
+    derivatives_of(kr_quantity_at((size_t)choose(kr_quantity_count())), &scene, &s);
     if (sound) check_values(&scene, &s);
     if (odds(20)) s.q = q4(any_double(), spoiled_vector(-1.0, 1.0));
     (void)kr_state_velocity(&scene, &s);
     (void)kr_state_torque(&scene, &s);
-    (void)kr_state_energy(&scene, &s);
+    const double energy = kr_state_kinetic(&scene, &s) + kr_state_potential(&scene, &s);
+    CLAIM(kr_state_energy(&scene, &s) == energy || isnan(energy));
     (void)kr_state_vertical_momentum(&scene, &s);
     (void)kr_state_axial_momentum(&scene, &s);
     (void)kr_state_kowalewski(&scene, &s);

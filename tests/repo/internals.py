@@ -1,6 +1,6 @@
-"""The private names of the package that several test modules use. Other test modules import further
+"""The private names of the package that several test modules use.
 
-private names directly.
+Test modules import further private names directly.
 """
 
 import numpy as np

@@ -205,8 +205,17 @@ def twist(candidate, problem, scene, times, setting):
     return np.array([*q[:1], *(kr.quaternion.multiply(p, jump) for p in q[1:])]), m, *counts
 
 
+def turn_heading(candidate, problem, scene, times, setting):
+    """Rotate body and momentum by 0.2 rad about the vertical, which changes no integral."""
+    q, m, *counts = candidate.run(problem, scene, times, setting)
+    jump = (np.cos(0.1), 0.0, 0.0, np.sin(0.1))
+    q = np.array([*q[:1], *(kr.quaternion.multiply(jump, p) for p in q[1:])])
+    m = np.array([*m[:1], *(kr.quaternion.turn(jump, p) for p in m[1:])])
+    return q, m, *counts
+
+
 @pytest.mark.parametrize("name", FAULTY)
-@pytest.mark.parametrize("fault", [increase_gravity, shorten_times, mirror, twist])
+@pytest.mark.parametrize("fault", [increase_gravity, shorten_times, mirror, twist, turn_heading])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     """Check that large artificial errors are never mistaken for correct results."""
     sound = examine_case(name)

@@ -33,7 +33,7 @@ TOPS = {
 
 
 @pytest.mark.parametrize("name", TOPS)
-def test_tangents_agree_with_differences_of_the_closed_form(name):
+def test_tangents_agree_with_the_taylor_series(name):
     t = [0.0, 3.0, 60.0]
     tangents = floquet_tangents(TOPS[name], [60.0, 0.0, -20.0, 3.0])
     series = kr.solve(TOPS[name], t, digits=20, tangents="start").tangents

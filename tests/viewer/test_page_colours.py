@@ -76,11 +76,11 @@ TEXTS = [
 
 @pytest.mark.parametrize("name, text", TEXTS)
 def test_texts_identify_tops_not_only_by_colour(name, text):
-    """Check that texts do not identify a top by its colour alone."""
-    for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
-        first = text.lower().index(colour)
-        context = text.lower()[max(0, first - 40) : first + 50]
-        assert re.search("left|right|dashed", context), (name, colour)
+    """Check that each colour has the place or the line style of its top nearby in its sentence."""
+    for sentence in re.split(r"(?<=\.)\s", text.lower()):
+        for colour in re.finditer(r"\b(red|yellow|violet|green)\b", sentence):
+            context = sentence[max(0, colour.start() - 40) : colour.start() + 50]
+            assert re.search(r"\b(left|right|dashed)\b", context), (name, colour[0], sentence)
 
 
 @pytest.mark.parametrize("vision", VISION)

@@ -110,6 +110,9 @@ def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
     before = read_scene(page)
     x, y = page.evaluate("kreisel.locate('corner', 2, 5)")
     visibility = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
+    page.mouse.click(x, y)
+    assert page.evaluate(visibility) == [True] * 4
+    assert read_scene(page) == before and read_clock(page) == 3 * TICKS
     page.mouse.dblclick(x, y)
     assert page.evaluate(visibility) == [False, False, True, False]
     page.mouse.dblclick(*BESIDE)

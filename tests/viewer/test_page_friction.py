@@ -144,13 +144,19 @@ def test_other_tops_do_not_meet_the_floor(page, changes):
     assert np.isnan(read_end(page)) and read_states(page)[0][0] == 60
 
 
-def test_a_changed_top_restarts_upright(page):
+def test_a_changed_top_restarts_and_undo_returns_to_the_end(page):
     load(page, GAME)
     advance(page, 90)
+    end, states = read_end(page), read_states(page)
+    message = f"The rim meets the floor at t = {end:.2f} s"
+    assert message in read_message(page)
     page.evaluate("kreisel.page.setValue('tilt', 5)")
     assert np.isnan(read_end(page)) and read_states(page)[0][0] == 0
+    assert read_message(page) == ""
     page.get_by_role("button", name="Undo").click()
-    assert read_message(page) == "" or "meets the floor" in read_message(page)
+    assert read_states(page) == states and read_message(page) == ""
+    advance(page, 90)
+    assert read_end(page) == end and message in read_message(page)
 
 
 def test_start_after_the_end_restarts_the_motion(page):

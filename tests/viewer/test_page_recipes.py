@@ -1,4 +1,7 @@
-"""Tests of the recipes for adding presets and quantities to the viewer."""
+"""Tests that add a preset and a quantity to the viewer, with the changes that are written here.
+
+They show that these changes are sufficient. ARCHITECTURE.md, which has the recipes, is not read.
+"""
 
 import sys
 

@@ -326,6 +326,7 @@ def test_the_list_of_keys_needs_no_scrolling(page):
     page.keyboard.press("?")
     box = page.get_by_role("dialog").bounding_box()
     assert box["height"] > 300 and box["y"] + box["height"] <= WIDE[1]
+    assert page.get_by_role("dialog").evaluate("(box) => box.scrollHeight <= box.clientHeight")
     assert "Principal axes" in page.get_by_role("dialog").inner_text()
     page.keyboard.press("Escape")
     assert not page.get_by_role("dialog").is_visible()

@@ -146,7 +146,7 @@ def test_a_drag_creates_no_new_meshes(page_with_changes, preset, parts):
         page_with_changes.keyboard.press("Escape")
 
 
-def test_a_thousand_drags_leak_no_resources(page_with_changes):
+def test_a_thousand_moves_of_the_pointer_in_drags_leak_no_resources(page_with_changes):
     script = """(() => {
         const {renderer} = kreisel.view, {memory, programs} = renderer.info;
         kreisel.view.isDirty = true;

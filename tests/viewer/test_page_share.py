@@ -58,7 +58,7 @@ DELAY = """{
 }"""
 
 
-def test_thumbnails_are_drawn_while_the_motion_runs(browser):
+def test_drawing_thumbnails_changes_neither_motion_nor_trace(browser):
     page = browser.new_context(offline=True, reduced_motion="reduce").new_page()
     page.add_init_script(DELAY)
     page.goto(PAGE.as_uri())

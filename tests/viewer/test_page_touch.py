@@ -59,7 +59,9 @@ def test_a_touch_on_the_body_orbits_the_camera(browser):
         load(page, preset)
         before = read_scene(page)
         for kind in ("face", "corner", "edge"):
+            position = page.evaluate(EYE)
             swipe(page, kind, (60, 20), number=5)
+            assert page.evaluate(EYE) != pytest.approx(position, abs=0.1), kind
             assert read_scene(page) == before and page.evaluate("kreisel.page.isRunning")
     page.context.close()
 
@@ -213,8 +215,8 @@ def test_targets_are_24_pixels(page):
     small = page.evaluate("""[...document.querySelectorAll(
         'button, summary, select, input:not([type=checkbox]), .check')]
         .filter((each) => each.offsetParent && !each.closest('.uplot, dialog'))
-        .map((each) => [each.textContent.trim(), each.getBoundingClientRect().height])
-        .filter(([, height]) => height < 24)""")
+        .map((each) => [each.textContent.trim(), each.getBoundingClientRect()])
+        .filter(([, box]) => Math.min(box.width, box.height) < 24)""")
     assert small == []
 
 

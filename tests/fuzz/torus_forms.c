@@ -1,0 +1,139 @@
+/* Calls of the closed forms on a torus: of Kowalewski and of Goryachev-Chaplygin tops. */
+#include <math.h>
+#include <string.h>
+#include "calls.h"
+#include "random_values.h"
+#include "claims.h"
+#include "math/su2.h"
+#include "scenes.h"
+#include "call_counts.h"
+
+enum { MOST_MEMORY = 1 << 23, BEYOND = 1000 };
+static double memory[MOST_MEMORY / sizeof(double)], other_memory[MOST_MEMORY / sizeof(double)];
+/* A plan in `memory`, and the numbers at its head. */
+typedef struct plan {
+    kr_scene scene;
+    int is_kowalewski, refusal;
+    double bound, certificate;
+    size_t used;
+} plan;
+
+/* Returns a scene whose top is mostly of the kind that the closed form requires. */
+static kr_scene torus_scene(int is_kowalewski)
+{
+    const double lone = is_kowalewski ? 0.5 : 0.25, turn = odds(50) ? 0.0 : between(-3.2, 3.2);
+    kr_scene scene = any_scene();
+    kr_body *body = &scene.body;
+    const double moment = v_largest(body->inertia), lever = v_largest(body->com);
+    if (odds(10)) return scene;
+    body->inertia = v3(moment, moment, lone * moment);
+    body->com = v3(lever * cos(turn), lever * sin(turn), 0.0);
+    if (odds(95)) body->rotor = scene.damping = scene.turning = v3(0, 0, 0);
+    if (odds(95)) scene.shaking.amplitude = scene.friction = 0.0;
+    if (!is_kowalewski && odds(95)) scene.start.m.z = 0.0;
+    return scene;
+}
+static const char *refusal_text(const plan *p, int refusal)
+{
+    return p->is_kowalewski ? kr_kowalewski_refusal_text(refusal)
+                            : kr_goryachev_chaplygin_refusal_text(refusal);
+}
+static kr_status make_plan(plan *p)
+{
+    const kr_kowalewski *kowalewski = NULL;
+    const kr_goryachev_chaplygin *chaplygin = NULL;
+    const size_t size = p->is_kowalewski ? kr_kowalewski_size() : kr_goryachev_chaplygin_size();
+    CLAIM(size + BEYOND <= sizeof memory);
+    fill_with_mark((char *)memory + size, BEYOND);
+    const kr_status status =
+        p->is_kowalewski ? kr_kowalewski_plan(&p->scene, p->bound, memory, &kowalewski)
+                         : kr_goryachev_chaplygin_plan(&p->scene, p->bound, memory, &chaplygin);
+    CLAIM(is_marked((char *)memory + size, BEYOND));
+    const void *const out = p->is_kowalewski ? (const void *)kowalewski : chaplygin;
+    CLAIM(out == (status == KR_OK ? memory : NULL));
+    kowalewski = (const void *)memory;
+    chaplygin = (const void *)memory;
+    p->refusal = p->is_kowalewski ? kowalewski->refusal : chaplygin->refusal;
+    p->certificate = p->is_kowalewski ? kowalewski->certificate : chaplygin->certificate;
+    p->used = p->is_kowalewski ? kowalewski->used : chaplygin->used;
+    return status;
+}
+static kr_state state_of(const plan *p, const void *top, double t)
+{
+    return p->is_kowalewski ? kr_kowalewski_state(top, t) : kr_goryachev_chaplygin_state(top, t);
+}
+/* Claims that a state has the energy of the start, unless doubles do not resolve the energy. */
+static void claim_energy(const plan *p, kr_state s)
+{
+    const kr_scene *scene = &p->scene;
+    const double energy = kr_state_energy(scene, &scene->start), rest = kr_state_energy(scene, &s),
+                 size = kr_state_kinetic(scene, &scene->start) +
+                        fabs(scene->body.mass * scene->gravity) * v_length(scene->body.com);
+    print_detail("energy %a, then %a", energy, rest);
+    if (size > 1e-290 && size < 1e290) CLAIM(fabs(rest - energy) <= 1e-9 * size);
+}
+/* Claims that every state is valid, and bitwise equal whether it is computed alone, with others, or
+ * from a copy of the plan. */
+static void check_states(const plan *p)
+{
+    enum { MANY = 11 };
+    double t[MANY];
+    kr_state out[MANY];
+    const size_t n = (size_t)choose(MANY + 1);
+    const double pace = time_scale(&p->scene), start = p->scene.start.t;
+    for (size_t i = 0; i < n; i++)
+        t[i] = maybe_arbitrary(start + either_sign(pace * spread(1e-6, 1e6)), 5);
+    fill_with_mark(out, sizeof out);
+    print_call("%zu states of it, at %a ...", n, n ? t[0] : 0.0);
+    if (p->is_kowalewski)
+        kr_kowalewski_states((const void *)memory, n, t, out);
+    else
+        kr_goryachev_chaplygin_states((const void *)memory, n, t, out);
+    CLAIM(is_marked(out + n, (MANY - n) * sizeof *out));
+    memcpy(other_memory, memory, p->used);
+    for (size_t i = 0; i < n; i++) {
+        const kr_state s = state_of(p, memory, t[i]), copied = state_of(p, other_memory, t[i]);
+        print_detail("at %a", t[i]);
+        CLAIM(isnan(t[i]) ? isnan(s.t) : s.t == t[i]);
+        CLAIM(is_good(s) || (isnan(s.q.w) && isnan(s.m.z)));
+        CLAIM(isnan(s.q.w) ? isnan(copied.q.w) && isnan(out[i].q.w)
+                           : same_bits(&s, &copied, sizeof s) && same_bits(&s, &out[i], sizeof s));
+        if (is_good(s)) claim_energy(p, s);
+        if (fabs(t[i]) + fabs(start) < 0x1p40 * pace) CLAIM(is_good(s));
+    }
+}
+/* Claims that two angles on the torus give a state of the same energy. */
+static void check_angles(const plan *p)
+{
+    const double first = maybe_arbitrary(between(-2.0, 2.0), 5),
+                 second = maybe_arbitrary(between(-2.0, 2.0), 5);
+    print_call("its state at the angles %a, %a", first, second);
+    const kr_state s = p->is_kowalewski
+                           ? kr_kowalewski_state_at((const void *)memory, first, second)
+                           : kr_goryachev_chaplygin_state_at((const void *)memory, first, second);
+    CLAIM(s.t == p->scene.start.t);
+    CLAIM(is_good(s) || !isfinite(first) || !isfinite(second));
+    if (is_good(s)) claim_energy(p, s);
+}
+void call_torus_forms(void)
+{
+    plan p = {.is_kowalewski = (int)choose(2),
+              .bound = odds(70) ? 0.0 : maybe_arbitrary(spread(1e-16, 1e-6), 10)};
+    p.scene = torus_scene(p.is_kowalewski);
+    tell_scene(&p.scene);
+    print_call("plan the closed form of a %s top, bound %a",
+               p.is_kowalewski ? "Kowalewski" : "Goryachev-Chaplygin", p.bound);
+    const kr_status status = make_plan(&p);
+    const enum error_kind wrong = error_category(status);
+    CLAIM(wrong == NONE || wrong == INPUT);
+    CLAIM(!refusal_text(&p, -1) && !refusal_text(&p, 99) && refusal_text(&p, 0));
+    if (status == KR_ERR_METHOD) CLAIM(p.refusal > 0 && refusal_text(&p, p.refusal));
+    if (status != KR_OK) return;
+    CLAIM(kr_scene_check(&p.scene) == KR_OK && p.refusal == 0);
+    CLAIM(p.certificate <= (p.bound > 0.0 ? p.bound : KR_KOWALEWSKI_BOUND));
+    const kr_state start = state_of(&p, memory, p.scene.start.t);
+    if (fabs(p.scene.start.t) < 0x1p40 * time_scale(&p.scene))
+        CLAIM(kr_attitude_error(start.q, p.scene.start.q) <= 1e-7);
+    check_states(&p);
+    check_angles(&p);
+}
