@@ -332,11 +332,11 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, i
  * the transient is shorter than the resolution of time, the distance has no bound. */
 static double largest_distance(kr_taylor *p, const slow_axes *slow, double clock, double near)
 {
+    const int is_held = KR_HAS_SUPPORTS && slow->held;
     double axes = 0.0, weakest = INFINITY;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < (is_held ? 2 : 3); i++) {
         if (!slow->is_slow[i]) continue;
-        const double drag = KR_HAS_SUPPORTS && slow->held ? held_drag(p->series, slow, i)
-                                                          : fabs(p->series->drag[i + 1]);
+        const double drag = is_held ? held_drag(p->series, slow, i) : fabs(p->series->drag[i + 1]);
         axes += 1 << i;
         weakest = fmin(weakest, drag * p->rate);
     }
