@@ -1,5 +1,6 @@
 // Starts given by tilt and spin instead of attitude and momentum.
 import { makeBody } from "./core.js";
+import { toQuaternion, toWxyz } from "./scene.js";
 
 const isNumber = (x) => typeof x === "number" && Math.abs(x) <= 1e12;
 const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
@@ -37,7 +38,9 @@ export function computeStart({ body, gravity, rotor, turning = [0, 0, 0] }, star
     level * cos - axial * sin + y * (across * cos * cos + along * sin * sin),
     level * sin + axial * cos - more,
   ];
-  return { attitude: [Math.cos(tilt / 2), Math.sin(tilt / 2), 0, 0], momentum };
+  const inPrincipalAxes = toQuaternion([Math.cos(tilt / 2), Math.sin(tilt / 2), 0, 0]);
+  const attitude = inPrincipalAxes.multiply(toQuaternion(made.axes).conjugate());
+  return { attitude: toWxyz(attitude), momentum };
 }
 // Replace the starts of a scene by attitudes and momenta.
 export function resolveStarts({ start, second, ...scene }) {

@@ -96,6 +96,25 @@ def test_textbook_starts_agree_with_python(page, preset):
     assert np.linalg.norm(own.momentum) == pytest.approx(size, rel=1e-12)
 
 
+def test_starts_in_words_refer_to_the_axis_of_a_body_in_any_axes(page):
+    body = kr.Body.cuboid(half=(0.8, 0.8, 1.0), pivot=(0.0, 0.0, -1.0), mass=2.0)
+    turned = body.turn((0.8, 0.36, -0.48, 0.0))
+    numbers = {
+        "mass": turned.mass,
+        "inertia": np.ravel(turned.inertia).tolist(),
+        "com": list(turned.com),
+    }
+    words = {"tilt": 40, "spin": 12, "precession": 0.5}
+    load(page, "A spinning top", body=numbers, start=words)
+    own = scene_in_python(read_scene(page))
+    expected = kr.Scene.spinning(
+        body, tilt=np.radians(40), spin=12, precession=0.5, gravity=own.gravity
+    )
+    for name in ("least_nutation", "greatest_nutation", "precession"):
+        value = getattr(kr.exact(own), name)
+        assert value == pytest.approx(getattr(kr.exact(expected), name), abs=1e-7)
+
+
 @pytest.mark.parametrize(
     "start",
     [
