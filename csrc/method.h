@@ -98,9 +98,8 @@ typedef enum kr_timing {
 } kr_timing;
 /* On a shaken support, the derivative of the lever is `pull` times the function of time that
  * `timing` selects.
- * `timing` determines the time dependence of the change in torque. `turning` is the derivative of
- * the support's angular velocity, `apex` that of the apex, and `friction` that of the dry
- * friction. */
+ * `timing` determines the time dependence of the change in torque. `turning`, `apex` and `friction`
+ * are the derivatives of the support's angular velocity, of the apex and of the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -112,7 +111,8 @@ typedef struct kr_seed {
 } kr_seed;
 /* The functions with which a method propagates tangents. */
 typedef struct kr_tangent_ops {
-    /* Initializes the tangents of a top. All methods use kr_tangents_start. */
+    /* Initializes the tangent vectors of a top, which are derivatives of its state. All methods use
+     * kr_tangents_start. */
     void (*start)(struct kr_top *top);
     /* Returns the number of doubles that n deviations need; their size is a multiple of 64
      * bytes. */

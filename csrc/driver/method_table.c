@@ -16,7 +16,7 @@ static const kr_method *const method_table[] = {
 #undef X
 #undef OMITTED
 };
-/* The methods omitted from this build, with an unnamed entry at the end. */
+/* The methods omitted from this build. The list ends with an entry that has no name. */
 static const kr_method omitted_methods[] = {
 #define X(id)
 #define OMITTED(id)                                                                                \

@@ -33,7 +33,7 @@ struct kr_worker {
     int is_section;          /* nonzero: compute a section with `event` */
     kr_event event;
     int interrupted;
-    int unpolled; /* number of states stored since the last call of poll */
+    int unpolled;            /* number of states stored since the last call of poll */
     const kr_lanes_isa *isa; /* NULL: the method has no lanes */
     kr_lanes *lanes;
     unsigned busy; /* bit i is set if lane i holds a top */

@@ -1,7 +1,7 @@
 /* Functions that advance a top from event to event. Each step is first computed without regard to
  * events, and then searched for events. Events therefore never affect the computed motion. For each
- * event, the next sign change of its event function in the last step is stored. Once the top has
- * passed a stored sign change, the search resumes from there. */
+ * event, the next sign change of its event function in the last step is stored. Once the time of a
+ * stored sign change has passed, the search resumes from that time. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"

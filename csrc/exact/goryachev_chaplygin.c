@@ -286,10 +286,10 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     return fmax(miss, fabs(grown - sine));
 }
 /* Returns the certificate of a closed-form solution, which is an estimate of its error. The
- * certificate is the maximum of the truncation error, the error of a state near the initial time,
- * and the rounding error of the heading. The rounding error of the heading is inversely
- * proportional to the rate of the slower torus angle. Both torus angles change slowly if the
- * angular momentum is small. */
+ * certificate is the largest of three errors: the truncation error, the error of a state near the
+ * initial time, and the rounding error of the heading. The rounding error of the heading is
+ * inversely proportional to the rate of the slower torus angle. Both torus angles change slowly if
+ * the angular momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)
 {

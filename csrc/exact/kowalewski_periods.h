@@ -190,8 +190,7 @@ static based_periods periods_from(const kowalewski_arc arc[2], const kowalewski_
                              dd_sub(arc[1].q, dd_mul(base, arc[1].p)).hi, rates->det.hi};
     return r;
 }
-/* Normalizes the integrals (x, y) by multiplying them with the inverse of the matrix M of
- * periods. */
+/* Normalizes the integrals (x, y) by multiplying them by the inverse of the period matrix M. */
 static void normalise(const based_periods *m, double x, double y, double v[2])
 {
     v[0] = (m->p2 * y - m->q2 * x) / m->det;

@@ -1,13 +1,13 @@
 /* The splitting of Takahashi and Imada: half a modified kick (modified_kick.h), a free drift, and
  * half a modified kick. The method has order 4 and needs only one kick per step. The free drift
  * must be computed with order 4 or higher. For symmetric bodies, the drift is exact (splitting.h).
- * Otherwise, the drift is Suzuki's composition of the rotations about N and T, and with a rotor
- * also about B, without kicks. The method conserves the vertical momentum, and for Lagrange tops
- * also the axial momentum. The energy error is bounded and O(h^4). The steps are symplectic. The
- * processor, a change of variables that is applied when a state is read, preserves the symplectic
- * form only up to a bounded error of order h^6. Steps in which the top may rotate by more than 2.5
- * rad are refused. Lagrange tops may rotate by larger angles per step, because their drift is
- * exact. */
+ * Otherwise, the drift is Suzuki's composition of the rotations about N and T (and also about B if
+ * there is a rotor). It contains no kicks. The method conserves the vertical momentum, and for
+ * Lagrange tops also the axial momentum. The energy error is bounded and O(h^4). The steps are
+ * symplectic. The processor, a change of variables that is applied when a state is read, preserves
+ * the symplectic form only up to a bounded error of order h^6. Steps in which the top may rotate by
+ * more than 2.5 rad are refused. Lagrange tops may rotate by larger angles per step, because their
+ * drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"

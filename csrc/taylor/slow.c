@@ -32,8 +32,7 @@ static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
 /* Returns the part of the angular acceleration about a strongly damped axis that is due to the
- * rotor. About
- * the other strongly damped axes, the top is assumed to rotate with the support. */
+ * rotor. About the other strongly damped axes, the top is assumed to rotate with the support. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -490,10 +489,10 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     if (!(growth > 0.0 && y > 0.0)) return 0;
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
-/* If damping D is the same about all axes, the angular momentum L grows backward in time at the
- * rate D <W, A W> / L^2. If only the damping torque acts, the growth rate of the angular momentum
- * does not decrease with time. Small additional torques change the growth rate of the angular
- * momentum only slightly. */
+/* If the damping D is the same about all axes, the magnitude L of the angular momentum grows
+ * backward in time at the relative rate D <W, A W> / L^2. If only the damping torque acts, the
+ * growth rate of the angular momentum does not decrease with time. Small additional torques change
+ * the growth rate of the angular momentum only slightly. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;

@@ -260,10 +260,10 @@ def test_attitudes_change_by_twice_the_vector_of_their_quotient():
 def test_starts_and_gravity_are_changed_by_known_amounts(axis):
     one = torus_tangents._change_attitude(KOWALEWSKI, axis, -0.01)
     other = torus_tangents._change_attitude(KOWALEWSKI, axis, 0.02)
-    turn = torus_tangents._subtract_start_attitudes(one, other)
+    turn = torus_tangents._subtract_attitudes_of_scenes(one, other)
     assert np.allclose(turn, 2.0 * np.sin(0.015) * np.eye(3)[axis], atol=1e-15)
     one = torus_tangents._change_momentum(KOWALEWSKI, axis, 0.25)
-    change = torus_tangents._subtract_start_momenta(KOWALEWSKI, one)
+    change = torus_tangents._subtract_momenta_of_scenes(KOWALEWSKI, one)
     assert np.allclose(change, 0.25 * np.eye(3)[axis], atol=1e-15)
     one = torus_tangents._change_gravity(KOWALEWSKI, axis, 0.5)
     assert one.gravity == 1.5

@@ -23,7 +23,7 @@ def guesses(start, record, free=BODY):
 
 
 def measure(scene, names, t=T):
-    """Return a record of exact values of the named quantities or components of the apex."""
+    """Return a record of exact values of the given quantities and components of the apex."""
     path = kr.solve(scene, t)
     apex = dict(zip(("apex_x", "apex_y", "apex_z"), path.apex.T, strict=True))
     return kr.Record(t, {n: apex[n] if n in apex else getattr(path, n) for n in names})

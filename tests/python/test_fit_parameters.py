@@ -143,7 +143,7 @@ def test_the_shaking_rate_stays_positive_and_the_amplitude_keeps_its_sign(start,
 def test_distances_to_bounds_are_means_of_equal_parameters():
     scene = make_scene((1.0, 1.0, 0.6), damping=(0.1, 0.3, 0.3), friction=0.2)
     parameters = make_parameters("velocity moments damping friction", scene)
-    distances = parameters.compute_distances_to_bounds(parameters.start)
+    distances = parameters.compute_distances_to_lower_bounds(parameters.start)
     assert np.isinf(distances[:3]).all()
     assert distances[3:] == pytest.approx([0.3, 0.7, 0.1, 0.3, 0.2])
 

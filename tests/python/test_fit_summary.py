@@ -103,7 +103,7 @@ def test_values_have_two_digits_of_their_error(value, error, text):
     ],
 )
 def test_a_misfit_is_of_the_size_of_the_values(words, has_misfit):
-    assert summary.has_large_misfit(make_fit(**words)) == has_misfit
+    assert summary.has_residuals_as_large_as_data(make_fit(**words)) == has_misfit
     sentences = list_sentences(**words, excess=2.0)
     assert sentences[0].startswith("No motion of this scene fits the records") == has_misfit
     assert not has_misfit or "51 % of the values" in sentences[0]

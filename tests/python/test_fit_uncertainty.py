@@ -155,7 +155,7 @@ class Parabola:
     def __init__(self, curvature, distance=np.inf, most=np.inf):
         self.curvature, self.distance, self.most = curvature, distance, most
 
-    def compute_distances_to_bounds(self, point):
+    def compute_distances_to_lower_bounds(self, point):
         return np.array((self.distance, np.inf))
 
     def add_step_within_bounds(self, point, step):

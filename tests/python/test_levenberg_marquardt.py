@@ -29,7 +29,7 @@ class ScriptModel:
         self.steps.append(float(step[0]))
         return point + 1
 
-    def compute_distances_to_bounds(self, point):
+    def compute_distances_to_lower_bounds(self, point):
         return np.full(1, np.inf)
 
 

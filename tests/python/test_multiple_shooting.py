@@ -127,8 +127,8 @@ def test_segments_of_one_motion_have_its_residuals_and_no_gaps(words):
     for k in (0, 2, 3):
         part = model.models[k].parameters.estimate_parameter_scales(starts.points[k], 4.0)
         assert np.allclose(scales[model.columns[k][:6]], part[:6])
-    distances = model.compute_distances_to_bounds(starts)
-    assert np.allclose(distances[:9], model.parameters.compute_distances_to_bounds(point))
+    distances = model.compute_distances_to_lower_bounds(starts)
+    assert np.allclose(distances[:9], model.parameters.compute_distances_to_lower_bounds(point))
     assert (distances[9:] == np.inf).all() and np.isfinite(distances[6:9]).all()
 
 

@@ -55,7 +55,7 @@ def make_findings(times, scene="thesis"):
 def test_the_conclusion_states_the_ratios_of_the_figure():
     """Check the ratios of median run times if some programs fail.
 
-    The conclusion must mention that the third and the fourth program fail for half of the initial
+    The conclusion must mention that the third and fourth programs fail for half of the initial
     states.
     """
     programs = list(many_starts.list_programs())

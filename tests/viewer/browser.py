@@ -225,7 +225,7 @@ def turn_description(settings, turn):
 
 
 def scene_in_python(settings, second=False):
-    """Convert a scene of the viewer to a kreisel.Scene."""
+    """Convert a viewer scene to a kreisel.Scene."""
     body = settings["body"]
     if "half" in body:
         top_body = kr.Body.cuboid(**body)

@@ -197,7 +197,8 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
 
 
 def read_rings(page):
-    """Return the mesh vertices of the rod as an array of rings, beginning with the newest ring."""
+    """Return the mesh vertices of the rod as an array of rings, beginning with the ring added
+    last."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
     return np.reshape(places, (-1, ROD_SIDES, 3))[: count // (6 * ROD_SIDES) + 1]

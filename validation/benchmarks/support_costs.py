@@ -5,8 +5,8 @@
 Each effect is switched on and off alternately, and the program prints the median ratio of the two
 run times. The
 program also times ensembles of tops on one thread. Ensembles of tops without support motion,
-friction or damping use SIMD instructions. For all ensembles, the cost relative to a single top
-without any effect is also printed.
+friction or damping use SIMD instructions. For all ensembles, the cost relative to that of a single
+top with none of these effects is also printed.
 """
 
 import argparse

@@ -92,7 +92,7 @@ def describe_peers(gsl, today):
 
 
 def describe_gsl():
-    """Return a text that says whether GSL is included, with its version if known."""
+    """Return a string that says whether GSL is included and, if known, its version."""
     if not has_gsl():
         return GSL_MISSING
     command = ["pkg-config", "--modversion", "gsl"]

@@ -17,7 +17,7 @@ TITLES = {
 
 
 def group_methods():
-    """Return a dictionary from the title of each figure to its methods and other integrators."""
+    """Return the methods and other integrators of each figure as a dictionary by title."""
     others = [*filter(is_of_gsl, kr.methods), *(peer.name for peer in PEERS)]
     yardstick = [PEERS[0].name]
     return {

@@ -72,7 +72,7 @@ def make_log_panel(*size):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draw a group of methods in colour, the peers in dashes, and all other methods in grey."""
+    """Draw a group of methods in colour, other integrators dashed, and other methods in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_log_panel()
         styles = choose_line_styles(family, peers)

@@ -68,7 +68,7 @@ def list_candidates(scene, radians):
 
 
 def choose_settings(case, candidate, step):
-    """Return the requested setting and a more accurate one; both are empty for a closed form."""
+    """Return the requested accuracy setting and a more accurate one; none for closed forms."""
     if candidate.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]

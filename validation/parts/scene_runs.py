@@ -131,7 +131,7 @@ class SceneRuns:
         return [asdict(row) for row in rows]
 
     def measure_times(self, rows):
-        """Repeat all successful runs alternately, and return the run times [s]."""
+        """Repeat all successful runs in turn, round after round, and return the run times [s]."""
         return {
             row.key: timing.time_sample(self.run(row).solve, row.about)
             for row in rows

@@ -164,7 +164,7 @@ def build_context(comparison):
 
 
 def recommend_methods(rows, scene):
-    """Return a text that recommends methods for one scene."""
+    """Return text that recommends methods for one scene."""
     hits = [(target, own) for _, target, own, _ in fastest.run_races(rows, [scene]) if own]
     if not hits:
         return "No method reached any of the errors of the table in the time allowed."

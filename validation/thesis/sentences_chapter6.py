@@ -29,7 +29,7 @@ def explain_experiment1(loose):
 
 
 def explain_experiment2(crossings, target=900.0):
-    """State for which tolerances the error curves cross at the time given in the thesis."""
+    """Report the tolerances for which the error curves cross at the time quoted in the thesis."""
     late = [tol for tol, t, _ in crossings if t is None or t > target]
     early = [tol for tol, t, _ in crossings if t is not None and t <= target]
     return (

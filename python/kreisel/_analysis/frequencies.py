@@ -93,8 +93,8 @@ class Frequencies(ReadOnlyArrays):
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex motion with matplotlib, and return the axes.
 
-        A dot marks the amplitude of each spectral line. A spectral line is labelled with k if its
-        offset from the precession rate is k nutation frequencies, with an integer k. A dashed line
+        A dot marks the amplitude of each spectral line. A spectral line is labelled k if its offset
+        from the precession rate is an integer multiple k of the nutation frequency. A dashed line
         marks the mean precession rate.
 
         axes       the axes to draw in; default: a new figure

@@ -27,7 +27,7 @@ from .table import AngleOptions
 _Command = TypeVar("_Command", bound=Callable[..., object])
 
 
-class OutputOptions(TypedDict):
+class OutputFileOptions(TypedDict):
     """Options that select the output files and the output format."""
 
     csv_file: str | None
@@ -84,7 +84,7 @@ class RunOutputs:
     """The outputs of a run, to which the path is written in chunks."""
 
     def __init__(
-        self, options: OutputOptions, inputs: tuple[str, ...], events: tuple[str, ...]
+        self, options: OutputFileOptions, inputs: tuple[str, ...], events: tuple[str, ...]
     ) -> None:
         if options["events_file"] and not events:
             raise UsageError("--events-csv needs --events")

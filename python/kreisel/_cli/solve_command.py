@@ -33,12 +33,12 @@ from .parsers import (
 )
 from .parsers import find_or_read_scene as a_scene
 from .progress import StopSignalHandler, write_path_pieces_to_outputs
-from .run_outputs import OutputOptions, RunOutputs, add_output_options
+from .run_outputs import OutputFileOptions, RunOutputs, add_output_options
 
 _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much smaller
 
 
-class _SolveCommandOptions(OutputOptions):
+class _SolveCommandOptions(OutputFileOptions):
     method: str
     step: float | None
     tol: float | None
@@ -50,7 +50,7 @@ class _SolveCommandOptions(OutputOptions):
     events: tuple[str, ...]
 
 
-class _ResumeCommandOptions(OutputOptions):
+class _ResumeCommandOptions(OutputFileOptions):
     every: int | None
     max_steps: int | None
 
@@ -60,7 +60,7 @@ _OPTIONS = (
     *(
         word
         for word in _SolveCommandOptions.__annotations__
-        if word not in OutputOptions.__annotations__
+        if word not in OutputFileOptions.__annotations__
     ),
 )
 _T = click.option(

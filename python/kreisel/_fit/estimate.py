@@ -13,7 +13,7 @@ from .levenberg_marquardt import LossName
 from .parameters import FreeName, FreeParameters, expand_free_names
 from .records import Record
 from .search_session import SearchSession
-from .summary import describe_misfit, describe_residual_excess, has_large_misfit
+from .summary import describe_misfit, describe_residual_excess, has_residuals_as_large_as_data
 
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
@@ -130,7 +130,7 @@ def _run_search_sessions(
             best = _select_better_fit(best, build_fit_from_search(session))
     if best is None:
         raise _find_error_of_start_scene(sessions[0])
-    if has_large_misfit(best):
+    if has_residuals_as_large_as_data(best):
         warn_user(describe_misfit(best))
     elif best.excess:
         warn_user(describe_residual_excess(best))

@@ -163,7 +163,7 @@ class Fit(ReadOnlyArrays):
 
     def _compute_distance_to_lower_bound(self, k: int) -> float:
         """Return the distance of parameter k from its lower bound."""
-        return float(self._parameters.compute_distances_to_bounds(self._point)[k])
+        return float(self._parameters.compute_distances_to_lower_bounds(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n random scenes, drawn with the covariance of the fit.
@@ -356,7 +356,7 @@ def _group_residuals_and_sigmas_by_series(
 def _describe_reached_bounds(p: FreeParameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
     """Return one sentence for each density, damping or friction parameter that is zero."""
     sentences = []
-    distances = p.compute_distances_to_bounds(point)
+    distances = p.compute_distances_to_lower_bounds(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
         if not p.can_vary(name):
             continue

@@ -43,7 +43,7 @@ class LeastSquaresModel(Protocol[P]):
     def evaluate_residuals(self, point: P) -> ResidualEvaluation: ...
     def estimate_parameter_scales(self, point: P) -> Array: ...
     def add_step_within_bounds(self, point: P, step: Array) -> P: ...
-    def compute_distances_to_bounds(self, point: P) -> Array: ...
+    def compute_distances_to_lower_bounds(self, point: P) -> Array: ...
 
 
 class Minimum(NamedTuple):
@@ -106,7 +106,7 @@ def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings)
             return best._replace(has_converged=True)
         weighted = apply_loss_weights(best.evaluation, search.loss)
         steps = _DampedSteps(
-            weighted, natural, model.compute_distances_to_bounds(point), search.is_stiff
+            weighted, natural, model.compute_distances_to_lower_bounds(point), search.is_stiff
         )
         trial, damping = _find_cost_reducing_step(model, point, steps, damping, best.cost, search)
         if trial is None:

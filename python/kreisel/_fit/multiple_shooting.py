@@ -173,11 +173,11 @@ class ShootingModel:
             scales[self.columns[k]] = segment_scales
         return scales
 
-    def compute_distances_to_bounds(self, pieces: SegmentStartStates) -> Array:
+    def compute_distances_to_lower_bounds(self, pieces: SegmentStartStates) -> Array:
         distances = np.full(self.width, np.inf)
-        distances[self.columns[self.first]] = self.models[self.first].compute_distances_to_bounds(
-            pieces.points[self.first]
-        )
+        distances[self.columns[self.first]] = self.models[
+            self.first
+        ].compute_distances_to_lower_bounds(pieces.points[self.first])
         return distances
 
     def evaluate_residuals(self, pieces: SegmentStartStates) -> ResidualEvaluation:

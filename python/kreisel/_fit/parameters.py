@@ -392,7 +392,7 @@ class FreeParameters:
                 instruments[key] = value + delta
         return instruments
 
-    def compute_distances_to_bounds(self, point: FitPoint) -> Array:
+    def compute_distances_to_lower_bounds(self, point: FitPoint) -> Array:
         """Return the distance of each parameter from its lower bound."""
         distances = np.full(self.size, np.inf)
         for name, columns, values in (

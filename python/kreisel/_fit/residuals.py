@@ -136,8 +136,8 @@ class ResidualModel:
     def add_step_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
         return self.parameters.add_step_within_bounds(point, step)
 
-    def compute_distances_to_bounds(self, point: FitPoint) -> Array:
-        return self.parameters.compute_distances_to_bounds(point)
+    def compute_distances_to_lower_bounds(self, point: FitPoint) -> Array:
+        return self.parameters.compute_distances_to_lower_bounds(point)
 
     def evaluate_residuals(self, point: FitPoint, has_jacobian: bool = True) -> ResidualEvaluation:
         """Return the residuals for given parameters, or inf if the motion cannot be computed."""

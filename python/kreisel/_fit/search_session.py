@@ -83,7 +83,7 @@ class SubspaceModel:
         self.size = model.size
         self.estimate_parameter_scales = model.estimate_parameter_scales
         self.add_step_within_bounds = model.add_step_within_bounds
-        self.compute_distances_to_bounds = model.compute_distances_to_bounds
+        self.compute_distances_to_lower_bounds = model.compute_distances_to_lower_bounds
 
     def evaluate_residuals(self, point: FitPoint) -> ResidualEvaluation:
         evaluations = self._model.evaluations

@@ -130,7 +130,7 @@ def format_value_with_error(value: float, error: float) -> str:
     return f"{value:#.{digits}g} +- {error:.2g}"
 
 
-def has_large_misfit(fit: FitLike) -> bool:
+def has_residuals_as_large_as_data(fit: FitLike) -> bool:
     """Return True if the residuals are of the order of the measured values and exceed the noise."""
     is_estimated = any(series.sigma is None for record in fit.records for series in record.series)
     return fit.misfit > _AS_LARGE and (is_estimated or fit.chi2 > _MISFIT * fit.dof)
@@ -155,7 +155,7 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
     if not fit.has_converged:
         sentences.append("The search did not converge; this is the best so far.")
     ratio = fit.chi2 / fit.dof
-    if has_large_misfit(fit):
+    if has_residuals_as_large_as_data(fit):
         sentences.append(describe_misfit(fit))
     elif ratio > _MISFIT:
         sentences.append(

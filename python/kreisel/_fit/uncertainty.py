@@ -155,7 +155,7 @@ def measure_cost_nonlinearity(
     k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
     step = spectrum.natural * spectrum.factor[:, k]
     worst = 0.0
-    distances = model.compute_distances_to_bounds(point)
+    distances = model.compute_distances_to_lower_bounds(point)
     for sign in (1.0, -1.0):
         if (-sign * step > distances).any():
             continue

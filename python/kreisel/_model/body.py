@@ -27,12 +27,12 @@ from .._utils.validation import (
 from ..quaternion import turn, unit
 from .inertia import (
     add_point_mass_inertia,
+    compute_inertia_displacement_term,
     convert_tensor_to_moments_or_rows,
     describe_triangle_violation,
     describe_unphysical_inertia,
     find_ill_conditioned_inertia_error,
     inertia_at_fixed_point,
-    parallel_axis_term,
     principal_moments,
     validate_inertia_tensor,
     validate_inertia_tolerance,
@@ -239,9 +239,9 @@ class Body(ShapeConstructors[float, float | Vector]):
         (19.0, 19.0, 10.0)
         """
         displacement, com = np.array(as_three_floats("by", by)), np.array(self.com)
-        tensor = validate_inertia_tensor("inertia", self.inertia) + parallel_axis_term(
-            self.mass, com, displacement
-        )
+        tensor = validate_inertia_tensor(
+            "inertia", self.inertia
+        ) + compute_inertia_displacement_term(self.mass, com, displacement)
         return _build_body_from_parts(
             self.mass, tensor, com + displacement, np.array(self.rotor), self
         )

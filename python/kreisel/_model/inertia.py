@@ -101,7 +101,7 @@ def add_point_mass_inertia(tensor: Array, mass: float, lever: Array) -> Array:
     return total
 
 
-def parallel_axis_term(mass: float, com: Array, displacement: Array) -> Array:
+def compute_inertia_displacement_term(mass: float, com: Array, displacement: Array) -> Array:
     """Return the change of the inertia tensor when the body is displaced by `displacement`."""
     with np.errstate(over="ignore", invalid="ignore"):
         outer_product = np.outer(com, displacement)

@@ -40,7 +40,7 @@ def report_final_time(path: Path, progress: Progress | None) -> Path:
 
 
 def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
-    """Return a copy of a path with recorded events.
+    """Return a copy of a path to which the recorded events are added.
 
     For each event, `core_events` contains the state, its low-order part, and the index and
     direction of the event.

@@ -121,8 +121,8 @@ class Reductions(EnsembleResult):
         """Return a pandas.DataFrame with one row per top, in C order.
 
         There is one column per statistic of a component, such as nutation_max or apex_z_mean. The
-        varying parameters, `status` and `reached` are stored as columns of the DataFrame. `attrs`
-        contains the units. Raises ImportError if pandas is not installed.
+        columns of the DataFrame also include `status`, `reached` and the varying parameters.
+        `attrs` contains the units. Raises ImportError if pandas is not installed.
         """
         from .ensemble_tables import build_reduction_data_frame
 

@@ -222,11 +222,11 @@ class Section(EnsembleResult, QuantityAttributes):
         raise TypeError("a section is not an array: use an array such as section.q")
 
 
-def _compute_section_quantity(section: Section, name: str) -> Array:
+def _compute_quantity_at_section_states(section: Section, name: str) -> Array:
     return section._drop_missing_states(values(name, section.tops, section._buffers))
 
 
-add_quantity_properties(Section, ("e",), _compute_section_quantity)
+add_quantity_properties(Section, ("e",), _compute_quantity_at_section_states)
 
 
 def compute_sections_of_slice(

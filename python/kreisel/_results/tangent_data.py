@@ -59,9 +59,9 @@ class TangentData(NamedTuple):
     def conditioning(self, scene: Scene) -> Array:
         """Return bounds on the attitude error [rad] caused by rounding the numbers in a scene.
 
-        Every number that defines `scene` is assumed to be rounded. Raises AttributeError if the
-        tangents with respect to a required parameter are missing. No tangents are required with
-        respect to parameters equal to zero, because zero carries no rounding error.
+        Every number that defines `scene` is assumed to have a rounding error. Raises AttributeError
+        if the tangents with respect to a required parameter are missing. No tangents are required
+        with respect to parameters equal to zero, because zero carries no rounding error.
         """
         data = collect_scene_numbers(scene)
         if any(name not in self.by and any(numbers) for name, numbers in data.items()):

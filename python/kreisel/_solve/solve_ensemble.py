@@ -157,12 +157,12 @@ def stream_ensemble(
         validate_progress_callback(progress),
         validate_ensemble_times(tops, t, options),
     )
-    return _solve_ensemble_in_batches(
+    return _yield_paths_of_batches(
         tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1]))
     )
 
 
-def _solve_ensemble_in_batches(
+def _yield_paths_of_batches(
     tops: Ensemble,
     t: Array,
     options: EnsembleOptions,

@@ -123,8 +123,10 @@ def _list_parameter_perturbations(scene: Scene, name: str) -> list[_ParameterPer
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
     size = scene._rotation_rate * max(body.moments)
     return [
-        _ParameterPerturbation(1.0, math.inf, 3, _change_attitude, _subtract_start_attitudes),
-        _ParameterPerturbation(size, math.inf, columns, _change_momentum, _subtract_start_momenta),
+        _ParameterPerturbation(1.0, math.inf, 3, _change_attitude, _subtract_attitudes_of_scenes),
+        _ParameterPerturbation(
+            size, math.inf, columns, _change_momentum, _subtract_momenta_of_scenes
+        ),
     ]
 
 
@@ -135,7 +137,7 @@ def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
     return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
 
 
-def _subtract_start_attitudes(one: Scene, other: Scene) -> Array:
+def _subtract_attitudes_of_scenes(one: Scene, other: Scene) -> Array:
     return _compute_rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(
         3
     )
@@ -147,7 +149,7 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(momentum=momentum)
 
 
-def _subtract_start_momenta(one: Scene, other: Scene) -> Array:
+def _subtract_momenta_of_scenes(one: Scene, other: Scene) -> Array:
     """Return the difference between the angular momenta of two scenes."""
     return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 

@@ -108,7 +108,7 @@ def validate_tangent_options(
 
 
 def refuse_undefined_friction_tangents(tops: Scene | Ensemble, names: Iterable[str]) -> None:
-    """Raise ValueError for tangents that do not exist because friction is zero or has no axis."""
+    """Raise ValueError for tangents by friction if the friction is zero or has no axis."""
     has_friction = np.asarray(tops.friction) > 0.0
     if "friction" in names and not has_friction.all():
         raise ValueError(

@@ -134,7 +134,7 @@ def sweep(
     part_range = _validate_part_range(parts, plan.parts)
     store = create_or_open_sweep_store(folder, plan)
     runner = SweepPartsRunner(store, _list_incomplete_parts(store, part_range), callback)
-    return _run_selected_parts(runner, part_range, count, executor)
+    return _run_selected_sweep_parts(runner, part_range, count, executor)
 
 
 def _select_nondefault_arguments(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -148,7 +148,7 @@ def _select_nondefault_arguments(values: Mapping[str, Any]) -> dict[str, Any]:
     return arguments
 
 
-def _run_selected_parts(
+def _run_selected_sweep_parts(
     runner: SweepPartsRunner, part_range: range, threads: int, executor: Executor | None
 ) -> SweepResult:
     """Compute the selected parts of a sweep, and return the results of all parts that exist.
