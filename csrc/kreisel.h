@@ -651,7 +651,6 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
 /* clang-format off */
 #define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
     X(PLANNED,     "there is a plan")                                                             \
-    X(OTHER,       "it is another kind of top, or more than its weight acts on it")               \
     X(REST,        "the top is in equilibrium, or nearly")                                        \
     X(ROTATION,    "the top rotates uniformly about the vertical")                                \
     X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
@@ -662,7 +661,8 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
     X(START,       "the start does not lie on the arcs of its curve")                             \
     X(SUMS,        "no theta functions fit the motion")                                           \
     X(TERMS,       "its theta functions have too many terms")                                     \
-    X(CERTIFICATE, "the error of its theta functions exceeds the limit")
+    X(CERTIFICATE, "the error of its theta functions exceeds the limit")                          \
+    X(OTHER,       "it is another kind of top, or more than its weight acts on it")
 typedef enum kr_kowalewski_refusal {
 #define KR_X_(name, text) KR_KOWALEWSKI_##name,
     KR_KOWALEWSKI_REFUSAL_LIST(KR_X_)
@@ -703,7 +703,6 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
 /* clang-format off */
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
-    X(OTHER,       "it is another kind of top, or more than its weight acts on it")               \
     X(VERTICAL,    "the angular momentum has a vertical component")                               \
     X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
     X(REST,        "the top is in equilibrium, or nearly")                                        \
@@ -714,7 +713,8 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
     X(INTEGRALS,   "a series of one angle of its torus does not converge")                        \
     X(START,       "the start does not lie on the arcs of its curve")                             \
     X(HEADING,     "the series of its heading has too many terms: it is near a separatrix")       \
-    X(CERTIFICATE, "the error of its series exceeds the limit")
+    X(CERTIFICATE, "the error of its series exceeds the limit")                                   \
+    X(OTHER,       "it is another kind of top, or more than its weight acts on it")
 typedef enum kr_chaplygin_refusal {
 #define KR_X_(name, text) KR_CHAPLYGIN_##name,
     KR_CHAPLYGIN_REFUSAL_LIST(KR_X_)

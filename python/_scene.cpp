@@ -40,6 +40,7 @@ static py::object scene(const kr_body &body, const py::object &momentum, const p
 void bind_scene(py::module_ &m);
 void bind_scene(py::module_ &m)
 {
+    m.def("scene_horizon", [](const kr_scene &s) { return kr_scene_horizon(&s); }, "scene"_a);
     m.def("scene", scene, "body"_a, "momentum"_a, "attitude"_a, "gravity"_a, "damping"_a,
           "turning"_a = py::none(), "shaking"_a = py::none(), "friction"_a = py::none());
 }

@@ -227,11 +227,30 @@ def test_invalid_arguments_are_refused(call, error, match):
 
 def test_unresolvable_times_are_refused_for_one_and_many_tops():
     """Check that t = 2^54 is refused, because a double cannot resolve the heading at this time."""
-    slow = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 0.0)), momentum=(0.0, 0.0, 0.5))
+    slow = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 0.0)), momentum=(0.0, 0.0, 0.25))
     for top in kr.exact(slow), kr.exact([slow]):
         top(math.nextafter(2.0**54, 0.0))
         with pytest.raises(ValueError, match="cannot resolve"):
             top(2.0**54)
+
+
+def test_the_rotation_of_a_slender_body_limits_the_times_of_all_calls():
+    """A slender body turns much faster about its axis than its momentum would turn it otherwise."""
+    body = kr.Body(1.0, (1.0, 1.0, 1e-6), (0.0, 0.0, 0.0))
+    slender = kr.Scene(body, momentum=(1e-3, 0.0, 1.0), gravity=1.0)
+    for t, is_resolved in ((9.0e9, True), (9.1e9, False), (1e12, False)):
+        for call in (
+            lambda t=t: kr.solve(slender, [t]),
+            lambda t=t: kr.exact(slender)(t),
+            lambda t=t: kr.exact([slender])(t),
+            lambda t=t: kr.solve(slender.vary(gravity=[1.0, 2.0]), [t]).check(),
+            lambda t=t: kr.solve(slender, [-t]),
+        ):
+            if is_resolved:
+                call()
+            else:
+                with pytest.raises((ValueError, kr.Error), match=r"can(not)? resolve"):
+                    call()
 
 
 def test_copies_of_closed_forms_are_equal():

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._core import scene_horizon
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import make_frozen_class_decorator
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
@@ -43,8 +44,6 @@ from .variation import scatter, vary
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
-
-_COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole radians
 
 
 @make_frozen_class_decorator("scene.replace({}=...) returns a new scene")
@@ -186,8 +185,8 @@ class Scene:
 
     @cached_property
     def _resolvable_horizon(self) -> float:
-        """A time [T] up to which the top turns by at most 2**52 rad, which doubles can resolve."""
-        return 0.5 * _COUNTABLE / self._rotation_rate if self._rotation_rate > 0.0 else math.inf
+        """The time [T] beyond which double precision cannot resolve the attitude."""
+        return scene_horizon(self._block)
 
     @cached_property
     def _start_state(self) -> Array:

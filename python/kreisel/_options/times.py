@@ -232,8 +232,8 @@ def check_resolvable_horizon(scene: Scene, end: float, step: float | None) -> No
     """
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps_message(end, abs(step)))
-    angle = scene._rotation_rate * abs(end)
-    if angle >= COUNTABLE:
+    if abs(end) >= scene._resolvable_horizon:
+        angle = COUNTABLE * abs(end) / scene._resolvable_horizon
         raise ValueError(
             f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot "
             "resolve its attitude"
