@@ -83,11 +83,10 @@ typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
 /* Time dependence, at a fixed attitude, of the change in torque that results from changing a
- * parameter. For
- * KR_TIMING_STRENGTH, the change in torque is proportional to the acceleration g(t); for
- * KR_TIMING_UNIFORM, it is constant. For KR_TIMING_AMPLITUDE, KR_TIMING_RATE and KR_TIMING_PHASE,
- * the change in torque is proportional to the derivative of g(t) with respect to the amplitude,
- * rate or phase of the shaking. */
+ * parameter. For KR_TIMING_STRENGTH, the change in torque is proportional to the acceleration g(t);
+ * for KR_TIMING_UNIFORM, it is constant. For KR_TIMING_AMPLITUDE, KR_TIMING_RATE and
+ * KR_TIMING_PHASE, the change in torque is proportional to the derivative of g(t) with respect to
+ * the amplitude, rate or phase of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,

@@ -142,8 +142,8 @@ INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
 /* Adds to the sums `a` the products of the Taylor coefficients of orders 0 and n, including the
- * rotor terms. The
- * argument `newest` holds the coefficients of order n, which are still in processor registers. */
+ * rotor terms. The argument `newest` holds the coefficients of order n, which are still in
+ * processor registers. */
 INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int headless)
 {
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,

@@ -3,10 +3,10 @@
  * compiled once for each instruction set. The variational equations are those of taylor/tangents.h,
  * but without damping and without derivatives with respect to parameters. Two solutions of the
  * variational equations are trivial: the direction of the flow, and an infinitesimal rotation about
- * the vertical. The two trivial solutions
- * are the pairs (theta | N) = (W | P x c) and (P | P x M), where M = AW + h. At the end of each
- * step, the components of the tangent along the trivial solutions are removed, and the growth of
- * the rest is measured. Up to the tolerance, each tangent conserves the quantities
+ * the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x c) and (P | P x M),
+ * where M = AW + h. At the end of each step, the components of the tangent along the trivial
+ * solutions are removed, and the growth of the rest is measured. Up to the tolerance, each tangent
+ * conserves the quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
@@ -276,9 +276,9 @@ INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
     a->rest = wide_max(rest, a->rest);
 }
 /* Adds the contribution of a substep of length h to the integrals that measure the growth of the
- * tangent. `d` is the tangent at
- * the end of the substep, without its components along the two trivial solutions. The Lobatto rule
- * is used because the logarithm of the tangent's length may have a sharp minimum. */
+ * tangent. `d` is the tangent at the end of the substep, without its components along the two
+ * trivial solutions. The Lobatto rule is used because the logarithm of the tangent's length may
+ * have a sharp minimum. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {

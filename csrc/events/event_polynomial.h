@@ -11,8 +11,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
 /* Writes the event function g as a polynomial in s over the step, 0 <= s <= 1, and returns the
  * degree. For an extremum event, the polynomial is the derivative of the event function g. The
  * polynomials of two consecutive steps agree, up to rounding errors, at the time that both steps
- * share. The array
- * c has KR_TERMS_ROOM elements. */
+ * share. The array c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
 /* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero.

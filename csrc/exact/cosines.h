@@ -36,8 +36,7 @@ static void refine_cosines(cosine_table *t, int stride)
     }
 }
 /* Subtracts the average from an even function, and computes the sine series of the integral of the
- * remainder. The
- * array `v` contains samples of the function at n + 1 angles from 0 to pi. */
+ * remainder. The array `v` contains samples of the function at n + 1 angles from 0 to pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;

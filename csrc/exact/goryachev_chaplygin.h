@@ -31,9 +31,8 @@ typedef struct kr_angle_series {
     double half_turns; /* rate of half of the angle [turns] */
 } kr_angle_series;
 /* The terms in the Fourier series of the heading that contain a given multiple of the first torus
- * angle. Each multiple of the second
- * angle has a cosine and a sine coefficient. The member `from` is the index of the first stored
- * multiple of the second angle. */
+ * angle. Each multiple of the second angle has a cosine and a sine coefficient. The member `from`
+ * is the index of the first stored multiple of the second angle. */
 typedef struct kr_heading_row {
     int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;

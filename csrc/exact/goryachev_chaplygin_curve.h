@@ -198,8 +198,8 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
 /* Computes the averages of the integrands P and |u| P over an arc. The number of intervals is
  * doubled until no average changes by more than the rounding error of a double. Convergence is
  * exponential, so the relative error of an average is about the square of its relative change in
- * the last doubling. Returns 0
- * if the averages have not converged when the arc is divided into GRID intervals. */
+ * the last doubling. Returns 0 if the averages have not converged when the arc is divided into GRID
+ * intervals. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {

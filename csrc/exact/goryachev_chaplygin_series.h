@@ -101,8 +101,7 @@ static double tail_of(const double v[], int M)
 }
 /* Returns the number of coefficients up to the last significant one, rounded up to an even number.
  * A coefficient is significant if its magnitude exceeds 2^-53 times the largest magnitude or 2^-53
- * times `scale`, whichever is greater. M
- * is even. */
+ * times `scale`, whichever is greater. M is even. */
 static int count_terms(const double v[], int M, double scale)
 {
     int count = M;

@@ -102,9 +102,8 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
 /* Performs one step of Newton's method for the periodic part of the rescaled time tau, starting
- * from `slip`. The residual of the
- * time equation at the starting point `slip` is written to `value`. Each series is truncated to its
- * first `terms` terms. */
+ * from `slip`. The residual of the time equation at the starting point `slip` is written to
+ * `value`. Each series is truncated to its first `terms` terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
                          wide *value)
 {

@@ -1,8 +1,7 @@
 /* Frequencies of a Kowalewski top, computed from averages over the two arcs on which Kowalewski's
- * variables move. The
- * frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of this
- * integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the
- * contribution of each pole is therefore integrated in closed form:
+ * variables move. The frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F).
+ * The poles of this integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles
+ * are real, the contribution of each pole is therefore integrated in closed form:
  *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2.
  * Here w is the pole, N - w D = a sin^2 + b cos^2, and g = sqrt(a b)/2 is the value of the
  * numerator at the pole. The last term is -1/2 if N - w D is negative.
@@ -105,11 +104,10 @@ static void mend_end(samples *v, int end, int stride)
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
 /* Computes the averages of three integrands over an arc: dt/dx, w dt/dx, and the integrand of the
- * heading. The number of
- * intervals is doubled until each average changes by at most the rounding error of a double.
- * Convergence is exponential, so the relative error of an average is about the square of its
- * relative change in the last doubling. Returns 0 if the averages have not converged when GRID
- * intervals are used.
+ * heading. The number of intervals is doubled until each average changes by at most the rounding
+ * error of a double. Convergence is exponential, so the relative error of an average is about the
+ * square of its relative change in the last doubling. Returns 0 if the averages have not converged
+ * when GRID intervals are used.
  * */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)

@@ -10,8 +10,8 @@
  * w2) and F(w2)/(w2 - w1). On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
  * With this substitution, the differential dt = dw/F equals D R dx, where R is an even periodic
- * function of x, and t is not the time. The trapezoidal
- * rule for averages therefore converges exponentially (Kowalevski, Acta Mathematica 12, 1889, 177).
+ * function of x, and t is not the time. The trapezoidal rule for averages therefore converges
+ * exponentially (Kowalevski, Acta Mathematica 12, 1889, 177).
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_CURVE_H

@@ -21,9 +21,9 @@
 #include "kowalewski_theta.h"
 
 /* Linear combinations of partial theta sums, where each partial sum contains the terms of one
- * residue class of (k1, k2). The element
- * weight[b][i] is the coefficient of the i-th class of terms in linear combination b. The basis
- * contains as many linear combinations as there are classes of terms. */
+ * residue class of (k1, k2). The element weight[b][i] is the coefficient of the i-th class of terms
+ * in linear combination b. The basis contains as many linear combinations as there are classes of
+ * terms. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */

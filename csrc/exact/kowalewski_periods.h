@@ -204,10 +204,10 @@ typedef struct kowalewski_matrix {
 /* Returns the real part of the branch point with index i. */
 static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
 /* Returns the integration path from the real root with index i to the complex root in the upper
- * half plane. In the variable z
- * = (w - real)/(w - complex), the path is a ray. The map to z takes the upper half plane to the
- * outside of a circle through 0. The ray points away from the centre of this circle, so it makes an
- * angle of at least pi/2 with the directions to all other branch points. */
+ * half plane. In the variable z = (w - real)/(w - complex), the path is a ray. The map to z takes
+ * the upper half plane to the outside of a circle through 0. The ray points away from the centre of
+ * this circle, so it makes an angle of at least pi/2 with the directions to all other branch
+ * points. */
 static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
 {
     const cx way = root_less_root(o, i, 1), from = cx_of(way.im, way.re);
@@ -304,9 +304,8 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
 /* Adds to b half the integral from the end point of the arc that contains w1 to a real pole. The
  * integration path starts at the nearest real root that is larger than the pole. If the pole lies
  * to the left of a pair of complex roots, the path of integration starts at one of these roots
- * instead. The
- * integral from the end of the arc to the starting point of the integration path is zero or half a
- * row of the matrix B. */
+ * instead. The integral from the end of the arc to the starting point of the integration path is
+ * zero or half a row of the matrix B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {
@@ -330,9 +329,9 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
     return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
 }
 /* Adds to the vector b the contributions of the complex pole i y and of its conjugate, which are
- * equal. The
- * path is part of the circle through a complex root, the pole i y and the conjugate root. If all
- * roots are real, the path is the straight line that joins the root nearest to zero to the pole. */
+ * equal. The path is part of the circle through a complex root, the pole i y and the conjugate
+ * root. If all roots are real, the path is the straight line that joins the root nearest to zero to
+ * the pole. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                             const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {

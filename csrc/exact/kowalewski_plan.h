@@ -234,8 +234,7 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
     return 1;
 }
 /* Appends the terms of a dual theta sum to the solution, grouped into rows of equal k1 and equal k2
- * modulo 4. Returns 0
- * if the array of terms or the array of rows is full. */
+ * modulo 4. Returns 0 if the array of terms or the array of rows is full. */
 static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual_work *d, int sum,
                             int *rows, int *terms)
 {
@@ -265,9 +264,8 @@ static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual
     return 1;
 }
 /* Computes the initial values of the theta sums S and T and of their time derivatives from the dual
- * sums. A growth
- * rate that is common to S and T is omitted from the derivatives, because it does not affect the
- * heading. */
+ * sums. A growth rate that is common to S and T is omitted from the derivatives, because it does
+ * not affect the heading. */
 static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx sum[2], cx slope[2])
 {
     const dual_work *d = &w->dual;

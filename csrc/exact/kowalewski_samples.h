@@ -152,9 +152,8 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
 }
 /* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
  * end. If the lower end of the arc is finite, `rest` is the distance of Kowalewski's variable from
- * this end. The argument `next`
- * is the value of `gap` at a later time, and determines in which direction the variable moves along
- * the arc.
+ * this end. The argument `next` is the value of `gap` at a later time, and determines in which
+ * direction the variable moves along the arc.
  * Returns 0 if the point is so close to an end of the arc that sin(x/2) or cos(x/2) is at most
  * `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
@@ -216,9 +215,8 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
     return best;
 }
 /* Computes the points on the two arcs of the Kowalewski curve that correspond to a given state of
- * the top. The directions
- * of motion of w1 and w2 are inferred from a later state. Returns 0 if w1 or w2 is too close to an
- * end of its arc for an accurate result. */
+ * the top. The directions of motion of w1 and w2 are inferred from a later state. Returns 0 if w1
+ * or w2 is too close to an end of its arc for an accurate result. */
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {

@@ -259,8 +259,7 @@ static void find_sizes(theta_work *w)
 }
 /* Fits the constant factors of the theta sums S and T to all samples. The fit is repeated with each
  * equation divided by D, the common denominator of the state, so that all errors are small relative
- * to D. Returns the
- * ratio of the smallest singular value to the second smallest. */
+ * to D. Returns the ratio of the smallest singular value to the second smallest. */
 static double solve_spinor_twice(theta_work *w)
 {
     const double ratio = solve_spinor(w, ALL_SAMPLES);
@@ -283,8 +282,8 @@ static double find_spinor(theta_work *w, const double beta[2], int thorough)
     return solve_spinor_twice(w);
 }
 /* Computes the vector beta from one of four candidates for the vector b, which differ by rows of
- * the matrix B/2. Multiples of the
- * rows of B are added to beta such that the terms of the theta sums become as small as possible. */
+ * the matrix B/2. Multiples of the rows of B are added to beta such that the terms of the theta
+ * sums become as small as possible. */
 static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
 {
     const double det = m->b11 * m->b22 - m->b12 * m->b12,

@@ -219,8 +219,8 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
     return a;
 }
 /* Sets the theta series of the Cayley-Klein parameters alpha and beta, and of the horizontal
- * momentum. If `dual` is nonzero, the theta
- * series are expanded in the complementary nome. The scale factors of alpha and beta follow from
+ * momentum. If `dual` is nonzero, the theta series are expanded in the complementary nome. The
+ * scale factors of alpha and beta follow from
  * |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the extreme heights. */
 static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
                                   int dual)

@@ -3,9 +3,9 @@
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels). For torque-free tops (Jacobi), beta contains theta4
- * instead of theta2, and the momentum is constant. All quantities that grow
- * with time are double-doubles, so that the errors of states do not grow. The common denominator
- * theta4(X) cancels when q is normalized.
+ * instead of theta2, and the momentum is constant. All quantities that grow with time are
+ * double-doubles, so that the errors of states do not grow. The common denominator theta4(X)
+ * cancels when q is normalized.
  *
  * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each

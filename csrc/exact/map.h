@@ -4,12 +4,12 @@
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence each step of the map increases the phase of the complex number alpha by arg N+(s2) - 2 arg
- * theta2(eta/2 + i y1). The
- * phase of beta increases by the same expression with N+, s2 and y1 replaced by N-, s1 and y2. The
- * momentum of a state describes the motion during the preceding step, and therefore belongs to a
- * time half a step earlier. The rotation about the symmetry axis is computed exactly, as in
- * methods/bobenko_suris.h. This header is compiled once for each instruction set, because
- * double-double arithmetic is faster on processors with fused multiply-add. */
+ * theta2(eta/2 + i y1). The phase of beta increases by the same expression with N+, s2 and y1
+ * replaced by N-, s1 and y2. The momentum of a state describes the motion during the preceding
+ * step, and therefore belongs to a time half a step earlier. The rotation about the symmetry axis
+ * is computed exactly, as in methods/bobenko_suris.h. This header is compiled once for each
+ * instruction set, because double-double arithmetic is faster on processors with fused
+ * multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"

@@ -1,9 +1,8 @@
 /* Conversion of a scene to the axes and units in which the closed-form solution is computed. The
- * internal axes are defined in method.h. The error of a state must not grow with
- * time. No value that determines a rate is therefore rounded to double precision: the attitude and
- * mass * gravity * com are double-double products, and the units are powers of two. This header is
- * compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+ * internal axes are defined in method.h. The error of a state must not grow with time. No value
+ * that determines a rate is therefore rounded to double precision: the attitude and mass * gravity
+ * * com are double-double products, and the units are powers of two. This header is compiled once
+ * for each instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_SCALING_H
 #define KR_EXACT_SCALING_H
 #include "math/exponent.h"

@@ -1,7 +1,6 @@
 /* The public functions of the closed-form solutions for Kowalewski and Goryachev-Chaplygin tops.
  * The functions that compute solutions and states call the code for the widest instruction set that
- * the processor supports. All
- * instruction sets give bitwise equal results. */
+ * the processor supports. All instruction sets give bitwise equal results. */
 #include <math.h>
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"

@@ -1,11 +1,10 @@
 /* SIMD vectors of doubles, in which each lane is computed independently, for a different top or a
- * different time. The
- * result in a lane is bitwise the same for all vector widths. The type `wide` has as many lanes as
- * a vector of the instruction set: 8 for x86-64-v4, 4 for v3, 2 for SSE2 and NEON. In plain C99, or
- * if KR_ONE_LANE is defined, a `wide` has one lane. The operators + - * / and unary - apply to
- * values of type `wide`, which may be combined with a double. A `mask` holds one Boolean value per
- * lane. Only wide_fma uses fused multiply-add, and only if the hardware has it. This header is
- * compiled once for each instruction set. */
+ * different time. The result in a lane is bitwise the same for all vector widths. The type `wide`
+ * has as many lanes as a vector of the instruction set: 8 for x86-64-v4, 4 for v3, 2 for SSE2 and
+ * NEON. In plain C99, or if KR_ONE_LANE is defined, a `wide` has one lane. The operators + - * /
+ * and unary - apply to values of type `wide`, which may be combined with a double. A `mask` holds
+ * one Boolean value per lane. Only wide_fma uses fused multiply-add, and only if the hardware has
+ * it. This header is compiled once for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>

@@ -40,8 +40,7 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
              s->rotor.y == 0.0) {
         /* The rotation about the symmetry axis T is the same in every step and commutes with all
-         * other rotations. It
-         * is therefore applied only when a state is read. */
+         * other rotations. It is therefore applied only when a state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
         s->t = 0.0;
         s->rotor.z = 0.0;

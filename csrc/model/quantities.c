@@ -23,8 +23,7 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
 /* Returns the total angular momentum minus that of the rotor, as components along the principal
- * axes. `q`
- * is the attitude of the principal axes. */
+ * axes. `q` is the attitude of the principal axes. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     return v_sub(q_turn_back(q, s->m), scene->body.rotor);

@@ -307,8 +307,7 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
 /* From given changes of the state and the parameters, computes the changes of all vectors that
- * depend on them. `column`
- * is one column of the tangent matrix. */
+ * depend on them. `column` is one column of the tangent matrix. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

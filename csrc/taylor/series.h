@@ -197,9 +197,9 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 /* Returns the step size at which products of Taylor terms of middle order have the magnitude
  * 2^log2_size. The tail of a Taylor series consists of the terms that are computed in doubles. The
  * first coefficient of the tail is a sum of products of lower coefficients, some of them of about
- * half its order. If these products nearly cancel, the tail is small, but
- * still contains the rounding errors of the large products. A step size based only on the last
- * Taylor term would then be too large. */
+ * half its order. If these products nearly cancel, the tail is small, but still contains the
+ * rounding errors of the large products. A step size based only on the last Taylor term would then
+ * be too large. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

@@ -178,9 +178,8 @@ static double held_velocity_size(const kr_series *s, const slow_axes *slow)
     return size;
 }
 /* Returns the smallest nonzero velocity along any strongly damped direction, or a negligible
- * velocity if that is larger. Velocities along
- * damped directions are computed from W, so their rounding errors are proportional to the largest
- * component of W. */
+ * velocity if that is larger. Velocities along damped directions are computed from W, so their
+ * rounding errors are proportional to the largest component of W. */
 static double least_held_size(const kr_series *s, const slow_axes *slow)
 {
     const double size = held_velocity_size(s, slow), most = v_largest(v_of(s->end_w + 1));

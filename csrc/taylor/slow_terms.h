@@ -223,9 +223,9 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
 }
 /* Expands the motion on the slow manifold in a Taylor series about the end of the last step. The
  * iteration ends when no coefficient of low order changes by more than `noise` times the strongly
- * damped angular velocity. Returns 0 if the
- * iteration does not converge, or if the motion has not reached the slow manifold. On failure, sets
- * `wait` to the time after which the expansion should be tried again. */
+ * damped angular velocity. Returns 0 if the iteration does not converge, or if the motion has not
+ * reached the slow manifold. On failure, sets `wait` to the time after which the expansion should
+ * be tried again. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {

@@ -93,8 +93,7 @@ INLINE quad dot_lanes(kr_series *own, quad a, quad b)
     return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
 /* Stores a number in SIMD lane 0 of the vector that holds the n-th coefficient of the angular
- * velocity. The vector `number`
- * must hold the same value in all SIMD lanes. */
+ * velocity. The vector `number` must hold the same value in all SIMD lanes. */
 INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
 {
     quad_store(own->end_w, number);

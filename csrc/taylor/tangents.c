@@ -13,8 +13,7 @@ enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
 static const double rest_over_tolerance = 0x1p9;
 
 /* Header of the memory block for tangents, which contains the Taylor series of the motion on one
- * substep. The
- * tangents are stored in the memory block after this header. */
+ * substep. The tangents are stored in the memory block after this header. */
 typedef struct {
     kr_series path[2];
     double parts;            /* number of substeps of the last step */

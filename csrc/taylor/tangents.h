@@ -17,10 +17,10 @@
 
 /* Eight Taylor series that describe tangents on one step or substep, expanded about its start time
  * t. A single tangent, with rotation vector theta and momentum change N, is stored as the eight
- * numbers (0, theta | 0, N). A batch of eight tangents
- * occupies six structs, one for each component of (theta, N), with one tangent in each lane.
- * Tangents computed in batches are bitwise equal to tangents computed one by one. At 20 and 30
- * digits, two adjacent structs hold the high and the low words of the double-double numbers. */
+ * numbers (0, theta | 0, N). A batch of eight tangents occupies six structs, one for each component
+ * of (theta, N), with one tangent in each lane. Tangents computed in batches are bitwise equal to
+ * tangents computed one by one. At 20 and 30 digits, two adjacent structs hold the high and the low
+ * words of the double-double numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */

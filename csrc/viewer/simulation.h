@@ -42,8 +42,8 @@ enum {
     KR_SIMULATION_REFERENCE = -2,
     /* The step budget: in a call for n steps of the simulation, the methods perform at most
      * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps, plus up to 256 steps between
-     * two checks. A call for a few steps
-     * therefore returns within milliseconds, even if a top rotates very fast. */
+     * two checks. A call for a few steps therefore returns within milliseconds, even if a top
+     * rotates very fast. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };

@@ -1,6 +1,5 @@
 /* Assertions of the C tests: a failed assertion prints its line and its text, and NEAR also prints
- * the difference. main
- * returns check_result(). */
+ * the difference. main returns check_result(). */
 #ifndef KR_CHECK_H
 #define KR_CHECK_H
 #include <math.h>

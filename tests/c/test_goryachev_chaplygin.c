@@ -1,6 +1,6 @@
-/* The closed form of Goryachev-Chaplygin tops: integrals,
- * motions near degenerate ones, and the reasons for refusals. test_torus_forms.c has the laws that
- * the form shares with the form of Kowalewski tops. */
+/* The closed form of Goryachev-Chaplygin tops: integrals, motions near degenerate ones, and the
+ * reasons for refusals. test_torus_forms.c has the laws that the form shares with the form of
+ * Kowalewski tops. */
 #include <stdlib.h>
 #include "torus_tops.h"
 

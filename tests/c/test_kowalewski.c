@@ -1,6 +1,6 @@
-/* The closed form of Kowalewski tops: integrals, motions near
- * separatrices and degenerate motions, and the reasons for refusals. test_torus_forms.c has the
- * laws that the form shares with the form of Goryachev-Chaplygin tops. */
+/* The closed form of Kowalewski tops: integrals, motions near separatrices and degenerate motions,
+ * and the reasons for refusals. test_torus_forms.c has the laws that the form shares with the form
+ * of Goryachev-Chaplygin tops. */
 #include <stdlib.h>
 #include "torus_tops.h"
 
