@@ -4,12 +4,11 @@
 
 The tests cover kr.solve, ensembles, kr.stream, and saved and resumed runs. The tests also cover
 events, sections, tangents and Lyapunov exponents. All functions are tested with the default
-precision. The
-reference solutions are computed by the Taylor method in 20-digit arithmetic. Each attitude error
-must not exceed a constant plus a small multiple of its sensitivity to rounding (the conditioning).
-The conditioning bounds the change in attitude when each initial value and parameter is perturbed by
-one rounding error. The program prints one line for each type of top and for each error that is too
-large. The program exits with status 1 if any results disagree.
+precision. The reference solutions are computed by the Taylor method in 20-digit arithmetic. Each
+attitude error must not exceed a constant plus a small multiple of its sensitivity to rounding (the
+conditioning). The conditioning bounds the change in attitude when each initial value and parameter
+is perturbed by one rounding error. The program prints one line for each type of top and for each
+error that is too large. The program exits with status 1 if any results disagree.
 """
 
 import argparse

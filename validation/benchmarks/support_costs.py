@@ -3,10 +3,9 @@
     python -m validation.benchmarks.support_costs [kind ...] [--rounds 41] [--digits 16 30]
 
 Each effect is switched on and off alternately, and the program prints the median ratio of the two
-run times. The
-program also times ensembles of tops on one thread. Ensembles of tops without support motion,
-friction or damping use SIMD instructions. For all ensembles, the cost relative to that of a single
-top with none of these effects is also printed.
+run times. The program also times ensembles of tops on one thread. Ensembles of tops without support
+motion, friction or damping use SIMD instructions. For all ensembles, the cost relative to that of a
+single top with none of these effects is also printed.
 """
 
 import argparse

@@ -69,8 +69,7 @@ def build_with_counters(tree, objects):
     """Compile the C library with branch counters.
 
     The library is compiled without optimization, because optimization would merge the branches to
-    be counted. The counters
-    are atomic, because some tests use several threads.
+    be counted. The counters are atomic, because some tests use several threads.
     """
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()

@@ -13,8 +13,8 @@ def measure_rotation(orbits, name):
 
     The axial momentum is evaluated at the section point whose spin angle is closest to zero. The
     rotation number is the precession per nutation period in turns, without whole turns, in the
-    first half of an orbit. The
-    function also returns how much the rotation number changes between the two halves of each orbit.
+    first half of an orbit. The function also returns how much the rotation number changes between
+    the two halves of each orbit.
     """
     tops = kr.starts(
         section_data.make_body(name),

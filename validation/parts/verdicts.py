@@ -67,8 +67,7 @@ def rounding_angles(problem, true, cell, by_steps):
     Random rounding errors are assumed to occur once in each step. Systematic rounding errors are
     assumed to occur in each evaluation of the equations of motion, always in the same direction.
     For an undamped top, methods with steps are assumed to make at least one rounding error per
-    radian. A
-    closed form does not accumulate rounding errors.
+    radian. A closed form does not accumulate rounding errors.
     """
     # A damped top comes to rest, so its roundings are those of its steps.
     radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0
@@ -90,8 +89,7 @@ def estimate_error(second_run, order):
     """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
 
     The argument `second_run` is the angle [rad] by which the attitudes computed in the two runs
-    differ. For an adaptive
-    method, `order` is zero, and `second_run` itself is the error estimate.
+    differ. For an adaptive method, `order` is zero, and `second_run` itself is the error estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 

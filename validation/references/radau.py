@@ -181,8 +181,7 @@ def integrate(problem, times, tol=TOL, **effects):
     The argument `tol` limits the relative truncation error of each step. The optional keyword
     arguments are the angular momentum `rotor` of a rotor, the angular velocity `turning` of the
     support, and `shaking`. The tuple `shaking` contains the ratio of amplitude to gravity, the rate
-    and the phase. Raises ArithmeticError if the step size
-    becomes too small.
+    and the phase. Raises ArithmeticError if the step size becomes too small.
     """
     top, (_, last) = TopEquations(problem, **effects), radau_table()
     state, t, step, states = top.start, Real(0), first_step(top), []

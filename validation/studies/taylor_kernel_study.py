@@ -1,10 +1,9 @@
 """Speed and accuracy of the Taylor method for various orders and tolerances.
 
 Conclusion: the order of the Taylor method should be 12, 16, 18, 22 or 28, depending on the
-tolerance. For 20 digits, the first
-8 of 28 coefficients are computed in double-double arithmetic, and the tolerance is 2^-70. For 30
-digits, the first 20 of 36 coefficients are computed in double-double arithmetic, and the tolerance
-is 2^-100.
+tolerance. For 20 digits, the first 8 of 28 coefficients are computed in double-double arithmetic,
+and the tolerance is 2^-70. For 30 digits, the first 20 of 36 coefficients are computed in
+double-double arithmetic, and the tolerance is 2^-100.
 
     python -m validation.studies.taylor_kernel_study [limits orders depth]
 

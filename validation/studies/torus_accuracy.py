@@ -11,10 +11,9 @@ the initial state is perturbed by one rounding error in each of three random dir
 of the conserved quantities is measured up to 1e6 times the natural unit of time tau.
 
 To test consistency, the closed form of the first `--restarted` tops is also computed from a later
-state of the same motion. The two
-closed forms are compared at a late time, 1e6 times the natural unit of time tau. The difference
-between the two solutions is divided by the effect of one rounding error, because rounding errors
-change the frequencies of the motion.
+state of the same motion. The two closed forms are compared at a late time, 1e6 times the natural
+unit of time tau. The difference between the two solutions is divided by the effect of one rounding
+error, because rounding errors change the frequencies of the motion.
 
 Some algorithms rest on numerical evidence rather than proof, as the source files of the closed
 forms explain. With `--plans 1000000`, a million tops are tested. The closed form of each top is

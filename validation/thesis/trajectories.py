@@ -80,9 +80,8 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Integrate by the method extrap, and restart it after each interval as in the thesis.
 
     The length of an interval is the time between two successive pictures drawn by the program in
-    the thesis. After each
-    restart, the initial step size is used again. `every` is the number of intervals between two
-    recorded states.
+    the thesis. After each restart, the initial step size is used again. `every` is the number of
+    intervals between two recorded states.
     """
     n = round(end / interval)
     states, cost, start = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene

@@ -114,10 +114,10 @@ class Record(ReadOnlyArrays):
              point in the frame of the body [L]
 
     A record may contain `specific_force`, `inertial_velocity`, and any quantity of a path except
-    the integrals kowalewski and goryachev_chaplygin. The specific force is
-    the acceleration of `point` minus the acceleration of gravity, in the body frame [L T^-2]. At
-    rest, the specific force points up and has the magnitude of gravity. A gyroscope measures
-    body_velocity or, on a turning support, inertial_velocity.
+    the integrals kowalewski and goryachev_chaplygin. The specific force is the acceleration of
+    `point` minus the acceleration of gravity, in the body frame [L T^-2]. At rest, the specific
+    force points up and has the magnitude of gravity. A gyroscope measures body_velocity or, on a
+    turning support, inertial_velocity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
     independent and normally distributed.

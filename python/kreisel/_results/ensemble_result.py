@@ -175,9 +175,9 @@ class EnsembleResult(ReadOnlyArrays):
         """Check that every top reached its final time, and return this result.
 
         Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not
-        reach its final time. The error message
-        states the index of this top and the total number of failed tops. The attribute `path` of
-        the exception is the path of the failed top, and `paths` is this result.
+        reach its final time. The error message states the index of this top and the total number of
+        failed tops. The attribute `path` of the exception is the path of the failed top, and
+        `paths` is this result.
         """
         indices = np.flatnonzero(self._buffers.status)
         if indices.size:

@@ -23,9 +23,8 @@ class Reductions(EnsembleResult):
     The possible keys of these dictionaries are 'min', 'max', 'mean', 'variance', 'last',
     'where_min' and 'where_max'. The arrays are read-only. The shape of each array is the shape of
     the ensemble, followed by that of the quantity. If the computation of a top failed, its values
-    are NaN. The
-    variance is the mean squared deviation of the recorded values from their mean. The minimum and
-    the maximum are first attained at the times where_min and where_max [T].
+    are NaN. The variance is the mean squared deviation of the recorded values from their mean. The
+    minimum and the maximum are first attained at the times where_min and where_max [T].
 
     tops  the ensemble
 

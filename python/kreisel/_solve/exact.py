@@ -266,10 +266,10 @@ class ExactTorus(Exact):
         pi. The vector m is the angular momentum, and R is the rotation from the body frame to the
         space frame. Along each loop, one angle increases by a full turn, while the other angles are
         constant. The third action variable is the vertical component <m, e3> of the angular
-        momentum. The energy is a function of the actions, and its
-        derivatives are the frequencies: between neighbouring tops, d energy = sum of frequencies *
-        d actions. For Goryachev-Chaplygin tops, the frequencies are derivatives of the energy only
-        within the family of tops with <m, e3> = 0.
+        momentum. The energy is a function of the actions, and its derivatives are the frequencies:
+        between neighbouring tops, d energy = sum of frequencies * d actions. For
+        Goryachev-Chaplygin tops, the frequencies are derivatives of the energy only within the
+        family of tops with <m, e3> = 0.
 
         Up to a rotation about the vertical, some motions repeat after half a turn of one or both
         torus angles. The actions always refer to full turns, even if the motion repeats after half

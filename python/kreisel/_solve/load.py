@@ -33,9 +33,8 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
 
     Raises TypeError if `file` is not a str or a path of text. Raises OSError if the file cannot be
-    read. Raises ValueError if the file is damaged, or contains
-    neither a path nor a scene nor a run. Loading a file does not execute any code that the file
-    contains. Memory use is bounded by
+    read. Raises ValueError if the file is damaged, or contains neither a path nor a scene nor a
+    run. Loading a file does not execute any code that the file contains. Memory use is bounded by
     the size of the file.
     """
     name = os.fspath(file)

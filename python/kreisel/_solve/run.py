@@ -334,8 +334,8 @@ class Run:
         """Change the body or its environment at the current time.
 
         The arguments are the same as for kreisel.Scene. The new body's frame of description keeps
-        the present attitude. The time in the parameter `shaking` is measured
-        from the start of the run.
+        the present attitude. The time in the parameter `shaking` is measured from the start of the
+        run.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"

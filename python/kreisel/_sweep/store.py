@@ -5,10 +5,9 @@ always complete. An existing part is valid if it belongs to the plan, was writte
 version of kreisel, and has a correct checksum.
 
 The names of the part files are reserved; do not use them for other files in the folder of the
-sweep. If a file has
-the name of a part but invalid contents, it is replaced, and a warning is issued. Neither folders
-nor complete parts of a different plan are ever replaced, because they may be the results of long
-computations. All other files in the folder are left unchanged.
+sweep. If a file has the name of a part but invalid contents, it is replaced, and a warning is
+issued. Neither folders nor complete parts of a different plan are ever replaced, because they may
+be the results of long computations. All other files in the folder are left unchanged.
 """
 
 from __future__ import annotations

@@ -51,8 +51,7 @@ class SweepTask(Protocol):
         """Return the validated options of the task, and the requested times of the given ensemble.
 
         For a section, the times are `n` copies of the longest waiting time allowed for the first
-        top. Raises
-        TypeError or ValueError for an invalid argument.
+        top. Raises TypeError or ValueError for an invalid argument.
         """
 
     def compute_results_of_tops(
