@@ -1,6 +1,6 @@
 // Starts given by tilt and spin instead of attitude and momentum.
+import { Quaternion } from "three";
 import { makeBody } from "./core.js";
-import { toQuaternion, toWxyz } from "./scene.js";
 
 const isNumber = (x) => typeof x === "number" && Math.abs(x) <= 1e12;
 const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
@@ -38,9 +38,10 @@ export function computeStart({ body, gravity, rotor, turning = [0, 0, 0] }, star
     level * cos - axial * sin + y * (across * cos * cos + along * sin * sin),
     level * sin + axial * cos - more,
   ];
-  const inPrincipalAxes = toQuaternion([Math.cos(tilt / 2), Math.sin(tilt / 2), 0, 0]);
-  const attitude = inPrincipalAxes.multiply(toQuaternion(made.axes).conjugate());
-  return { attitude: toWxyz(attitude), momentum };
+  const [w, ...vector] = made.axes;
+  const axes = new Quaternion(...vector, w);
+  const q = new Quaternion(Math.sin(tilt / 2), 0, 0, Math.cos(tilt / 2)).multiply(axes.conjugate());
+  return { attitude: [q.w, q.x, q.y, q.z], momentum };
 }
 // Replace the starts of a scene by attitudes and momenta.
 export function resolveStarts({ start, second, ...scene }) {

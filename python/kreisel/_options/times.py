@@ -232,8 +232,9 @@ def check_resolvable_horizon(scene: Scene, end: float, step: float | None) -> No
     """
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps_message(end, abs(step)))
-    if abs(end) >= scene._resolvable_horizon:
-        angle = COUNTABLE * abs(end) / scene._resolvable_horizon
+    horizon = scene._resolvable_horizon  # 0 if the momentum is too large for the core
+    if end and abs(end) >= horizon:
+        angle = COUNTABLE * (abs(end) / horizon) if horizon else math.inf
         raise ValueError(
             f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot "
             "resolve its attitude"
