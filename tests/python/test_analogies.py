@@ -140,6 +140,19 @@ BODY = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
 HANGING = (0, 1, 0, 0)
 
 
+@pytest.mark.parametrize("loss", [{"damping": 0.1}, {"friction": 0.05}])
+def test_the_precession_with_damping_or_friction_is_that_of_the_azimuth(loss):
+    scene = kr.scenes.cusps.replace(**loss)
+    path = kr.solve(scene, np.linspace(0.0, 30.0, 3001))
+    curve, height = kr.apex(path), path.apex[:, 2]
+    lowest = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
+    first, last = lowest[0], lowest[-1]
+    rate = (curve.azimuth[last] - curve.azimuth[first]) / (path.t[last] - path.t[first])
+    undamped = kr.exact(scene.replace(damping=None, friction=None)).precession
+    assert curve.nutation().precession == pytest.approx(rate, rel=0.01)
+    assert abs(rate - undamped) > 0.02 * abs(undamped)
+
+
 @pytest.mark.parametrize(
     "scene",
     [

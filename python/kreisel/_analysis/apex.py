@@ -86,7 +86,8 @@ class Apex:
         azimuth. Where the apex passes exactly through the vertical, the azimuth jumps by half a
         turn. So for each nutation, the number of half turns is taken from the closed form, in which
         the jumps do not count as precession. If the apex stays within 4e-5 of the vertical, the
-        whole precession is taken from the closed form.
+        whole precession is taken from the closed form. With damping or dry friction, there is no
+        closed form, and the precession is that of the azimuth of the states.
 
         Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
         raises ValueError if the path contains no complete nutation period, or fewer than four
@@ -112,6 +113,11 @@ class Apex:
             return Apex(*arrays, self.scene)._measure_nutation()
         return self._measure_nutation()
 
+    @property
+    def _loses_energy(self) -> bool:
+        """True for a top with damping or dry friction, whose motion has no closed form."""
+        return any(self.scene.damping) or self.scene.friction > 0.0
+
     def _measure_nutation(self) -> Nutation:
         """Return the nutation and precession of a trace whose times increase."""
         top = exact(self.scene.replace(damping=None, friction=None))
@@ -131,7 +137,11 @@ class Apex:
         greatest, least = (
             float(np.mean([self._interpolate_nutation(t) for t in times])) for times in (low, high)
         )
-        angle = self._measure_azimuth_change(low, top.precession)
+        if self._loses_energy:
+            first, last = (self._interpolate_values_at_time(self.azimuth, low[i]) for i in (0, -1))
+            angle = last - first
+        else:
+            angle = self._measure_azimuth_change(low, top.precession)
         return Nutation(least, greatest, span / (len(low) - 1), angle / span)
 
     def _measure_steady_nutation(self, top: Exact) -> Nutation:
@@ -139,7 +149,8 @@ class Apex:
         nutation = np.arctan2(radius, self.height)
         angle, duration = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
         rate = float(angle / duration) if duration else math.nan
-        if float(radius.max()) ** 2 < 2.0 * _LEVEL:  # a nutation may be hidden near the vertical
+        # Near the vertical, a nutation may be hidden.
+        if float(radius.max()) ** 2 < 2.0 * _LEVEL and not self._loses_energy:
             rate = top.precession
         return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
 
