@@ -37,8 +37,8 @@ static void move_a_little(kr_body *body)
     if (choose(2)) body->inertia.x *= 1.0 + by;
     if (choose(2)) body->com.x += by;
 }
-/* Gives a body a rotor: along its first or last axis or to its centre of mass, or in any direction,
- * and with a momentum of any size. */
+/* Adds a rotor of random momentum to a body. The axis of the rotor is the first or the third
+ * principal axis, the direction of the centre of mass, or random. */
 static void add_rotor(kr_body *body)
 {
     const double size = v_largest(body->inertia) * (odds(80) ? 1.0 : spread(1e-9, 1e3));
