@@ -8,8 +8,6 @@
 #include "kowalewski.h"
 #include "torus_state.h"
 
-enum { HALF_WIDE = WIDE_MOST / 2 + 1 };
-
 /* Powers of exp(i theta1/2) and exp(i theta2/2), as real and imaginary parts. The power exp(i k
  * theta1/2) is stored at index k of re1 and im1. The power exp(i k theta2/2) is stored at index (k
  * + WIDE_MOST)/2 of re2 and im2. Powers with even and odd k are stored separately, so that each row

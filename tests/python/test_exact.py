@@ -166,6 +166,10 @@ def test_refusals_describe_tops_with_a_closed_form_only_if_the_body_has_none():
     tops_of_closed_forms = "closed forms are known for bodies with two equal moments"
     with pytest.raises(ValueError, match=tops_of_closed_forms):
         kr.exact(kr.scenes.asymmetric)
+    with pytest.raises(ValueError, match=tops_of_closed_forms):
+        kr.exact(kr.scenes.asymmetric.replace(turning=(0, 0, 1)))
+    with pytest.raises(ValueError, match=tops_of_closed_forms):
+        kr.exact([kr.scenes.asymmetric.replace(turning=(0, 0, 1))])
     asymmetric, turning = kr.scenes.asymmetric, THESIS.replace(turning=(0, 1, 0))
     rotor = asymmetric.body.with_rotor(spin=1.0, inertia=0.1, axis=(1, 0, 0))
     for tops in (

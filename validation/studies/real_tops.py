@@ -300,7 +300,8 @@ def main():
         print(f"change of the reference / conditioning: {least:.2g}, {middle:.2g}, {most:.2g}")
     print(*tally.faults, sep="\n")
     print(f"{len(tally.faults)} faults")
+    return 1 if tally.faults else 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -450,7 +450,8 @@ def exact(
     if isinstance(scene, Ensemble) and map is None and step is None:
         return make_exact_ensemble(scene)
     top = check_type("scene", scene, Scene)
-    refuse_turning_support(top)
+    if methods[EXACT].suits(top):
+        refuse_turning_support(top)
     if map is not None:
         return _build_bobenko_suris_closed_form(top, map, step)
     if step is not None:

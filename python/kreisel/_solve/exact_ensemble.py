@@ -276,12 +276,12 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 
     Raises ValueError if the motion of a top has no closed-form solution.
     """
-    refuse_turning_support(tops)
     first, count = unsuited(tops._core_scenes, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
         prefix = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
         raise make_no_closed_form_error("ERR_METHOD", get_member_by_flat_index(tops, first), prefix)
+    refuse_turning_support(tops)
     forms = ExactEnsemble(tops, word)
     _ = (
         forms._frequencies_and_certificates
