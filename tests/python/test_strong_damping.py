@@ -174,7 +174,7 @@ def test_a_top_comes_to_rest(name, digits):
     path = kr.solve(top, [0.01 * t, 0.5 * t, t], digits=digits, max_steps=1500)
     com = np.array(body.com) / np.linalg.norm(body.com)
     up = [kr.quaternion.turn_back(q, (0, 0, 1)) for q in path.q[1:]]
-    assert np.abs(np.array(up) + math.copysign(1.0, top.gravity) * com).max() < 1e-15
+    assert np.abs(np.array(up) + math.copysign(1.0, top.gravity) * com).max() < 3e-15
     again = top.replace(attitude=path.q[1], momentum=path.m[1])
     assert kr.attitude_error(kr.solve(again, [t], max_steps=1500).q[0], path.q[1]) < 1e-8
 
