@@ -179,7 +179,7 @@ RIGHT = {
     "frame": [TABLE],
     "fit": [None, FITS[0]],
 }
-WORDS = {  # the keywords that a function accepts as **words
+WORDS = {  # the keywords that a function accepts through **more, **changes, **words or **arguments
     "more": ["direction", "where", "max_count", "terminal"],
     "changes": [
         *["body", "momentum", "attitude", "gravity", "velocity", "damping"],

@@ -188,7 +188,7 @@ class Series:
 
 
 def attitude_error(q, high, low=(0, 0, 0, 0)):
-    """Return the angle between the attitude `q` and the reference attitude `high` + `low`."""
+    """Return the angle between the reference attitude `q` and the attitude `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
         attitude = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]

@@ -29,12 +29,12 @@ def random_ensemble(n, seed=1):
 
 
 def same(one, other):
-    """Return True if two results are bitwise equal."""
+    """Return True if all fields of two results are equal, with NaN equal to NaN."""
     return all(np.array_equal(getattr(one, f), getattr(other, f), equal_nan=True) for f in FIELDS)
 
 
 def same_path(one, other, events=False):
-    """Return True if two paths are bitwise equal and have the same options."""
+    """Return True if the options and columns of two paths are equal, and optionally the events."""
     words = "method", "step", "tol", "digits", "want"
     is_equal = all(getattr(one, word) == getattr(other, word) for word in words)
     columns = one.want or ("states",)

@@ -1,7 +1,7 @@
 """Problems with moving supports and friction, and SciPy solutions for comparison.
 
-The equations of docs/theory/supports.md are integrated in the space frame. Only the parameters and
-initial values are taken from a scene; SciPy integrates the equations of motion.
+The equations of docs/theory/supports.md are integrated in axes that turn with the support. Only the
+parameters and initial values are taken from a scene; SciPy integrates the equations of motion.
 """
 
 import kreisel as kr
@@ -47,7 +47,7 @@ def list_unsupported_calls(scene, path):
 
 
 class Motion:
-    """The equations of motion in the space frame, for the state y = (attitude, momentum)."""
+    """The equations of motion in the support frame, for the state y = (attitude, momentum)."""
 
     def __init__(self, scene):
         body = scene.body

@@ -5,7 +5,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 from kreisel._core import record
 
-# The places of the numbers of a parameter among the 27 doubles of a scene in the core.
+# The indices of the numbers of a parameter among the 34 doubles of a scene in the core.
 PLACES = {
     "moments": (1, 2, 3),
     "com": (4, 5, 6),

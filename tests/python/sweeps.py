@@ -50,7 +50,7 @@ def hex_doubles(value):
 
 def start_python(code, *words, **more):
     """Start a Python process that runs `code` and can import the modules of the tests."""
-    from toolbox import HEEDING  # here, because the started processes need no pytest
+    from toolbox import HEEDING  # toolbox imports pytest, which started processes do not need
 
     repo = str(HERE.parent / "repo")
     path = os.pathsep.join([str(HERE), repo, os.environ.get("PYTHONPATH", "")])

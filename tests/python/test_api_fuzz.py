@@ -1,7 +1,7 @@
 """Tests that random calls of the public API either succeed or raise documented exceptions.
 
-By default, a few random calls of each function are generated, always with the same seed. If the
-environment variable KREISEL_CALLS is 1000, 1000 random examples are tried per callable.
+By default, 40 random calls of each function are generated, always with the same seed. If the
+environment variable KREISEL_CALLS is 1000, 1000 random calls of each function are tried.
 """
 
 import contextlib
@@ -108,7 +108,7 @@ def is_inexpensive(name, word, value):
 
 @st.composite
 def draw_arguments(draw, name, parameters):
-    """Draw random arguments for a call; at most two of them may be invalid."""
+    """Draw random arguments for a call; those of at most two parameters may be invalid."""
     args, kwargs = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
     odd = draw(up_to_two(*names))
@@ -126,7 +126,7 @@ def draw_arguments(draw, name, parameters):
     return args, kwargs
 
 
-# Hypothesis takes long to prepare a strategy, so that strategies are kept.
+# Strategies are cached, because Hypothesis takes long to prepare one.
 
 
 @functools.cache
@@ -151,7 +151,7 @@ def possible_exceptions(name, parameters):
 
 
 def use_result(result):
-    """Use a result as a typical caller would."""
+    """Check the repr of a result, or of the first items if it is a generator."""
     if isinstance(result, GeneratorType):
         result = list(itertools.islice(result, 3))
     assert isinstance(repr(result), str)
@@ -172,7 +172,7 @@ def test_every_call_returns_or_raises_a_documented_exception(name):
         try:
             use_result(call(*args, **kwargs))
         except possible_exceptions(name, parameters) as error:
-            # the messages of these calls include the file name
+            # messages of OSError include the file name, which may be long
             assert len(str(error)) < LETTERS or isinstance(error, OSError)
         except AttributeError as error:
             assert LEFT_OUT in str(error) or NO_TANGENTS in str(error)

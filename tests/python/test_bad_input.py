@@ -1,4 +1,4 @@
-"""Tests that invalid input raises only TypeError, ValueError, MemoryError or kreisel.Error."""
+"""Tests that invalid input raises an exception of a suitable type, with a short message."""
 
 import kreisel as kr
 import numpy as np

@@ -75,7 +75,7 @@ def test_bobenko_suris4_is_more_accurate_than_bobenko_suris(step, times):
     assert one > times * four
 
 
-def test_bobenko_suris4_refuses_steps_without_rates():
+def test_bobenko_suris4_refuses_large_steps():
     top = scene("lagrange", momentum=(8.0, 0.0, 0.0))  # |m| / I1 is about 1
     kr.solve(top, 10, method="bobenko_suris4", step=0.6)
     with pytest.raises(ValueError, match="step is too large"):

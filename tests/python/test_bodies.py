@@ -1,4 +1,4 @@
-"""kreisel.Bodies: each member equals a body made individually, for any broadcast shape."""
+"""Tests that each member of kreisel.Bodies equals a body made individually."""
 
 import pickle
 
@@ -16,7 +16,7 @@ HALF, SOME = RNG.uniform(0.5, 2, (4, 1, 3)), RNG.uniform(-1, 1, (3, 3))
 # a body keeps its axes if the centre of mass lies on an axis
 ON_AXIS = np.array([(0.0, 0.0, -1.0)] * 3)
 MATRICES = np.array([kr.Body.cuboid((1, 2, 3), pivot).inertia for pivot in SOME])
-MAKERS = {  # constructors of all members, and of the member at (i, j) and its pivot
+MAKERS = {  # functions that return all bodies, and a function for the arguments of one
     "cuboid": lambda pivot: (
         kr.Bodies.cuboid(HALF, pivot),
         lambda i, j, point: (HALF[i, 0], point),

@@ -123,7 +123,7 @@ def test_the_exponent_agrees_with_the_tangents_of_a_path():
     assert np.all(back.curve > 0.1) and back.certificate < 1e-12
 
 
-def test_indicators_separate_order_from_chaos():
+def test_megno_separates_order_from_chaos():
     rng = np.random.default_rng(5)
     q = rng.standard_normal((24, 4))
     q /= np.linalg.norm(q, axis=1)[:, None]
@@ -143,7 +143,7 @@ def test_indicators_separate_order_from_chaos():
     assert kr.megno(kr.scenes.asymmetric, [1000.0]).value > 70.0
 
 
-def test_megno_of_regular_tops_is_two_up_to_one_over_the_time():
+def test_megno_of_regular_tops_approaches_two():
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric_regular):
         indicator = kr.megno(scene, [300.0, 1e3, 3e3])
         deviation = np.abs(indicator.curve - 2.0) * indicator.t

@@ -35,7 +35,7 @@ def test_known_tops_have_the_expected_verdict(indicate):
 
 @pytest.mark.parametrize("name", INTEGRABLE)
 def test_no_integrable_top_is_called_chaotic(name):
-    """Check that random integrable tops are never classified as chaotic."""
+    """Check that random integrable tops are not classified as chaotic, unless in doubt."""
     q, m = random_starts(24, 5)
     m[:, 2] *= name != "goryachev_chaplygin"  # integrable only without vertical momentum
     indicator = kr.megno(kr.Ensemble(INTEGRABLE[name], momentum=m, attitude=q), [3000.0])

@@ -117,7 +117,7 @@ def test_geometric_prints_its_choice():
     assert str(path.plan.choice) in output and path.method in output
 
 
-def test_damped_tops_have_no_energy_error_and_no_viewer(tmp_path):
+def test_tops_with_unequal_damping_have_no_energy_error_and_no_viewer(tmp_path):
     kr.scenes.asymmetric.replace(damping=(0.1, 0.2, 0.1)).to_toml(tmp_path / "top.toml")
     assert "energy error" not in call("solve --t 5", tmp_path / "top.toml")
     assert "one damping" in call("view", tmp_path / "top.toml", "--save", tmp_path / "a", code=2)
@@ -252,7 +252,7 @@ def test_unwrapped_angles_are_continuous_across_chunks():
     assert rows[:, 1] == pytest.approx(np.unwrap(path.spin_angle), abs=1e-9)
 
 
-# Boundary values
+# The table of methods, and the report
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from cli_helpers import call, join_lines, make_raiser
 from internals import cli, view
 
 KREISEL = [sys.executable, "-m", "kreisel"]
-ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run too long for a test to wait for
+ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that fails after 100000 steps
 
 
 def shell(words, **options):

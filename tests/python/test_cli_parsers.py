@@ -51,7 +51,7 @@ def test_times_are_required(command):
     assert "Missing option '--t'" in call(command, code=2)
 
 
-def test_errors_and_warnings_go_to_standard_error():
+def test_errors_go_to_standard_error():
     result = CliRunner().invoke(cli.main, ["methods", "none"])
     assert result.stdout == "" and result.stderr.startswith("Error: unknown method 'none'")
     assert result.stderr.endswith(" did you mean 'rk4'?\n") or result.stderr.count("\n") == 1
@@ -195,7 +195,7 @@ def test_a_grid_contains_the_multiples_of_its_step(words, count):
 
 
 @pytest.mark.parametrize("ends", [[0.0], [0.0, 1.0, 1.0], [-1.0, -1.0, -2.0], [1.0, 5.0]])
-def test_times_may_stand_still_but_not_turn_round(ends):
+def test_times_may_repeat_but_not_change_direction(ends):
     time_option._refuse_unordered_time_grids(ends)
     if len(ends) > 1:
         with pytest.raises(

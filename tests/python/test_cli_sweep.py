@@ -151,7 +151,7 @@ def read(screen):
         ("status .", "not a folder of a sweep: it has no plan.json"),
     ],
 )
-def test_errors_take_one_line_before_anything_runs(plan, line, message):
+def test_errors_are_reported_before_anything_runs(plan, line, message):
     (plan / "wrong.toml").write_text("tt = 1")
     output = call(f"sweep {line}", code=2)
     assert message in join_lines(output) and "Traceback" not in output

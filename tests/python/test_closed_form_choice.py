@@ -28,7 +28,7 @@ def kind(request):
     return request.param
 
 
-LONG = {"kowalewski": 5e3, "goryachev_chaplygin": 4e5}  # times at which the set-up has paid
+LONG = {"kowalewski": 5e3, "goryachev_chaplygin": 4e5}  # times at which the closed form is faster
 
 
 @pytest.mark.parametrize("make_times", [float, int, lambda t: [1.0, t], lambda t: np.array([t])])

@@ -1,4 +1,4 @@
-"""kreisel.compare: errors against run time, including methods that fail."""
+"""Tests of kreisel.compare, including methods that fail."""
 
 import kreisel as kr
 import numpy as np

@@ -25,8 +25,8 @@ END, CHUNK = 24.0, 100
 KILLS = int(os.environ.get("KREISEL_KILLS", 8))
 
 TOP = kr.scenes.asymmetric
-# Runs in a separate process for each writer. At the given moment of writing, the process is ended
-# or the disk is full.
+# Forks a process for each writer. At the given moment of writing, this process kills itself or the
+# disk is full.
 WRITER = """
 import importlib.metadata, os, pathlib, resource, signal, sys
 import kreisel as kr

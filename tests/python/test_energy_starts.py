@@ -1,4 +1,4 @@
-"""kreisel.starts: starts of given energy and vertical momentum, at random or on a grid."""
+"""Tests of kreisel.starts: starts of given energy and vertical momentum, random or on a grid."""
 
 import itertools
 import math

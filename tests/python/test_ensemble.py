@@ -1,4 +1,4 @@
-"""kreisel.Ensemble: broadcasting, indexing, and members that equal individual scenes."""
+"""Tests that ensembles broadcast, follow NumPy's indexing, and have members equal to scenes."""
 
 import copy
 import dataclasses

@@ -131,12 +131,12 @@ def test_no_tops_and_no_times_give_empty_results():
 
 
 TOPS = random_ensemble(400)
-LONG = np.linspace(0.0, 1e6, 101)  # this run would take an hour
+LONG = np.linspace(0.0, 1e6, 101)  # this run would take minutes
 
 
 @contextlib.contextmanager
 def send_sigint(delay):
-    """Send SIGINT to this process after a delay of `delay` seconds."""
+    """Raise KeyboardInterrupt after `delay` seconds, with the signal handler of SIGINT."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, delay)
     try:

@@ -122,7 +122,7 @@ def test_reductions_equal_those_of_the_states():
         reductions["nutatio"]
 
 
-def test_failed_tops_have_empty_reductions():
+def test_reductions_of_failed_tops_are_nan():
     reductions = kr.reduce(UNDAMPED, [1.0, 9.0], {"spin": "max"}, "rk4", step=0.1, max_steps=20)
     assert np.isnan(reductions["spin"]["max"]).all() and (reductions.state_counts == 1).all()
     with pytest.raises(kr.Error, match=r"top\[0\], the first of 5 of 5") as error:

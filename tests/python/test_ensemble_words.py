@@ -135,7 +135,7 @@ def test_parameters_are_scattered_independently_and_normally():
     offsets = (all_three.momentum - TOP.momentum)[:, :2] / (0.1, 0.2)
     normal = np.column_stack([offsets, (all_three.gravity - 1) / 0.3])
     assert np.all(all_three.momentum[:, 2] == TOP.momentum[2])
-    # five times the standard error of the mean of n normal numbers
+    # The tolerances are five standard errors of estimates from n normally distributed numbers.
     np.testing.assert_allclose(normal.mean(axis=0), 0, atol=5 / n**0.5)
     np.testing.assert_allclose(np.cov(normal.T), np.eye(3), atol=5 * (2 / n) ** 0.5)
     np.testing.assert_allclose((normal**4).mean(axis=0), 3, atol=5 * (96 / n) ** 0.5)

@@ -1,4 +1,4 @@
-"""kreisel.exact: results, errors, and the use of closed forms by method="auto"."""
+"""Tests of kreisel.exact, and of the use of closed forms by method="auto"."""
 
 import copy
 import math
@@ -239,7 +239,7 @@ def test_unresolvable_times_are_refused_for_one_and_many_tops():
 
 
 def test_the_rotation_of_a_slender_body_limits_the_times_of_all_calls():
-    """A slender body turns much faster about its axis than its momentum would turn it otherwise."""
+    """Check a slender body, whose spin is about a million times the rate of its precession."""
     body = kr.Body(1.0, (1.0, 1.0, 1e-6), (0.0, 0.0, 0.0))
     slender = kr.Scene(body, momentum=(1e-3, 0.0, 1.0), gravity=1.0)
     for t, is_resolved in ((9.0e9, True), (9.1e9, False), (1e12, False)):

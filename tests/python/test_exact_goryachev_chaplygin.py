@@ -1,6 +1,6 @@
 """Tests of the closed-form solution for Goryachev-Chaplygin tops.
 
-test_exact_torus_forms.py has the laws of both closed forms on a torus.
+Tests for both closed forms on a torus are in test_exact_torus_forms.py.
 """
 
 import kreisel as kr

@@ -1,6 +1,6 @@
 """Tests of the closed-form solution for Kowalewski tops.
 
-test_exact_torus_forms.py has the laws of both closed forms on a torus.
+test_exact_torus_forms.py has the tests that also apply to Goryachev-Chaplygin tops.
 """
 
 import kreisel as kr
@@ -9,7 +9,7 @@ import pytest
 BODY = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
 
 
-def test_a_pendulum_is_refused_by_name():
+def test_a_pendulum_is_refused():
     pendulum = kr.Scene(BODY, momentum=(0.0, 2.5, 0.0))
     with pytest.raises(ValueError, match="no closed form"):
         kr.exact(pendulum)

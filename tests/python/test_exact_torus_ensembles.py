@@ -16,7 +16,7 @@ def scene(moments, com, momentum):
     return kr.Scene(body, momentum=momentum, attitude=ATTITUDE, gravity=9.81)
 
 
-# The centres of mass are not along a principal axis, so that internal axes are not those given.
+# The centres of mass of the first two lie on no given axis, so their internal axes are others.
 KOWALEWSKI = scene((1.4, 1.4, 0.7), (0.72, 0.54, 0.0), (0.3, 1.1, 0.8))
 CHAPLYGIN = scene((2.8, 0.7, 2.8), (0.72, 0.0, -0.54), (0.9, 2.1, 0.0))
 LAGRANGE = scene((0.7, 1.4, 1.4), (0.9, 0.0, 0.0), (0.3, 1.1, 0.8))
@@ -73,7 +73,7 @@ def test_solve_equals_single_runs():
     for i in np.ndindex(2, 2):
         one = kr.solve(TOPS[i], TIMES, method="exact")
         assert np.abs(paths[i].states - one.states).max() < 2e-14
-        if TOPS[i].body.kind != "lagrange":  # batches set these up in the user's units
+        if TOPS[i].body.kind != "lagrange":  # batches set up Lagrange tops in the user's units
             assert np.array_equal(paths[i].states, one.states) and paths[i].stats == one.stats
             other = kr.solve(TOPS[i], -TIMES, method="exact")
             assert np.array_equal(back[i].states, other.states)

@@ -136,7 +136,7 @@ def test_tangents_do_not_change_the_path():
 
 
 def test_tangents_near_a_separatrix_have_an_error_or_are_refused():
-    level = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)  # the closed form refuses this start at rest
+    level = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)  # at rest, the top has no closed form
     near_scene, nearer_scene = (
         KOWALEWSKI.replace(momentum=size * np.array(KOWALEWSKI.momentum), attitude=level)
         for size in (1e-3, 1e-6)
@@ -319,7 +319,7 @@ def test_steps_shrink_with_time(monkeypatch):
 @pytest.mark.parametrize(
     ("misses", "steps", "rest"),
     [
-        # misses of two times at each step; the first step is settled
+        # errors at two times for each step; in the first case, the first step is accurate enough
         ([(1e-12, 1e-11)], 1, (1e-12, 1e-11)),
         ([(1e-12, 1e-9), (1e-13,)], 2, (1e-12, 1e-13)),
         ([(1e-9, 1e-9), (1e-8, 1e-10), (1e-10,), (1e-9,)], 3, (1e-9, 1e-10)),

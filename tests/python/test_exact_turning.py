@@ -53,7 +53,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return a random top whose motion is close to the special case `kind`, such as a cusp."""
+    """Return a random top, close to a special case such as a cusp unless `kind` is "anywhere"."""
     deviation = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True
@@ -77,7 +77,7 @@ def scenes_near(rng, kind):
         q = unit((1, deviation, 0, 0))
         spin = rng.uniform(0.2, 4) * math.sqrt(i1 * lever)
         return kr.Scene(body, (deviation * rng.normal(), deviation * rng.normal(), spin), q)
-    # a pendulum whose energy differs by up to `deviation` from the energy at the upright position
+    # a pendulum that is faster than on the separatrix by the factor 1 + `deviation`
     rate = 2 * math.sqrt(lever / i1) * math.sin(tilt / 2)
     return kr.Scene(body, (i1 * rate * (1 + deviation), 0, 0), q)
 
@@ -106,7 +106,7 @@ COURSES = {
     "circle": kr.Scene(BODY, momentum=(1, 2, 3), attitude=TILTED, gravity=0),
     "resting": kr.Scene(BODY, momentum=(0, 0, 0), attitude=TILTED, gravity=0),
 }
-TURNED = {  # the same motion upside down, and with a body whose axis points the other way
+TURNED = {  # the same motion upside down, with the axis of the body reversed, and in small units
     "as it is": lambda scene: scene,
     "gravity upwards": lambda s: s.replace(
         attitude=kr.quaternion.multiply((0, 1, 0, 0), s.attitude),

@@ -98,7 +98,7 @@ def interrupt(part):
         raise KeyboardInterrupt
 
 
-INTERRUPTED = {  # the call, the status of success and the results
+INTERRUPTED = {  # the call, the status of success, and the name of the results
     "indicator": (lambda tops, **more: kr.megno(tops, 20.0, **more), "OK", "curve"),
     "step search": (
         lambda tops, **more: kr.solve(tops, 5.0, "geometric", error=1e-6, **more), 0, "states",

@@ -1,8 +1,8 @@
-"""Tests that randomly modified files are either read correctly or rejected.
+"""Tests that randomly modified files are either read or rejected.
 
-The tests change, delete or duplicate bytes of valid files, and replace words in TOML files.
-Checksums are recomputed after each modification. The environment variable KREISEL_CALLS sets how
-many modified files each test tries.
+The tests change, delete or duplicate bytes of valid files, and replace words in TOML files. Some
+tests then recompute the checksum, so that the modified contents are read. The environment variable
+KREISEL_CALLS sets how many modified files each test tries.
 """
 
 import io
@@ -186,7 +186,7 @@ def array(text):
 @EXAMPLES
 @given(data=st.data())
 def test_any_archive_is_a_path_or_is_refused(data, file):
-    """Check that modified archives with correct checksums are either read correctly or rejected."""
+    """Check that modified archives with correct checksums are either read or rejected."""
     contents = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *contents]))
     text = str(np.load(io.BytesIO(contents[name]))) if name in ("head.npy", "scene.npy") else ""
@@ -215,7 +215,7 @@ def test_a_damaged_archive_has_a_short_message(file):
     data = bytearray(file.read_bytes())
     data[26:28] = (2000).to_bytes(
         2, "little"
-    )  # the first name is followed by letters that are part of numbers
+    )  # the length of the first name, which then includes binary data
     file.write_bytes(data)
     with pytest.raises(ValueError, match="the archive is damaged: File name in directory") as error:
         kr.load(file)

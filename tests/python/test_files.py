@@ -121,7 +121,7 @@ def test_a_header_that_is_not_an_object_is_refused():
             kr.resume(b"kreisel run\n" + b"%08x\n" % zlib.crc32(body) + body)
 
 
-# Boundary values
+# Devices, folders and interrupted writes
 
 
 def test_a_trial_file_removed_by_another_process_is_no_error(monkeypatch, tmp_path):

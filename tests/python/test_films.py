@@ -159,7 +159,7 @@ def test_the_matrix_of_a_quaternion_is_its_rotation(angle, axis):
 
 @pytest.mark.parametrize("path", [LEANING, kr.solve(kr.scenes.asymmetric, 2.0)])
 def test_each_frame_shows_its_state(path):
-    """Check the positions and drawing order of all lines in each frame of an animation."""
+    """Check the positions and drawing order of all moving parts in each frame of an animation."""
     film = path.animate(speed=0.5, fps=1, size=50)
     quads, _, edge = made._build_body_faces(path.scene.body)
     x, y, z = film._apex.T

@@ -24,7 +24,7 @@ def fit():
     return kr.fit(GUESS, gyroscope(), FREE)
 
 
-def test_a_gyroscope_determines_the_body_without_a_start(fit):
+def test_a_gyroscope_determines_the_body_from_a_poor_guess(fit):
     found, error = fit.error_of(ratios)
     assert fit.has_converged and 0.8 < fit.chi2 / fit.dof < 1.2
     assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all() and (error[:2] < 0.01).all()
@@ -87,7 +87,7 @@ def test_the_sign_of_quaternions_does_not_matter(seed):
     assert (np.abs(found - ratios(HEAVY)) < 4.5 * error).all()
 
 
-def test_the_tip_of_a_symmetric_top_determines_its_spin_and_lever():
+def test_the_apex_of_a_symmetric_top_determines_its_axial_momentum_and_transverse_moment():
     fit = kr.fit(SYMMETRIC_GUESS, tip())
     spin = "the moment about the axis against the spin: only their product counts"
     assert fit.unidentified == ("the spin angle: a rotation of the start about the axis", spin)
@@ -215,7 +215,7 @@ def test_only_unknown_noise_is_estimated_with_the_soft_loss():
     assert found.sigma[0]["apex"] == 0.013
     spread = 1.4826 * np.median(np.abs(2.0 * noise[:, 3]))
     assert found.sigma[0]["energy"] == pytest.approx(spread, rel=0.03)
-    assert found.sigma[0]["spin"] == 0.1  # unknown
+    assert found.sigma[0]["spin"] == 0.1  # the default of a series without measurements
 
 
 def test_correlated_residuals_enlarge_the_errors():
@@ -415,7 +415,7 @@ def test_the_toml_of_a_fit_contains_its_scene(fit, tmp_path):
     assert text.startswith("# Fit of 12 parameters to 900 numbers")
 
 
-def test_a_fit_prints_a_table(fit):
+def test_a_fit_is_converted_to_a_table(fit):
     table = fit.to_pandas()
     assert list(table.index) == list(fit.names) and list(table.columns) == [
         "value",
@@ -444,7 +444,7 @@ def test_a_fit_of_attitudes_shows_all_components_of_the_quaternions():
 
 
 def test_the_centre_of_mass_stays_on_the_side_of_the_guess():
-    """Reversing both the vertical and the centre of mass does not change gyroscope data."""
+    """Fit gyroscope data, which do not change if vertical and centre of mass are both reversed."""
     body = kr.Body(1.0, GUESS.body.moments, com=(0.0, 0.0, -0.3), unphysical=True)
     up, down = (kr.fit(GUESS.replace(body=b), gyroscope(), FREE) for b in (GUESS.body, body))
     assert up.values["com_z"] > 0.0 > down.values["com_z"]

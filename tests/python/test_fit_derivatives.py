@@ -213,7 +213,7 @@ def test_a_motion_that_cannot_be_computed_has_infinite_residuals():
 
 
 def test_rows_of_residuals_follow_the_series():
-    """Check two records with equal times, whose missing measurements have the residual 0."""
+    """Check that missing measurements have the residual 0, and that times may repeat."""
     scene = make_scene("turned")
     path = kr.solve(scene, [0.0, 1.0, 2.0])
     spin = np.add(path.spin, (0.1, np.nan, -0.3))

@@ -55,7 +55,7 @@ def test_a_guess_is_near_the_truth(names, damping):
             assert np.allclose(getattr(path, name), expected, atol=0.06 * np.abs(expected).max())
 
 
-def test_a_gyroscope_does_not_tell_the_side_of_an_unknown_centre_of_mass():
+def test_gyroscope_data_do_not_determine_the_side_of_an_unknown_centre_of_mass():
     start = GUESS.replace(body=kr.Body(1.0, (1.0, 1.1, 1.2), com=(0, 0, 0), unphysical=True))
     found = [guess.point for guess in guesses(start, measure(HEAVY, ["body_velocity"]))]
     for one, other in zip(found[::2], found[1::2], strict=True):

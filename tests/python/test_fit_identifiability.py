@@ -195,7 +195,7 @@ def test_the_changes_of_a_sentence_are_invisible(case):
     [((0.03, 0.05, 0.07), 0.07), ((0.03, 0.07, 0.07), 0.07), (0.07, 0.07)],
 )
 def test_the_momentum_of_a_sleeping_top_shows_a_product_of_moment_and_spin(damping, change):
-    """A top that spins about the vertical with momentum L obeys L' = -damping L / moment."""
+    """Check the momentum L of a sleeping top, which obeys L' = -damping L / moment."""
     body = kr.Body(1.0, (1.0, 1.2, 0.6), (0.0, 0.0, 0.4), unphysical=True)
     scene = kr.Scene(body, body_velocity=(0.0, 0.0, 9.0), gravity=9.81, damping=damping)
     model = make_model(scene, "m", "velocity moments damping")
@@ -211,7 +211,7 @@ def test_the_momentum_of_a_sleeping_top_shows_a_product_of_moment_and_spin(dampi
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_damping_across_the_axis_has_one_mean(axis):
+def test_only_the_mean_of_the_damping_across_the_axis_counts(axis):
     com = 0.4 * np.eye(3)[axis]
     scene = top(com=com, damping=(0.05, 0.06, 0.07))
     parameters = FreeParameters(scene, ("damping",), [])
@@ -287,7 +287,7 @@ def test_an_unknown_direction_is_described_by_its_four_largest_components():
 
 @pytest.mark.parametrize("angle, is_heading", [(0.04, True), (0.05, False)])
 def test_a_direction_near_a_symmetry_has_its_sentence(angle, is_heading):
-    """The threshold 0.999 lies between the cosines of 0.04 rad and 0.05 rad."""
+    """Check the threshold 0.999, which lies between the cosines of 0.04 rad and 0.05 rad."""
     parameters = FreeParameters(top(), ("attitude", "gravity"), [])
     vertical = kr.solve(top(), [0.0]).body_vertical[0]
     blind = np.append(np.cos(angle) * vertical, np.sin(angle))[:, None]
@@ -299,7 +299,7 @@ def test_a_direction_near_a_symmetry_has_its_sentence(angle, is_heading):
     assert is_heading or sentence.startswith("a combination of parameters: +0.")
 
 
-def test_a_rotation_of_tied_directions_leaves_the_others():
+def test_directions_without_a_symmetry_are_described_after_the_symmetries():
     parameters = FreeParameters(top(), ("attitude", "gravity"), [])
     names = ["attitude_x", "attitude_y", "attitude_z", "gravity"]
     sentences = identifiability.describe_undetermined_directions(

@@ -159,7 +159,7 @@ def test_distances_to_bounds_are_means_of_equal_parameters():
     ],
 )
 def test_equal_moments_stay_equal(values, is_equal):
-    """Moments are equal if they differ by at most 1e-12 of the largest of them."""
+    """Check that moments are equal if they differ by at most 1e-12 of the largest of them."""
     groups = module._build_equal_group_matrix(np.array(values))
     assert groups.T.tolist() == ([[1, 0, 1], [0, 1, 0]] if is_equal else np.eye(3).tolist())
     assert module._build_equal_group_matrix(np.full(3, 2.0)).tolist() == [[1.0]] * 3
@@ -236,7 +236,7 @@ def test_moments_are_at_least_tiny():
 
 
 def test_the_effective_gravity_is_that_of_a_shaken_support():
-    """A support at the height a cos(w t + phase) adds its acceleration to gravity."""
+    """Check that a support at the height a cos(w t + phase) adds its acceleration to gravity."""
     t, h = np.array((0.0, 0.1, 0.7)), 1e-4
     point = convert_scene_to_fit_point(make_scene(shaking=SHAKING))
     a, w, phase = SHAKING
@@ -250,7 +250,7 @@ def test_the_effective_gravity_is_that_of_a_shaken_support():
 
 
 def test_friction_that_replaces_zero_is_tiny_against_the_energy():
-    """The energy of this top is 1.3 |w|^2 + m g |com| = 11.7 + 1.859."""
+    """Compare with 1e-12 of the energy scale 1.3 |w|^2 + m g |com| = 11.7 + 1.859 of the top."""
     parameters = make_parameters("friction")
     scene = parameters.build_differentiable_scene(parameters.start)
     assert scene.friction == pytest.approx(1e-12 * (11.7 + 1.1 * 1.3 * 1.3), rel=1e-9, abs=0.0)

@@ -250,7 +250,7 @@ def test_a_lever_needs_a_centre_of_mass():
         ("q", [[1.0, 0.0, 0.0, 0.0]] * 3, 1.0, 1.0),
     ],
 )
-def test_the_scale_of_a_series_is_its_deviation_and_the_size_its_mean_square(
+def test_the_scale_of_a_series_is_its_deviation_and_its_size_the_root_mean_square(
     quantity, values, scale, size
 ):
     [series] = kr.Record(T, {quantity: values}).series

@@ -37,7 +37,7 @@ def test_errors_of_single_parameters_are_their_errors(fit):
 
 
 def test_steps_of_derivatives_are_small_against_the_natural_sizes(fit):
-    """For a damping d, the derivative of sin(2000 d) needs steps far smaller than 1 / 2000."""
+    """Check sin(2000 d) for a damping d: its derivative needs steps far smaller than 1 / 2000."""
     name = "damping_1 = damping_2 = damping_3"
     _, error = fit.error_of(lambda scene: np.sin(2000.0 * scene.damping[0]))
     slope = 2000.0 * abs(np.cos(2000.0 * fit.values[name]))
@@ -187,7 +187,7 @@ def test_sigmas_are_unknown_where_nothing_was_measured():
             assert np.allclose(sigma["nutation"][:, 0], expected, equal_nan=True)
         else:
             assert sigma["nutation"] == pytest.approx(0.5) and np.ndim(sigma["nutation"]) == 0
-        assert sigma["energy"] == 1.0  # unknown
+        assert sigma["energy"] == 1.0  # the default of a series without measurements
 
 
 @pytest.mark.parametrize("sigma", [0.5, None])

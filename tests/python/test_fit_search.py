@@ -52,7 +52,7 @@ def test_multiple_shooting_agrees_with_a_single_motion():
     assert angles.max() < 1e-3 and (pieces.path.t == record.t).all()
 
 
-def test_unmeasured_intervals_start_from_the_motion_of_the_scene():
+def test_pieces_without_a_measured_motion_start_from_the_motion_of_the_scene():
     t = np.linspace(0.0, 3.0, 120)
     noise = 0.1 * np.random.default_rng(0).normal(size=120)
     record = kr.Record(t, {"energy": kr.solve(HEAVY, t).energy + noise}, 0.1)
@@ -156,7 +156,7 @@ def test_missing_values_at_the_beginning_do_not_change_a_fit_of_guesses():
 
 
 def test_a_reversed_centre_of_mass_is_turned_to_the_side_of_the_guess():
-    """Reversing both the vertical and the centre of mass does not change gyroscope data."""
+    """Fit gyroscope data, which do not change if vertical and centre of mass are both reversed."""
     com = np.array(HEAVY.body.com)
     turned = multiply_quaternions(np.array([0.0, 1.0, 0.0, 0.0]), np.array(HEAVY.attitude))
     body = kr.Body(1.0, HEAVY.body.moments, com=0.05 * com, unphysical=True)
@@ -327,7 +327,7 @@ def test_noise_that_no_motion_fits_is_reported(sigma):
     assert "No motion of this scene fits the records: the residuals are" in str(fit)
 
 
-def test_large_noise_of_known_sigma_is_no_misfit():
+def test_large_noise_of_known_sigma_is_not_reported_as_misfit():
     noise = 20.0 * np.random.default_rng(0).normal(size=(300, 3))
     values = kr.solve(HEAVY, np.linspace(0.0, 3.0, 300)).body_velocity + noise
     record = kr.Record(np.linspace(0.0, 3.0, 300), {"body_velocity": values}, 20.0)

@@ -53,7 +53,7 @@ def test_the_head_counts_the_numbers_of_all_records():
     assert summary.format_fit_summary(fit).startswith("Fit of 3 parameters to 46 numbers: ")
 
 
-def test_the_head_counts_no_degree_of_freedom_if_all_numbers_are_used():
+def test_a_fit_of_as_many_parameters_as_numbers_has_one_degree_of_freedom():
     t = [0.0, 0.1, 0.2]
     values = kr.solve(kr.scenes.asymmetric, t).body_velocity
     record = kr.Record(t, {"body_velocity": values}, 0.01)

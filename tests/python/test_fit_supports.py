@@ -128,7 +128,7 @@ def test_a_fit_at_the_bound_of_damping_is_reported():
     )
 
 
-def test_a_delay_is_not_told_from_the_phase_of_shaking():
+def test_a_delay_and_the_phase_of_shaking_cannot_both_be_determined():
     scene = HEAVY.replace(shaking=SHAKING)
     fit = kr.fit(scene, gyroscope(scene, n=80, free="delay"), ("start", "shaking"))
     assert fit.unidentified == (HEADING, "the delay against the start: a shift in time")

@@ -38,7 +38,7 @@ EXPECTED = [2.0, 1.0, -2.0, 0.0, 2.0, -1.0, 1.0, -2.0, 0.0, 1.0]  # chi2 is 20
 @pytest.mark.parametrize(
     "residuals, is_sigma_known, inflation",
     [
-        # With 8 degrees of freedom, chance explains 1 + 3 sqrt(2 / 8) = 2.5 of each.
+        # With 8 degrees of freedom, chance explains chi2 / dof up to 1 + 3 sqrt(2 / 8) = 2.5.
         (EXPECTED, True, 1.0),
         ([*EXPECTED[:3], 0.1, *EXPECTED[4:]], True, np.sqrt(20.01 / 8.0)),
         (EXPECTED, False, np.sqrt(2.5)),
@@ -74,7 +74,7 @@ def test_the_soft_loss_weights_large_residuals_less():
         (0.5, 1.0),  # 3 / sqrt(36): not beyond chance
         (0.51, 1.51 / 0.49),
         (0.95, 1.95 / 0.05),
-        (0.99, 1.99 * 36.0),  # at most as many as there are residuals
+        (0.99, 1.99 * 36.0),  # 1 / (1 - correlation) is limited to the number of residuals
         (-0.9, 1.0),
     ],
 )
@@ -116,7 +116,7 @@ def test_directions_are_determined_if_one_sigma_is_less_than_their_natural_size(
 
 
 @pytest.mark.parametrize("small, count", [(2.0, 0), (0.5, 1)])
-def test_singular_values_at_the_rounding_error_are_none(small, count):
+def test_singular_values_below_the_rounding_error_count_as_zero(small, count):
     jacobian = np.diag((1e9, small))
     found = uncertainty.classify_fit_directions(jacobian, np.ones(2), 0.1, 2)
     assert found.blind.shape == (2, count)
@@ -124,7 +124,7 @@ def test_singular_values_at_the_rounding_error_are_none(small, count):
 
 @pytest.mark.parametrize("part, count", [(0.9e-3, 0), (1.1e-3, 1)])
 def test_blind_changes_of_further_columns_need_a_part_in_the_parameters(part, count):
-    """The direction (part, 0, 1) lies in the null space of the Jacobian matrix."""
+    """Check a Jacobian matrix whose null space contains the direction (part, 0, 1)."""
     jacobian = 1e3 * np.array(((1.0, 0.0, -part), (0.0, 1.0, 0.0)))
     found = uncertainty.classify_fit_directions(jacobian, np.ones(3), 1.0, 2)
     assert found.blind.shape == (2, count) and found.factor.shape == (2, 2)
@@ -193,7 +193,7 @@ def test_nonlinearity_is_the_deviation_from_a_parabola(curvature, distance, most
 
 
 def test_nonlinearity_is_measured_at_the_enlarged_error():
-    """At x = 2, the cost (x + c x^2)^2 exceeds 4 by the factor (1 + 2 c)^2."""
+    """Check the cost (x + c x^2)^2, which is 4 (1 + 2 c)^2 at x = 2."""
     spectrum = FitCovariance(np.ones(2), np.array(((2.0,), (0.0,))), np.zeros((2, 0)))
     start = np.zeros(2), np.zeros(2)
     found = uncertainty.measure_cost_nonlinearity(Parabola(0.1), *start, spectrum, 2.0)
@@ -226,7 +226,7 @@ def test_noise_is_estimated_from_second_differences(name, values, expected):
 
 
 def test_noise_of_attitudes_is_that_of_their_rotation_vectors():
-    """The angle about (0.6, 0, 0.8) grows by 0.8 rad per row; its error alternates by 0.02 rad."""
+    """Check rotations about (0.6, 0, 0.8) by 0.8 rad per row, with alternating errors 0.02 rad."""
     angle = 0.8 * np.arange(12.0) + alternate(12, 0.02)
     zero = np.zeros(12)
     q = np.column_stack((np.cos(angle / 2.0), zero, zero, np.sin(angle / 2.0)))
@@ -236,7 +236,7 @@ def test_noise_of_attitudes_is_that_of_their_rotation_vectors():
     base = np.array((0.6, 0.8, 0.0, 0.0))  # does not change steps in the frame of the body
     tilted = multiply_quaternions(base, tilted)
     [found] = noise.estimate_initial_sigmas((kr.Record(T[:12], {"q": tilted}),))
-    # The differences of the components are 0.08 times (0.6, 0, 0.8); their median is the smaller.
+    # The second differences of the components are 0.08 times (0.6, 0, 0.8); their median is 0.048.
     assert found.shape == (12, 3) and found == pytest.approx(1.4826 * 0.048 / SIX)
 
 

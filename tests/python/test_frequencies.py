@@ -27,7 +27,7 @@ def largest_relative_error(frequencies, exact):
 
 @pytest.mark.parametrize(
     "name", ["cusps", "thesis", "fast", "strong_gravity", "sleeping"]
-)  # loops, rosettes through the pole, a pendulum
+)  # cusps, curves through the pole, a pendulum
 def test_frequencies_agree_with_the_closed_form(name):
     exact, path = solve_periods(kr.scenes.get_scene(name))
     frequencies = kr.frequencies(path)
@@ -122,7 +122,7 @@ def test_frequencies_of_free_bodies():
 @pytest.mark.parametrize("momentum", [(3.0, 0.5, 0.4), (-2.0, 1.0, 1.0)])
 @pytest.mark.parametrize("rotor", [1.5, -1.5])
 def test_frequencies_of_free_symmetric_bodies_with_a_rotor(rotor, momentum):
-    """Compare with the precession rate |m| / I1 of a body with a rotor along its symmetry axis."""
+    """Compare with the precession rate |m| / I2 of a body with a rotor along its symmetry axis."""
     body = kr.Body(1.0, (1.0, 2.0, 2.0), (0, 0, 0), rotor=(rotor, 0.0, 0.0))
     scene = kr.Scene(body, body_momentum=momentum, attitude=(0.8, 0.4, -0.2, 0.4))
     path = kr.solve(scene, np.linspace(0.0, 200.0, 4096), "taylor")

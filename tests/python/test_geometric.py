@@ -1,4 +1,4 @@
-"""method="geometric": the requested error is met, or an exception is raised."""
+"""Tests that method="geometric" meets the requested error or raises an exception."""
 
 import itertools
 import math
@@ -44,7 +44,7 @@ def tilt_about_e1(angle):
 
 
 def draw_near_unstable_equilibrium(rng):
-    """Return a top that starts near an unstable equilibrium, at rest or almost at rest."""
+    """Return a free body turning nearly about its middle axis, or an upright top nearly at rest."""
     small = rng.normal(size=3) * 10 ** rng.uniform(-9, -4)
     if rng.random() < 0.4:
         body = kr.Body(1, (1, rng.uniform(1.6, 2.0), 2.5), (0, 0, 0))
@@ -175,7 +175,7 @@ def test_the_choice_shows_method_step_and_cost():
 
 
 def test_simple_motions_need_few_steps():
-    free = LAGRANGE.replace(gravity=0.0)  # the drift of this method is exact
+    free = LAGRANGE.replace(gravity=0.0)  # the drift of a symmetric body is exact
     assert kr.solve(free, 100, method="geometric", error=1e-9).plan.choice.run <= 30
     still = free.replace(momentum=(0, 0, 0))
     assert kr.solve(still, 5, method="geometric", error=1e-9).q[-1].tolist() == list(still.attitude)
@@ -250,7 +250,7 @@ def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
 
 
 def test_a_hanging_top_with_rounding_errors_is_solved():
-    """Check hanging tops whose energy is below the minimum because of rounding errors."""
+    """Check hanging tops, whose energy can be below the minimum because of rounding errors."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)

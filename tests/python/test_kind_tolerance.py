@@ -7,7 +7,7 @@ from kreisel._results.error_estimate import has_cheap_exact_form
 from tops import TILT, matrix, unit
 
 EPS = 2.0**-52
-NEARLY = {  # relative deviations of the moments from those of a Lagrange top
+NEARLY = {  # bodies with a small deviation from a Lagrange top
     "com": lambda deviation: kr.Body(1, (1, 1, 0.5), (deviation, 0, 1), unphysical=True),
     "moments": lambda deviation: kr.Body(1, (1, 1 + deviation, 0.5), (0, 0, 1), unphysical=True),
     "sphere": lambda deviation: kr.Body(
@@ -120,9 +120,9 @@ def test_without_gravity_the_centre_of_mass_does_not_matter(words):
 @pytest.mark.parametrize("size", [1e-75, 1e-100, 1e-165, 1e-300])
 @pytest.mark.parametrize("words", [{"attitude": 1}, {"momentum": 1}, {"both": 1}])
 def test_a_top_with_a_tiny_tilt_falls(size, words):
-    """Check that a top falls after a time proportional to the logarithm of its tilt.
+    """Check that a top falls after a time proportional to the logarithm of its tilt or velocity.
 
-    The tilt is so small that its square underflows.
+    The tilt and the velocity are too small for a closed form.
     """
     push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)

@@ -69,6 +69,6 @@ def test_the_error_is_a_few_rounding_errors(name, sign):
     times = sign * unit * np.concatenate([np.linspace(0.1, 6.0, 40), [20.0, 45.0]])
     top, truth = kr.exact(scene), kr.solve(scene, times, digits=30)
     assert top.certificate < 5e-14
-    # Errors of 1.8e-14 to 1.1e-12 rad are possible without this care.
+    # Without special treatment of such tops, the errors would be 1.8e-14 to 1.1e-12 rad.
     assert kr.attitude_error(top(times).q, truth.q).max() < 1.5e-14
     assert np.abs(top(times).energy / truth.energy - 1.0).max() < 2e-14

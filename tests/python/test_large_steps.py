@@ -32,7 +32,7 @@ def lever(scene):
 
 
 def error(scene, method, step):
-    """Return the attitude error [rad] after ten steps, or None if the step size is rejected."""
+    """Return the largest attitude error [rad] in ten steps, or None if the step is rejected."""
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refusal:

@@ -156,7 +156,7 @@ def test_the_damping_changes_by_a_factor(residuals, damping, expected):
     ],
 )
 def test_failing_steps_end(damping, words, expected):
-    """Compare the damping parameters of the steps that are tried before the search ends."""
+    """Check the number of steps that are tried, and the damping parameter at the end."""
     model = ScriptModel(*[20.0] * 9)
     minimum, last = find_step(model, damping, **{"cost": 1.0, **words})
     assert minimum is None and model.evaluations == len(expected)

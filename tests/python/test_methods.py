@@ -48,7 +48,7 @@ def test_extrapolation_agrees_with_the_reference_of_the_orders():
 @pytest.mark.parametrize("name, body", cases(adaptive=True, exact=False))
 def test_errors_decrease_with_the_tolerance(name, body):
     top = scene(body)
-    # here extrapolation would be less accurate than the reference
+    # An extrapolation method would not be accurate enough as a reference here.
     truth = kr.solve(top, 10, method="taylor", digits=20)
     errors = [
         kr.attitude_error(kr.solve(top, 10, method=name, tol=tol).q[-1], truth.q[-1])
@@ -74,7 +74,7 @@ ORBITAL = "bobenko_suris4", "lagrange"
 
 @pytest.mark.parametrize("name, body", [*cases(adaptive=False, symplectic=True), ORBITAL])
 def test_energy_neither_drifts_nor_grows(name, body):
-    """Check that the energy error of symplectic methods is bounded and has no trend."""
+    """Check that the energy errors of symplectic methods and ORBITAL are bounded without trend."""
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()
     quarters = error[1:].reshape(4, -1)

@@ -97,7 +97,7 @@ def test_rounding_errors_of_constants_are_no_outliers(size, is_outlier):
     mask = motion_data._compute_inlier_mask(values, False)
     assert mask[5] == (not is_outlier) and mask.sum() == 12 - is_outlier
     assert motion_data._compute_inlier_mask(np.zeros((12, 2)), False).all()
-    assert motion_data._compute_inlier_mask(np.array([[0.0]] * 6 + [[9.0]]), False).all()  # few
+    assert motion_data._compute_inlier_mask(np.array([[0.0]] * 6 + [[9.0]]), False).all()  # too few
 
 
 def test_signs_of_attitudes_are_no_outliers():
@@ -187,7 +187,7 @@ def test_attitudes_are_products_of_small_rotations(is_in_space, count):
 
 
 def make_turned_point(**changes):
-    """Return a point of a body whose principal axes differ from the frame of description."""
+    """Return a scene whose principal axes differ from the frame of description, and its point."""
     inertia = rotation_matrix(FIRST / np.linalg.norm(FIRST)) * (1.0, 1.3, 0.6)
     inertia = inertia @ rotation_matrix(FIRST / np.linalg.norm(FIRST)).T
     body = kr.Body(1.0, inertia=inertia, com=(0.1, 0.2, 0.3), unphysical=True)
@@ -215,7 +215,7 @@ def test_motions_of_a_gyroscope_are_in_principal_axes(turning):
     assert_same_attitudes(motion.attitude, expected, 0.05)
 
 
-def test_motions_are_in_the_order_of_their_knowledge():
+def test_motions_with_known_attitudes_precede_others():
     t = np.linspace(0.0, 1.0, 50)
     path = kr.solve(HEAVY, t)
     records = [

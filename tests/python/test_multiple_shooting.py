@@ -70,7 +70,7 @@ def test_a_segment_has_at_least_ten_times(monkeypatch, count, most):
         (-3.0, -1.0, 3, [-3.0, -2.0, 0.0, 0.0]),
     ],
 )
-def test_segments_are_equally_long_and_one_begins_at_the_start(begin, end, count, edges):
+def test_one_edge_of_equally_spaced_segments_moves_to_the_start(begin, end, count, edges):
     t = np.linspace(begin, end, 41)
     path = kr.solve(HEAVY, t[t >= 0.0])
     values = np.tile((1.0, 0.0, 0.0, 0.0), (41, 1))

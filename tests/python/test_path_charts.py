@@ -101,7 +101,7 @@ def test_a_trace_is_fainter_on_the_far_side(first, alpha):
         ([1.0, -1.0, 1.0, 7.0], []),
     ],
 )
-def test_the_precession_jumps_by_half_a_radian_and_by_8_medians(changes, jumps):
+def test_jumps_of_the_precession_exceed_half_a_radian_and_8_medians(changes, jumps):
     precession = np.concatenate([[1.0], 1.0 + np.cumsum(changes)])
     assert charts._find_precession_jumps(precession).tolist() == jumps
 

@@ -81,7 +81,7 @@ def test_closed_form_paths_can_be_resampled_in_both_directions():
         path(-1.1)
 
 
-def test_a_map_has_no_states_between_its_steps():
+def test_the_closed_form_of_a_map_cannot_be_resampled():
     path = kr.exact(LAGRANGE, map="bobenko_suris", step=0.01)([3, 1])
     with pytest.raises(ValueError, match="closed form of bobenko_suris, a map"):
         path(0.02)

@@ -426,7 +426,7 @@ def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
     scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]
-    assert ends[0] > 0.7 and ends[1] < -0.4  # coordinates to the right and towards the eye
+    assert ends[0] > 0.7 and ends[1] < -0.4  # the apex points to the right and towards the eye
     corners = corners_of_film(film)
     rim = corners[np.hypot(*corners.T) > 0.5]
     assert rim[:, 0].min() > 0.1 and corners[:, 0].min() > -0.05
@@ -505,7 +505,7 @@ def test_an_isotropic_rod_is_round_and_its_sides_do_not_turn_with_the_spin(monke
     rod.plot(thickness=0.1)
     n = len(rod.centre)
     faces = face_lists[0]
-    corners = len(faces) // n  # the side faces of n - 1 segments, and two ends with fewer faces
+    corners = len(faces) // n  # faces of each segment; each end has half as many
     rims = faces[: (n - 1) * corners, 0].reshape(n - 1, corners, 3) - rod.centre[:-1, None]
     assert np.linalg.norm(rims, axis=-1) == pytest.approx(0.05, rel=1e-12)
     tangent_changes = np.linalg.norm(np.diff(rod.frame[:-1, 2], axis=0), axis=-1)

@@ -277,7 +277,7 @@ def test_the_energy_error_is_the_largest_along_the_path():
     assert path.energy_error == pytest.approx(largest, rel=1e-12)
 
 
-def test_the_viewer_refuses_gsl_auto_and_tiny_steps():
+def test_the_viewer_refuses_gsl_auto_and_steps_that_it_cannot_represent():
     for methods in ("auto", "gsl_rk8pd", ["strang", "auto"]):
         with pytest.raises(ValueError):
             kr.view(kr.scenes.asymmetric, methods=methods, open=False)

@@ -74,7 +74,7 @@ def test_dir_of_events_lists_its_constructors():
     assert dir(kr.events) == sorted(kr.events.__all__)
 
 
-def test_the_repr_of_an_ensemble_is_one_line():
+def test_the_repr_of_closed_forms_is_one_line():
     assert repr(kr.exact([kr.scenes.thesis] * 3)) == "<kreisel.ExactEnsemble: 3 scenes>"
 
 

@@ -1,4 +1,4 @@
-"""Tests of the figures that show sections, spectra, chaos indicators and tables."""
+"""Tests of figures of sections, spectra, indicators and rods, and of displays in notebooks."""
 
 import dataclasses
 import math

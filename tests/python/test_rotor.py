@@ -1,4 +1,4 @@
-"""Tests of bodies with rotors against independent integrators."""
+"""Tests of bodies with rotors."""
 
 import math
 from dataclasses import replace
@@ -33,7 +33,8 @@ BODIES = {
 }
 BODIES["lagrange"] = replace(BODIES["lagrange"], rotor=ROTOR)
 HEAVY = kr.Scene(GENERAL, **START)
-# the axis of symmetry, and the spherical body, whose axis is the direction of its centre of mass
+# Bodies and axes: the axis of symmetry, or the direction of the centre of mass of a spherical body.
+# A spherical body whose centre of mass is the fixed point has no particular axis.
 AXIAL = [
     (kr.Body(1.2, (1.7, 1.3, 1.3), (-0.4, 0, 0), unphysical=True), (1, 0, 0)),
     (kr.Body(1.2, (1.3, 1.7, 1.3), (0, 0.4, 0), unphysical=True), (0, 1, 0)),
@@ -51,7 +52,8 @@ def test_every_method_agrees_with_scipy(name, end):
     compare_methods(kr.Scene(BODIES[name], **START), end, fewest)
 
 
-# Moments that are equal, or nearly so, leave no product of two velocities for the rotor's torque.
+# The Taylor series adds the torque of the rotor to products of two angular velocities. The factor
+# of such a product is zero if two moments are equal, and tiny if they are nearly equal.
 NEARLY = replace(GENERAL, inertia=(1.3, 1.3 * (1 + 2.0**-50), 1.7))
 
 

@@ -162,7 +162,7 @@ def test_growths_are_those_of_the_tangents_of_each_path():
     assert np.array_equal(plain.curve, indicator.curve[::3])
 
 
-def test_the_known_solutions_of_a_gyrostat_have_no_growth():
+def test_directions_of_known_solutions_of_a_gyrostat_are_refused():
     scene = GENERAL.replace(body=replace(GENERAL.body, rotor=ROTOR))
     start = kr.solve(scene, [0.0])
     flow = [*start.body_velocity[0].tolist(), *start.torque[0].tolist()]

@@ -400,9 +400,8 @@ def test_events_after_a_push_are_found_once():
     assert after.t[0] > first and np.abs(after.path.apex[:, 2]).max() < 1e-13
 
 
-def test_a_terminal_event_can_push_the_top_repeatedly():
-    """Check that the energy of a top is conserved when it bounces off an obstacle at a given
-    height."""
+def test_a_top_can_be_pushed_at_each_terminal_event():
+    """Check that a top conserves its energy when it bounces off an obstacle at a given height."""
     floor = kr.events.crossing("apex_z", 0.5, direction=-1, terminal=True)
     top = kr.Scene.spinning(LAGRANGE.body, spin=0.0, tilt=0.5)
     run, times = kr.start(top, events=[floor]), []

@@ -61,7 +61,7 @@ def test_a_piece_needs_two_times(count, most):
         session.check_measurements_per_segment(most + 1)
 
 
-def test_the_size_of_the_residuals_is_chi2_or_its_median():
+def test_reduced_chi2_is_estimated_from_the_median_for_the_soft_loss():
     session, soft = make_session(), make_session(loss="soft")
     assert session._compute_best_reduced_chi2() == np.inf and not session._has_small_misfit()
     session.best = make_best(session, 117.0 * 2.0)
@@ -152,8 +152,8 @@ def find_horizons(monkeypatch, session, agreements, agreement, cost=1.0):
 
 def test_parts_of_the_records_grow(monkeypatch):
     t = np.arange(-20.0, 60.25, 0.5)
-    session = make_session(make_record(t))  # three parameters, so that parts have seven times
-    # |t| has each value of 0, 0.5, ..., 60 once.
+    session = make_session(make_record(t))
+    # For three parameters, a part contains at least seven different values of |t|, here up to 3.
     slow = [3.0 * 1.4**k for k in range(9)]
     assert np.allclose(find_horizons(monkeypatch, session, [50.0] * 9, 0.0), slow)
     agreements = [5.0, 6.0, 30.0, 59.9, 60.0]

@@ -225,7 +225,7 @@ def test_a_few_pieces_are_tried_first(monkeypatch, count, size):
 @pytest.mark.parametrize(
     ("cost", "other", "change", "has_alias", "is_better"),
     [
-        (100.0, 108.9, 1.0, True, False),  # a rise of nine
+        (100.0, 108.9, 1.0, True, False),  # a rise of up to nine counts as equal
         (100.0, 109.1, 1.0, False, False),
         (100.0, 91.1, 1.0, True, False),
         (100.0, 90.9, 1.0, False, True),
@@ -335,16 +335,16 @@ def test_a_slow_search_begins_with_the_body_of_the_scene(monkeypatch):
 @pytest.mark.parametrize(
     ("pieces", "has_data_guess", "agreement", "chi2", "expected"),
     [
-        # the motion of the scene agrees and fits
+        # the search from the scene leads to a good fit
         (None, True, 2.0, 1.0, "point chaos"),
         (1, True, 2.0, 1.0, "point"),
         (None, False, 0.5, 1.0, "point chaos"),
-        # it does not fit well
+        # the search from the scene does not lead to a good fit
         (None, True, 2.0, 2.9, "point guess pieces-28 chaos"),
         (None, True, 2.0, 9.0, "point guess pieces-28 guesses-1 pieces-8"),
         (None, False, 2.0, 9.0, "point"),
         (1, True, 2.0, 9.0, "point guess guesses-1"),
-        # it disagrees with the records
+        # the motion of the scene disagrees with the records
         (None, True, 1.9, 9.0, "guess pieces-28 guesses-2 pieces-8"),
         (None, True, 1.9, 1.0, "chaos"),
         (1, True, 1.9, 9.0, "guess guesses-2"),

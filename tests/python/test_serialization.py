@@ -198,7 +198,7 @@ WORDS = [
     "choice",
     "events",
 ]
-ALLOWED = {  # those of these classes that a path may contain
+ALLOWED = {  # the values of WRONG that are valid in the header of a path
     "tol": (None,), "step": (None, -1, 1.5), "want": (None,), "choice": (None,), "events": (None,),
     "digits": (None,), "low": (True,), "asked": ("", "taylr"), "kreisel": tuple(map(str, WRONG)),
 }  # fmt: skip
@@ -335,7 +335,7 @@ def test_a_decompression_bomb_is_refused_before_it_is_read(compress, file, parts
         tracemalloc.stop()
 
 
-def test_the_memory_of_load_is_proportional_to_the_file_size(file):
+def test_load_needs_less_memory_than_2_5_times_the_file_size(file):
     kr.exact(LAGRANGE)(np.linspace(0.0, 9.0, 100_000)).save(file)
     kr.load(file)
     tracemalloc.start()

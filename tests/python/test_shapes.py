@@ -1,4 +1,4 @@
-"""Tests of homogeneous bodies against numerical integrals."""
+"""Tests of homogeneous bodies, and of sums, shifts and rotations of bodies."""
 
 import dataclasses
 import pickle

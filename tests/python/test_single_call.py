@@ -1,4 +1,4 @@
-"""Tests that calls with plain Python numbers enter the C extension only once."""
+"""Tests that calls with plain Python numbers give the results of calls validated in Python."""
 
 import copy
 import pickle
@@ -30,7 +30,7 @@ class OwnScene(kr.Scene):
 
 
 def collect_attributes(path):
-    """Return all attributes of a path in a form that can be compared."""
+    """Return the data and options of a path in a form that can be compared."""
     names = ("t", "q", "m") if path.want is None else ("t", *path.want)
     arrays = {name: getattr(path, name).tobytes() for name in names}
     attributes = (
@@ -107,7 +107,7 @@ def test_wanted_low_words_and_iterators_are_validated_in_python():
     ],
 )
 def test_invalid_arguments_have_specific_messages(words, message):
-    for _ in range(2):  # nothing about them is remembered
+    for _ in range(2):  # invalid arguments must not be cached
         with pytest.raises((TypeError, ValueError), match=message):
             kr.solve(TOP, **{"t": TIMES} | words)
 

@@ -16,7 +16,7 @@ LEAN = (1.0, 2.0**-40, 3.0 * 2.0**-42, 0.0)
 
 
 def permute_axes(axis, moments, lever=1.0):
-    """Return a slightly tilted top whose symmetry axis is the body axis with index `axis`."""
+    """Return a slightly tilted top whose apex is the body axis with index `axis`."""
     shift = (axis + 1) % 3
     body = kr.Body(1, np.roll(moments, shift), com=np.roll((0, 0, lever), shift), unphysical=True)
     attitude = multiply(LEAN, conjugate(CYCLES[axis]))

@@ -76,7 +76,7 @@ def test_the_light_has_a_brightest_and_a_darkest_shade(normal, shade):
 
 
 @pytest.mark.parametrize("thickness", [None, 0.4])
-def test_a_tube_is_closed_and_has_the_volume_of_its_section(thickness, monkeypatch):
+def test_a_tube_is_closed_and_its_ends_have_the_area_of_its_section(thickness, monkeypatch):
     face_lists = []
     monkeypatch.setattr(
         solids, "draw_solid_faces", lambda _, faces, *more: face_lists.append((faces, more))
@@ -243,7 +243,7 @@ def test_the_axes_of_a_cuboid_are_right_handed(shift):
 @pytest.mark.parametrize(
     ("mass", "moments", "com"),
     [
-        (1.0, (1.0, 1.0, 0.1), (0.0, 0.0, 1.0)),  # too small for the distance of the centre
+        (1.0, (1.0, 1.0, 0.1), (0.0, 0.0, 1.0)),  # moments too small for the distance of the centre
         (1.0, (0.3, 0.35, 0.1), (0.1, 0.0, 0.9)),
         (2.0, (2.0, 2.0, 0.0), (0.0, 0.0, 1.0)),  # a point mass
     ],
@@ -289,7 +289,7 @@ def test_a_plate_has_a_visible_thickness(moments, ratios):
 
 
 @pytest.mark.parametrize("excess, is_plate", [(5e-10, True), (2e-9, False)])
-def test_small_excesses_of_a_moment_are_roundings(excess, is_plate):
+def test_small_excesses_of_a_moment_count_as_rounding_errors(excess, is_plate):
     half = solids.cuboid(1.0, np.array([0.5, 0.5, 1.0 + excess]), np.zeros(3))[0]
     assert (half[2] == pytest.approx(0.01 * half[0])) == is_plate
 
@@ -345,7 +345,7 @@ def test_a_top_has_a_foot_a_body_and_a_stem(half, height, foot):
     assert np.array_equal(colours.reshape(pieces, 96, 3), np.tile(expected, (pieces, 1, 1)))
 
 
-def test_a_cylinder_has_the_volume_of_its_polygon():
+def test_a_cylinder_is_closed_and_its_ends_have_the_area_of_a_polygon():
     faces, _ = solids.build_faces_of_revolution(2.0, 0.5, 0.3, False)
     areas = 0.5 * np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
     assert faces.shape == (3 * 96, 4, 3) and np.abs(areas.sum(axis=0)).max() < 1e-12

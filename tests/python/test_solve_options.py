@@ -18,7 +18,7 @@ def test_a_tolerance_is_below_one():
     assert solve_options.validate_step(kr.methods["exact"], 0.5) is None
 
 
-def test_equal_options_share_one_request():
+def test_equal_options_are_one_object():
     one, other = (
         solve_options.validate_solve_options(TOP, "strang", step=0.1, want=("energy",))
         for _ in range(2)

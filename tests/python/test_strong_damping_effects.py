@@ -133,10 +133,10 @@ def test_few_steps_suffice(effects):
     assert kr.attitude_error(path.q[0], deep.q[0]) < 1e-15
 
 
-def test_a_top_on_a_turning_support_falls_as_at_rest():
+def test_a_top_on_a_turning_support_falls_as_on_a_support_at_rest():
     body = kr.Body(1, (1, 1, 1), (0, 0, 1), unphysical=True)
     top = kr.Scene(body, body_velocity=(0, 0, 0), attitude=START["attitude"], damping=1e6)
-    # About the vertical a support carries the ball along, so that it only turns the ball.
+    # A support that turns about the vertical carries the ball along without tilting it.
     path = kr.solve(top.replace(turning=(0, 0, 2.0)), [0.0, 1e6], max_steps=100)
     nutation = 2 * np.arctan(np.tan(path.nutation[0] / 2) * np.exp(1.0))
     assert path.nutation[1] == pytest.approx(nutation, abs=1e-5)
@@ -157,7 +157,7 @@ def test_permuted_axes_give_the_same_path():
 
 
 @pytest.mark.parametrize("damping", [1e5, (0, 1e5, 1e5)])
-def test_dense_times_streams_runs_and_resumption_agree(damping):
+def test_dense_times_streams_and_continued_paths_agree(damping):
     top, times = scene(damping, **BOTH), np.linspace(0, 2, 41)
     path, alone = kr.solve(top, times), kr.solve(top, [2.0])
     assert np.array_equal(path.q[-1], alone.q[0])

@@ -22,7 +22,8 @@ WORDS = (
     {"shaking": SHAKING},
     {"turning": TURNING, "shaking": SHAKING},
 )
-# A strong torque along the apex, which shaking reverses: friction holds the top and lets it slip.
+# Because the damping is unequal, gravity drives the spin. Shaking reverses gravity, so friction
+# holds the top at some times and lets it slip at others.
 SLIPS = kr.Scene(
     BODIES["general"], **START, damping=(1e4, 2e3, 3e4), friction=0.3, shaking=(0.5, 3.0, 0.2)
 )
@@ -163,7 +164,7 @@ def test_backward_in_time_a_held_top_is_refused():
         kr.solve(end, [-1e-3])
 
 
-def test_the_error_of_the_path_is_told():
+def test_the_error_of_the_path_is_estimated():
     scene = make_scene(damping=1e4, friction=0.1, turning=TURNING)
     path, deep = (kr.solve(scene, [1.0], "taylor", digits=digits) for digits in (16, 30))
     assert kr.attitude_error(path.q[0], deep.q[0]) <= 4 * path.error < 1e-14
@@ -171,7 +172,7 @@ def test_the_error_of_the_path_is_told():
 
 @pytest.mark.parametrize("digits", [20, 30])
 def test_slips_at_times_that_do_not_resolve_the_transient(digits):
-    """The transient after a slip is shorter than the distance between doubles near its time."""
+    """Check transients that are shorter than the distance between doubles near their time."""
     scene = SLIPS.replace(damping=(1e10, 2e9, 3e10), shaking=(4e18, 1e-9, 0.2))
     scene, times = scene.replace(body_velocity=(0, 0, 0)), [1e9, 4e9, 2e10, 6e10]
     path = kr.solve(scene, times, digits=digits, max_steps=600, events=[kr.events.stopped()])

@@ -1,4 +1,4 @@
-"""Tests that invalid sweeps are rejected before any computation starts."""
+"""Tests of the errors that invalid sweeps, sources, plans and folders raise."""
 
 import json
 import os

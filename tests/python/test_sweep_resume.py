@@ -127,7 +127,7 @@ def flip_bit(data, position):
     )
 
 
-def test_every_changed_bit_is_detected(tmp_path):
+def test_changed_bits_and_truncated_files_are_detected(tmp_path):
     sweep = run_sweep(tmp_path, WATCHED)
     file = tmp_path / "part-000001.parquet"
     data, folder = file.read_bytes(), sweep._store
@@ -230,7 +230,7 @@ def test_a_partial_sweep_omits_damaged_parts(tmp_path):
 
 
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
-    """Check that damage to the schema of a Parquet file is detected without a checksum."""
+    """Check that a part with a damaged schema is refused or read with unchanged values."""
     words = {"t": [1.0, 2.0], "method": "taylor", "part_size": 300}
     sweep = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
@@ -292,7 +292,7 @@ def test_two_sweeps_in_one_folder_do_not_interfere(tmp_path, complete_hash):
     assert hash_rows(tmp_path) == complete_hash and sorted(os.listdir(tmp_path))[-1] == "plan.json"
 
 
-def test_two_threads_may_start_one_sweep(tmp_path, complete_hash):
+def test_several_threads_may_start_one_sweep(tmp_path, complete_hash):
     with ThreadPoolExecutor(4) as pool:
         for sweep in pool.map(lambda _: run_sweep(tmp_path, threads=1), range(4)):
             assert sweep.missing == []

@@ -57,7 +57,7 @@ def test_a_parameter_without_a_range_may_have_one_value(name):
         kr.Source.random(TOP, 2, **{name: [value, value]})
 
 
-def test_columns_may_contain_flags(tmp_path):
+def test_columns_may_be_combined_with_flags(tmp_path):
     (tmp_path / "TOPS.CSV").write_text("spin,tilt\n20.0,0.1\n30.0,0.2\n")
     scene, (spin, tilt) = kr.scenes.sleeping, ([20.0, 30.0], [0.1, 0.2])
     for words in ({}, {"degrees": True}, {"steady": True}, {"steady": True, "fast": True}):

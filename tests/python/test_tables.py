@@ -49,7 +49,7 @@ def test_every_quantity_has_a_column_per_component(name, path):
     assert set(data[name].attrs["units"]) <= set("MLT^-0123456789 rad")
 
 
-def test_unknown_quantities_of_a_table_are_named(path):
+def test_tables_have_each_quantity_once_and_named_dimensions(path):
     assert list(path.to_pandas("energy", "t", "spin", "energy")) == ["energy", "spin"]
     data = path.to_xarray("frame", "apex", "q", "nutation")
     assert data["frame"].dims == ("time", "principal_axis", "axis")
@@ -102,7 +102,7 @@ def test_csv_is_read_back_bit_for_bit(path, tmp_path):
     assert again["kowalewski"].isna().all()
 
 
-def test_csv_has_units_where_asked(path, tmp_path):
+def test_csv_has_units_on_request(path, tmp_path):
     for degrees, unit in ((True, "deg"), (False, "rad")):
         path.to_csv(tmp_path / "table.csv", "nutation", "m", "q", units=True, degrees=degrees)
         heads = (tmp_path / "table.csv").read_text().splitlines()[0].split(",")
@@ -188,7 +188,7 @@ def test_tables_survive_conversion_and_pickling(path, tmp_path):
     pd.testing.assert_frame_equal(pickle.loads(pickle.dumps(path.to_pandas())), path.to_pandas())
 
 
-def test_rotations_share_the_arrays_of_the_path(path):
+def test_rotations_accept_the_read_only_arrays_of_a_path(path):
     turns, plain = path.rotation, Rotation.from_quat(path.q_xyzw)
     assert isinstance(turns, Rotation)
     for vectors in (path.apex, path.velocity, path.m, path.frame[:, 0], [[1, 0, 0]] * len(path)):
@@ -243,7 +243,7 @@ def test_missing_libraries_raise_with_an_installation_hint(library, path, monkey
     use, hint = MISSED[library]
     with pytest.raises(ImportError, match=f"this needs {library}.*: {hint}"):
         use(path)
-    assert path.energy_error < 1e-10  # all other quantities are available
+    assert path.energy_error < 1e-10  # needs no optional library
 
 
 # Boundary values

@@ -112,7 +112,7 @@ def test_conditioning_is_the_effect_of_rounding_errors_on_the_attitude():
     assert start.conditioning == pytest.approx([6.0 * 2.0**-53], rel=1e-12)
 
 
-def test_requests_without_tangents_are_refused():
+def test_unsupported_requests_for_tangents_are_refused():
     scene, every = kr.scenes.thesis, {"tangents": "start"}
     with pytest.raises(ValueError, match="'strang' computes no tangents"):
         kr.solve(scene, 1.0, "strang", step=0.1, **every)
@@ -137,7 +137,7 @@ def test_requests_without_tangents_are_refused():
 
 DAMPED = kr.scenes.asymmetric.replace(damping=(0.01, 0.02, 0.03))
 START = {"tangents": "start"}
-# Each function and option combined with tangents: its result, or a part of its error message.
+# Functions and options with tangents: the shape of the tangents, or a part of the error message.
 PAIRS = {
     "times": (lambda: kr.solve(kr.scenes.asymmetric, [-1.0, -2.0], **START), (2, 6, 6)),
     "damping": (lambda: kr.solve(DAMPED, [1.0], **START), (1, 6, 6)),

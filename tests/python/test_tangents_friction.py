@@ -21,7 +21,7 @@ def quotient(change, t):
 
 
 def changes_of(scene):
-    """Return functions that each change one parameter of the scene at fixed momentum."""
+    """Return functions that change a parameter at fixed momentum, or a component of momentum."""
 
     def by_body(name, i):
         words = {"moments": scene.body.moments, "com": scene.body.com}

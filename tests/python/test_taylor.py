@@ -139,7 +139,7 @@ def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
             random.normal(size=4),
         )
         if i % 3 == 0:
-            # a Lagrange top, whose closed form provides the estimate
+            # a Lagrange top, whose closed form provides the estimate of a large error
             half[1], pivot[:2] = half[0], 0.0
         scene = kr.Scene(
             kr.Body.cuboid(half=half, pivot=pivot),

@@ -150,7 +150,7 @@ def test_slow_and_fast_are_the_roots_of_the_quadratic(spin, tilt):
     a, b, root = I1 * math.cos(tilt), I3 * spin, 0.0
     for _ in range(200):  # the slow precession, by a fixed-point iteration without cancellation
         root = (TORQUE + a * root * root) / b
-    rounding = 1e-15 * abs(spin)  # of a velocity
+    rounding = 1e-15 * abs(spin)  # rounding error of a velocity
     assert rate_of(slow) == pytest.approx(root, rel=1e-13, abs=rounding)
     assert rate_of(fast) == pytest.approx(TORQUE / a / root, rel=1e-13, abs=rounding)
 
@@ -183,7 +183,7 @@ def test_the_reported_least_spin_allows_steady_precession(gravity, tilt, degrees
     expected = 2 * math.sqrt(I1 * abs(math.cos(tilt)) * TORQUE) / I3
     assert (math.radians(least) if degrees else least) == pytest.approx(expected, rel=1e-14)
     path = kr.solve(kr.Scene.spinning(CONE, -least, **words), 1)
-    # near a double root, an error of one rounding grows to its square root
+    # near a double root, the error is about the square root of a rounding error
     assert abs(path.nutation - tilt).max() < 1e-6
     with pytest.raises(ValueError, match="no steady precession"):
         kr.Scene.spinning(CONE, least * (1 - 1e-9), **words)

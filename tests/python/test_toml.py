@@ -136,7 +136,7 @@ def scene_of(body, **start):
         ),
     ],
 )
-def test_a_text_is_a_scene_like_a_file(body, expected, tmp_path):
+def test_a_scene_is_read_from_text_as_from_a_file(body, expected, tmp_path):
     text = f"momentum = [0, 0, 1]\n[body]\n{body}\n"
     assert kr.Scene.from_toml(text) == scene_of(expected)
     assert kr.Scene.from_toml(kr.Scene.from_toml(text).to_toml()) == scene_of(expected)

@@ -146,8 +146,8 @@ def test_zeros_are_found_in_their_cell(monkeypatch, signal, is_found):
 
 
 @pytest.mark.parametrize("slope", [(3.0 + 1.0j, -2.0 + 4.0j), (1.0j, 5.0 + 0.0j)])
-def test_newton_steps_of_linear_functions_arrive_at_once(monkeypatch, slope):
-    """Check that one Newton step finds the zero of a linear function up to rounding errors."""
+def test_few_newton_steps_find_the_zero_of_a_linear_function(monkeypatch, slope):
+    """Check the number of Newton steps, and the points at which the derivatives are measured."""
     calls = []
 
     class Axis:
@@ -163,7 +163,7 @@ def test_newton_steps_of_linear_functions_arrive_at_once(monkeypatch, slope):
 
 
 @pytest.mark.parametrize("distance, is_found", [(1.4, True), (1.6, False)])
-def test_zeros_are_near_their_cell(monkeypatch, distance, is_found):
+def test_zeros_farther_than_one_and_a_half_cells_are_refused(monkeypatch, distance, is_found):
     class Axis:
         def __init__(self, form, turns):
             x, y = (turns - 0.5).T
@@ -188,7 +188,7 @@ def evaluate_waves(waves, n=40, offset=0.3):
         ({(1, 0): 1.0, (0, 1): 1.0, (0, 0): 1.0}, (1 / 3, 1 / 3)),  # by symmetry
         ({(2, 1): 1.0, (1, 2): 1.0, (1, 1): 1.0}, (4 / 3, 4 / 3)),
         ({(2, 0): 1.0, (0, -1): 1.0, (0, 0): 1.0}, (2 / 3, -1 / 3)),
-        # The triangle with sides 3, 4 and 5: each wave has its angle over pi (Bohl and Weyl).
+        # In the triangle with sides 3, 4 and 5, a wave's weight is its angle / pi (Bohl, Weyl).
         (
             {(1, 0): 3.0, (0, 1): 4.0j, (0, 0): 5.0},
             (np.arcsin(0.6) / np.pi, np.arcsin(0.8) / np.pi),

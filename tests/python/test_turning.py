@@ -1,5 +1,4 @@
-"""Comparison of tops on turning supports with SciPy and with Taylor series in decimal
-arithmetic."""
+"""Tests of tops on turning supports, some against SciPy and Taylor series in decimal arithmetic."""
 
 import math
 import pickle
@@ -82,7 +81,7 @@ def test_quantities_without_the_heading():
 
 
 def list_paths_without_the_heading(scene, t, want, digits, folder):
-    """Return paths of quantities that do not depend on the heading, by every function."""
+    """Yield paths with the quantities `want`, from each function that computes or loads paths."""
     words = {"want": want, "digits": digits}
     kr.solve(scene, t, **words).save(folder / "path.npz")
     yield kr.solve(scene, t, **words)

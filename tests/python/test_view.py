@@ -1,4 +1,4 @@
-"""kreisel.view without a browser: arguments, time steps and files."""
+"""Tests of the arguments, time steps and files of kreisel.view, without a browser."""
 
 import base64
 import hashlib
@@ -72,7 +72,7 @@ def test_defaults_depend_on_the_scene():
     ("path", "step"),
     [
         (kr.solve(TOP, 1.0, "rk4", step=0.02, every=10), 0.02),
-        (kr.solve(TOP, np.arange(5) * 0.25), 0.25),  # because taylor has no fixed step
+        (kr.solve(TOP, np.arange(5) * 0.25), 0.25),  # because the closed form has no step
         # a step that is too short for the viewer
         (kr.solve(TOP, np.arange(5) * 0.25, "rk4", step=2.5e-7), 0.25),
     ],

@@ -83,7 +83,7 @@ def test_want_needs_little_memory():
         tracemalloc.stop()
     assert (
         peaks[0] > 64e6 and peaks[1] < 28e6
-    )  # [bytes]: of all states; or of t (given and kept), the energy and one chunk
+    )  # in bytes: of all states, or of the times, the energy and one chunk of states
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_plan_lists_omitted_computations():
     assert "two of a drift's four turns" in turns
 
 
-def test_plan_refuses_the_arguments_that_solve_refuses():
+def test_plan_refuses_invalid_arguments():
     with pytest.raises(ValueError, match="'geometric' chooses by trial runs"):
         kr.plan(TOP, method="geometric")
     with pytest.raises(ValueError, match="has a fixed step: give step"):
@@ -213,7 +213,7 @@ def test_plan_lists_omitted_rotations_of_a_drift(name):
         assert text not in plan_omissions(asymmetric, method=name, step=0.1)
 
 
-# Boundary values
+# Details of plans and of the argument want=
 
 
 def test_a_plan_shows_its_total_size():
