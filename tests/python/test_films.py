@@ -41,12 +41,16 @@ def test_an_unwritable_file_is_refused_before_anything_runs(tmp_path, monkeypatc
 
 def test_the_total_size_of_a_film_is_limited():
     assert len(PATH.animate(speed=1, fps=1, size=1024)) == 256
-    with pytest.raises(ValueError, match=r"^257 frames of 1024 x 1024 .*: 256 are .* = 1\.25,"):
+    with pytest.raises(ValueError, match=r"^257 frames of 1024 x 1024 .*: 256 are .* = 1\.26,"):
         kr.solve(TOP, [0.0, 320.0]).animate(speed=1.25, fps=1, size=1024)
+    assert len(kr.solve(TOP, [0.0, 320.0]).animate(speed=1.26, fps=1, size=1024)) == 255
     with pytest.raises(ValueError, match=r"^512 frames .*: 256 are possible, with speed = 2,"):
         kr.solve(TOP, [0.0, 510.0]).animate(speed=2 * 510 / 1022, fps=1, size=1024)
-    with pytest.raises(ValueError, match=r": 2 are possible, with speed = 765, "):
+    with pytest.raises(ValueError, match=r"^1e\+300 frames .*: 256 are possible, with speed = "):
+        PATH.animate(speed=PATH.t[-1] / 1e300, fps=1, size=1024)
+    with pytest.raises(ValueError, match=r"too many: the size must be at most 11585$"):
         PATH.animate(speed=100, fps=3, size=20000)
+    assert len(PATH.animate(speed=1e300, fps=3, size=11585)) == 2
 
 
 @pytest.mark.parametrize(("fps", "pause"), [(100, 20), (30, 30), (7, 140), (1, 1000)])

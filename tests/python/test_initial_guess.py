@@ -219,6 +219,7 @@ def test_guesses_come_from_all_samples_and_from_the_first_ones(monkeypatch, coun
         ("attitude", {}, "start", True, (False, False)),
         ("attitude", {"gravity": 0.0}, ("start", "com"), False, (False, False)),
         ("attitude", {"damping": 0.1}, "damping", True, (True, False)),
+        ("attitude", {"damping": (0.0, 0.1, 0.0)}, "start", True, (True, False)),
         ("attitude", {"friction": 0.1}, "start", True, (False, True)),
         ("attitude", {}, "friction", True, (False, True)),
         ("space", {"friction": 0.1}, "friction", True, (False, False)),
@@ -241,6 +242,16 @@ def test_terms_of_the_momentum_equation_are_chosen(
         parameters = make_parameters(change(HEAVY, body=free_body, **words), name)
         initial_guess._guess_parameters_from_motion(parameters, motion, motion)
         assert found[-1][0] is is_heavy
+
+
+def test_guesses_take_fixed_damping_into_account():
+    path = kr.solve(change(HEAVY, damping=1.5), T - T[0])
+    record = kr.Record(path.t, {"body_velocity": path.body_velocity})
+    unknown = kr.Body(1.0, (1.1, 1.2, 0.7), com=(0.0, 0.0, 0.2), unphysical=True)
+    parameters = make_parameters(path.scene.replace(body=unknown), ("start", "moments", "com"))
+    [guess, *_] = initial_guess.guess_parameters_from_records(parameters, [record])
+    scale = HEAVY.body.moments[0] / guess.point.moments[0]  # the guess has the right ratios
+    assert scale * guess.point.com == pytest.approx(COM, rel=1e-3)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -215,6 +215,15 @@ def test_motions_of_a_gyroscope_are_in_principal_axes(turning):
     assert_same_attitudes(motion.attitude, expected, 0.05)
 
 
+def test_motions_of_both_angular_velocities_have_a_fixed_order():
+    _, point = make_turned_point(turning=(0.0, 0.0, 0.7))
+    path = kr.solve(point.to_scene(), np.linspace(0.0, 1.0, 50))
+    names = "inertial_velocity", "body_velocity"
+    record = make_record(path.t, **{name: path.body_velocity for name in names})
+    motions = motion_data.reconstruct_motions([record], point)
+    assert [motion.is_at_rest for motion in motions] == [False, True]
+
+
 def test_motions_with_known_attitudes_precede_others():
     t = np.linspace(0.0, 1.0, 50)
     path = kr.solve(HEAVY, t)

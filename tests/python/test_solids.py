@@ -75,6 +75,14 @@ def test_the_light_has_a_brightest_and_a_darkest_shade(normal, shade):
     assert solid.get_facecolors()[0, :3] == pytest.approx(shade * np.array([1.0, 128 / 255, 0.0]))
 
 
+def test_a_scale_bar_is_short_enough_if_the_logarithm_is_rounded_up():
+    curve = np.zeros((5, 3))
+    curve[:, 0] = np.linspace(0.0, np.nextafter(400.0, 0.0), 5)
+    axes = make_axes()
+    solids.draw_start_and_scale_bar(curve, axes, "m", elevation=0.0)
+    assert axes.texts[-1].get_text() == "50 m"
+
+
 @pytest.mark.parametrize("thickness", [None, 0.4])
 def test_a_tube_is_closed_and_its_ends_have_the_area_of_its_section(thickness, monkeypatch):
     face_lists = []

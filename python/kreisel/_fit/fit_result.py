@@ -345,11 +345,10 @@ def _group_residuals_and_sigmas_by_series(
         residual_tables[rows.record][rows.series.name] = (
             values[:, 0] if values.shape[1] == 1 else values
         )
-        deviation, mask = rows.sigma / rows.series.unit, rows.measured_mask
-        known = deviation[mask if mask.any() else ...].ravel()
-        sigma[rows.record][rows.series.name] = (
-            known[0] if (known == known[0]).all() else np.where(mask, deviation, np.nan)
-        )
+        deviation = np.where(rows.measured_mask, rows.sigma / rows.series.unit, np.nan)
+        known = deviation[rows.measured_mask]
+        is_constant = known.size > 0 and bool((known == known[0]).all())
+        sigma[rows.record][rows.series.name] = known[0] if is_constant else deviation
     return residual_tables, sigma
 
 

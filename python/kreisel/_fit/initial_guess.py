@@ -119,7 +119,8 @@ def _guess_parameters_from_motion(
     is_rubbed = part.source != "space" and (parameters.can_vary("friction") or base.friction > 0.0)
     if is_rubbed:
         part = _select_samples_before_spin_stops(part, axis)
-    losses = _EnergyLossFlags(parameters.can_vary("damping"), is_rubbed)
+    is_damped = bool(parameters.can_vary("damping") or base.damping.any())
+    losses = _EnergyLossFlags(is_damped, is_rubbed)
     solution = _fit_momentum_equation(part, base, is_heavy, losses)
     if solution is None:
         return []

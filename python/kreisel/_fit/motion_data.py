@@ -71,7 +71,9 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
             motions += _reconstruct_motion_from_attitudes(
                 t, multiply_quaternions(q, point.axes[None])
             )
-        for name in {"body_velocity", INERTIAL_VELOCITY.name} & table.keys():
+        for name in ("body_velocity", INERTIAL_VELOCITY.name):
+            if name not in table:
+                continue
             t, w = _select_longest_gapless_samples(record.t, table[name])
             vertical = table.get("body_vertical")
             first = (

@@ -5,9 +5,11 @@ Each file is written only after the animation is complete.
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator
+from decimal import ROUND_UP, Decimal
 from functools import cached_property
 from io import BytesIO
 from itertools import chain
@@ -189,14 +191,7 @@ def make_film(
     unit = None if time_unit is None else as_unit_name("time_unit", time_unit)
     begin, end = _get_first_and_last_time(path.t)
     pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
-    frames = abs(end - begin) / pace * rate + 1.0
-    if frames * wide * wide > MOST_POINTS:
-        most = max(MOST_POINTS // wide**2 - 1, 1)
-        raise ValueError(
-            f"{frames:.0f} frames of {wide} x {wide} pixels are too many: {most + 1} are possible, "
-            f"with speed = {abs(end - begin) / most * rate:.3g}, or use fewer or smaller frames"
-        )
-    steps = max(round(frames) - 1, 1)
+    steps = _count_steps_between_frames(abs(end - begin) * rate, pace, wide)
     t = np.linspace(begin, end, steps * BETWEEN + 1)
     states = path(t)
     q, apex = _rotate_lean_to_side(states.q, states.apex)
@@ -261,6 +256,25 @@ def _rotation_matrix(q: Array) -> Array:
             [2 * (x * y + w * z), 1 - 2 * (z * z + x * x), 2 * (y * z - w * x)],
             [2 * (z * x - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
+    )
+
+
+def _count_steps_between_frames(length: float, speed: float, size: int) -> int:
+    """Return the number of frames minus one, for a path of `length` frames at the speed 1.
+
+    Raises ValueError if all frames together have too many pixels.
+    """
+    frames, most = max(length / speed + 1.0, 2.0), MOST_POINTS // size**2
+    if frames <= MOST_POINTS and round(frames) <= most:
+        return round(frames) - 1
+    problem = f"{frames:.7g} frames of {size} x {size} pixels are too many"
+    if most < 2:
+        raise ValueError(f"{problem}: the size must be at most {math.isqrt(MOST_POINTS // 2)}")
+    slowest = Decimal(length / (most - 1))
+    digits = Decimal((0, (1,), slowest.adjusted() - 2))
+    raise ValueError(
+        f"{problem}: {most} are possible, with speed = "
+        f"{float(slowest.quantize(digits, ROUND_UP)):.3g}, or use fewer or smaller frames"
     )
 
 

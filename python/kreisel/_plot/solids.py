@@ -138,7 +138,8 @@ def draw_start_and_scale_bar(
     if not extent > 0.0:
         return
     power = 10.0 ** np.floor(np.log10(0.25 * extent))
-    length = float(max(k for k in (1.0, 2.0, 5.0) if k * power <= 0.25 * extent) * power)
+    # The logarithm of a number just below a power of ten may be rounded up.
+    length = float(max(k for k in (0.5, 1.0, 2.0, 5.0) if k * power <= 0.25 * extent) * power)
     left, bottom = float(x.max()) - length, float(y.min()) - 0.08 * extent
     axes.plot(
         [left, left + length], [bottom, bottom], color=ink, linewidth=2.0, solid_capstyle="butt"
