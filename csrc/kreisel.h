@@ -408,7 +408,7 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
 KR_API void kr_top_free(kr_top *top);
 /* Advances the top to the end of the next step. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_step(kr_top *top);
-/* Advances the top to time t [T]. On failure, the top keeps its last valid state up to t. */
+/* Advances the top to time t [T]. On failure, the top keeps the last valid state before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
 /* Advances the top to the times t[0], t[1], ... in the direction of the step, and writes the
  * states. `done` (may be NULL) receives the number of valid states; later elements of `out` are
@@ -750,9 +750,9 @@ KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, siz
                                           const double t[], kr_state out[]);
 
 /* Turning points of the apex of a Lagrange top or a free body whose apex is on its symmetry axis.
- * The member motion_type is "resting", "circle" (both for free bodies), "sleeping", "hanging",
- * "steady", "separatrix", "pendulum", "rosette" (through the vertical), "loops", "cusps" or
- * "waves". */
+ * For free bodies, motion_type is "resting" or "circle"; for others, it is "sleeping", "hanging",
+ * "steady", "separatrix", "pendulum", "rosette" (the apex passes through the vertical), "loops",
+ * "cusps" or "waves". */
 typedef struct kr_turning {
     double least, greatest;     /* nutation [rad] */
     double t_least, t_greatest; /* first times of these values, or INFINITY [T] */

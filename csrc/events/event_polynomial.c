@@ -205,8 +205,8 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds a multiple of a component of the angular velocity relative to the support to the power
- * series c. */
+/* Adds to the power series c a multiple of a component of the angular velocity relative to the
+ * support. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;

@@ -1,6 +1,6 @@
 /* The k-th state of the Bobenko-Suris map in closed form. The states lie at equally spaced phases
- * on an elliptic curve like that of the continuous motion. A link is a pair of consecutive states.
- * In the notation of map_curve.h, where a prime marks the next state,
+ * on an elliptic curve of the same form as the curve of the continuous motion. A link is a pair of
+ * consecutive states. In the notation of map_curve.h, where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence each step of the map increases the phase of the complex number alpha by arg N+(s2) - 2 arg

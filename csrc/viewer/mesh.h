@@ -32,9 +32,10 @@ typedef struct kr_trail {
  * cuboid. If no suitable cuboid exists, the function returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes upper bounds on the momentum and the angular velocity, forward in time, which determine
- * the scale of the picture. They follow from a bound on the kinetic energy in a frame in which the
- * top never gains energy: the initial kinetic energy plus the largest possible loss of potential
- * energy, which on a turning support includes the centrifugal potential. The momentum is largest in
+ * the scale of the picture. They are derived from a bound on the kinetic energy in a frame in which
+ * the top never gains energy. The bound is the initial kinetic energy plus the largest possible
+ * loss of potential energy. On a turning support, the potential energy includes the centrifugal
+ * potential. The momentum is largest in
  * a rotation about the axis of the largest moment of inertia, and the angular velocity about that
  * of the smallest; for a Lagrange top, the constant spin gives a closer bound. On a shaken support
  * nothing bounds the energy: both numbers are then estimates with the greatest acceleration. A

@@ -151,9 +151,8 @@ EXPORT(const double *, kr_page_measure, (int i))
 EXPORT(int, kr_page_rows, (void)) { return (int)simulation.rows; }
 EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
 EXPORT(const double *, kr_page_times, (void)) { return &simulation.record[0].time; }
-/* Returns a pointer to a measured value of top i in the first row of the record. The argument
- * `side` selects the measured value (0), or its minimum (-1) or maximum (1) since the previous
- * row. */
+/* Returns a pointer to the quantity `measure` of top i in the first row of the record. The argument
+ * `side` selects the value (0), or its minimum (-1) or maximum (1) since the previous row. */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
     const kr_record_row *row = &simulation.record[0];

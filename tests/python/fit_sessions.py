@@ -1,4 +1,4 @@
-"""Sessions of kreisel.fit with prescribed minima, for tests of the search strategy."""
+"""Sessions of kreisel.fit that return prescribed minima, for tests of the search strategy."""
 
 from dataclasses import replace
 

@@ -12,7 +12,7 @@ BODY = kr.Body(1.2, (1.3, 1.7, 2.1), (0.1, -0.2, 0.4))
 
 
 def quotient(change, t):
-    """Return central differences of the attitude and momentum at time `t`."""
+    """Return the derivatives of attitude and momentum at time `t` by central differences."""
     ahead, behind = (kr.solve(change(e), [t], "taylor", digits=30) for e in (STEP, -STEP))
     q = ((ahead.q - behind.q) + (ahead.q_low - behind.q_low))[-1] / (2 * STEP)
     m = ((ahead.m - behind.m) + (ahead.m_low - behind.m_low))[-1] / (2 * STEP)

@@ -1,7 +1,7 @@
 """Compilation of the C library together with additional code for benchmarks.
 
-A benchmark can add a source file, and choose the instruction sets and the compiler options, such as
-the number of Taylor coefficients.
+A benchmark can add a source file to the library, and choose the instruction sets and the values of
+macros, such as the number of Taylor coefficients.
 """
 
 import ctypes

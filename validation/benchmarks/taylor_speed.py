@@ -1,4 +1,4 @@
-"""Interleaved timing of functions for studies of the Taylor method."""
+"""Interleaved timing of several functions, used by studies of the Taylor method."""
 
 from statistics import median
 

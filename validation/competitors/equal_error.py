@@ -112,7 +112,7 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median ratio other / own of run times at equal error, and both medians [s].
+    """Return the median ratio of run times at equal error, and the median run times [s].
 
     All results are nan if one of the two integrators does not attain the error `target`.
     """

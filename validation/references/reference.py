@@ -183,7 +183,7 @@ def conditioning_by_tangents(problem, times):
 
 
 def compute_truth(problem, end):
-    """Return the reference solution of any scene.
+    """Return the reference solution of a scene of any kind.
 
     The computation uses 128-bit arithmetic, or 80-bit arithmetic for long integrations. For a
     damped top, an implicit method is used, because damping limits the step size of explicit

@@ -42,7 +42,7 @@ _START = ("attitude", "velocity")
 
 
 class SegmentStartStates(NamedTuple):
-    """The parameters of all segments of a motion, including their initial states.
+    """The initial states of all segments of a motion, with the parameters of the segments.
 
     Parameters other than initial states have the same values in all segments.
     """

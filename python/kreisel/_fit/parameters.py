@@ -173,7 +173,7 @@ class FitPoint:
         )
 
     def shift_shaking_phase(self, t: float) -> Vector | None:
-        """Return the shaking parameters of a scene that starts at the time t of the motion."""
+        """Return the shaking parameters, with the phase at time t as the initial phase."""
         if not self.shaking.any():
             return None
         amplitude, rate, phase = self.shaking.tolist()
@@ -411,7 +411,7 @@ class FreeParameters:
         return jacobian
 
     def estimate_parameter_scales(self, point: FitPoint, span: float) -> Array:
-        """Return the typical magnitude of each parameter, by which its changes are scaled.
+        """Return the typical magnitude of each parameter, the unit of its changes in the search.
 
         span  the length of the records [T]
         """

@@ -214,7 +214,7 @@ class SearchSession:
             self._fit_by_multiple_shooting(model, model.build_segment_starts(point), np.inf)
 
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
-        """Search for a fit from the guesses, beginning with the best match to the records."""
+        """Search from each guess until the fit is good, beginning with the best match."""
         points = [(*self._find_match_end_and_cost(p), p) for p in map(self._refine_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:

@@ -106,7 +106,7 @@ def _format_summary_head(fit: FitLike) -> str:
 
 
 def _list_parameter_rows(fit: FitLike) -> list[tuple[str, str, str]]:
-    """Return rows (name, value and error, unit), with moment ratios if any error is infinite."""
+    """Return rows (name, value ± error, unit), also of moment ratios if an error is infinite."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
     rows = [
         (

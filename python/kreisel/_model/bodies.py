@@ -146,7 +146,7 @@ class Bodies(ShapeConstructors[ArrayLike, BatchParameter], BatchBase[Body]):
         """Return a boolean array that marks the members with a physically possible inertia.
 
         If the inertia is given as matrices, the principal moments and axes are stored. Raises
-        ValueError for the first member that is not a rigid body.
+        the exception of a single-body constructor for the first member that it would refuse.
         """
         columns = dict(self._columns)
         if matrices:

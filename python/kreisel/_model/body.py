@@ -303,7 +303,7 @@ class Body(ShapeConstructors[float, float | Vector]):
     def axes(self) -> Quaternion:
         """The rotation (w, x, y, z) from the principal axes N, B, T to the frame of description.
 
-        If the inertia is diagonal, the axes of the frame of description are the principal axes. For
+        If the inertia tensor is diagonal, the principal axes are the axes of description. For
         a non-diagonal inertia matrix, the principal axes are right-handed and as close as possible
         to the axes of the frame of description. For a Lagrange top, the principal axis T is the
         symmetry axis.

@@ -254,10 +254,11 @@ def compute_chaos_indicator(
     pool: WorkerPool,
     progress: Progress | None,
 ) -> Indicator:
-    """Compute a chaos indicator for all tops of an ensemble at validated times.
+    """Compute a chaos indicator for all tops of an ensemble at the given times.
 
-    `controls` contains the tolerance, the step limit and the initial direction of the tangent
-    vector. Raises kreisel.Interrupted, with the results of all finished tops, after Ctrl-C.
+    The times must have been validated. `controls` contains the tolerance, the step limit and the
+    initial direction of the tangent vector. Raises kreisel.Interrupted, with the results of all
+    finished tops, after Ctrl-C.
     """
     n, shape = tops.size, tops.shape
     curve, worst, megno = np.full((n, t.size), np.nan), np.full(n, np.nan), np.full(n, np.nan)

@@ -345,7 +345,7 @@ def _validate_parameters_and_flags(
 
 
 def _check_random_range(name: str, one: BatchParameter) -> None:
-    """Raise ValueError unless the values of a parameter are the bounds of a finite interval."""
+    """Raise ValueError unless a parameter has a range (low, high) of finite length."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
