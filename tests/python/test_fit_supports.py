@@ -316,11 +316,12 @@ def test_undetermined_directions_are_named():
         body_velocity=(1.0, 2.0, 5.0),
         friction=0.4,
     )
-    assert kr.fit(top, gyroscope(top), ("start", "moments", "friction")).unidentified == (
-        "the scale of the moments: only their ratios, and damping and friction over moments, matter",
-        HEADING,
-        "the attitude in space, which a body without torque does not show",
+    scale = (
+        "the scale of the moments: only their ratios, and damping and friction over moments, matter"
     )
+    attitude = "the attitude in space, which a body without torque does not show"
+    sentences = kr.fit(top, gyroscope(top), ("start", "moments", "friction")).unidentified
+    assert sentences == (scale, HEADING, attitude)
     heavy = HEAVY.replace(friction=1.0)
     sentences = kr.fit(
         heavy, gyroscope(heavy), ("start", "moments", "com", "friction")
