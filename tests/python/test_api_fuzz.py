@@ -194,11 +194,24 @@ def test_every_public_name_is_tested():
                 assert f"{module}.{name}" in CALLS
 
 
+def list_keywords(parameters):
+    """Return the names of parameters, with the keywords in place of their `**` parameter."""
+    return [
+        word
+        for p in parameters
+        for word in (WORDS[p.name] if p.kind is p.VAR_KEYWORD else [p.name])
+    ]
+
+
 @pytest.mark.parametrize("name", CALLS)
 def test_every_parameter_has_valid_values(name):
-    for p in CALLS[name][1]:
-        kind = WORDS.get(p.name, [p.name]) if p.kind is p.VAR_KEYWORD else [p.name]
-        assert all(get_valid_values(name, word) for word in kind)
+    assert all(get_valid_values(name, word) for word in list_keywords(CALLS[name][1]))
+
+
+def test_all_valid_values_are_used():
+    words = {f"{name}.{word}": word for name in CALLS for word in list_keywords(CALLS[name][1])}
+    assert PARTICULAR.keys() <= words.keys()
+    assert RIGHT.keys() <= {word for key, word in words.items() if key not in PARTICULAR}
 
 
 @pytest.mark.parametrize("cls", RECORDS, ids=lambda cls: cls.__name__)

@@ -146,8 +146,9 @@ def test_megno_separates_order_from_chaos():
 def test_megno_of_regular_tops_approaches_two():
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric_regular):
         indicator = kr.megno(scene, [300.0, 1e3, 3e3])
-        deviation = np.abs(indicator.curve - 2.0) * indicator.t
-        assert np.all(deviation < 100.0 * np.log(indicator.t)), deviation
+        deviation = np.abs(indicator.curve - 2.0)
+        assert np.all(deviation < 30.0 * np.log(indicator.t) / indicator.t), deviation
+        assert np.all(np.diff(deviation) < 0.0)
 
 
 def test_the_indicators_of_a_top_do_not_depend_on_the_ensemble():

@@ -47,10 +47,10 @@ def test_solve_json_contains_everything_that_determines_the_path():
     assert np.array_equal(data["q"], path.q) and np.array_equal(data["m"], path.m)
 
 
-def test_json_has_null_for_missing_numbers(tmp_path):
-    line = "solve sleeping --t 1 --want precession_angle,nutation --json -"
+def test_json_has_null_for_missing_numbers():
+    line = "solve asymmetric --t 1 --want kowalewski --json -"
     data = json.loads(call(line), parse_constant=pytest.fail)
-    assert len(data["precession_angle"]) == 2
+    assert data["kowalewski"] == [None, None]
 
 
 def test_solve_returns_the_wanted_quantities(tmp_path):
@@ -206,7 +206,7 @@ def test_solve_prints_a_table_with_units(tmp_path):
     GENERAL.to_toml(tmp_path / "top.toml")
     output = call("solve --t 0:2:0.1 --want nutation,energy,m --degrees", tmp_path / "top.toml")
     head, rows = table(output)
-    assert head.split("  ") and "nutation [deg]" in head and "energy [M L^2 T^-2]" in head
+    assert "nutation [deg]" in head and "energy [M L^2 T^-2]" in head
     assert "t [T]" in head and "m_x [M L^2 T^-1]" in head
     expected = np.column_stack([path.t, np.degrees(path.nutation), path.energy, path.m])
     assert rows == pytest.approx(expected, rel=1e-7, abs=1e-12)
@@ -221,7 +221,7 @@ def test_long_tables_show_both_ends_and_the_number_of_omitted_rows():
     assert rows[:, 0] == pytest.approx(0.1 * np.arange(101))
     for count in (40, 41):
         output = call(f"solve cusps --t 0:{count - 1}:1 --want nutation")
-        assert ("... 1 rows omitted" in output) == (count == 41) and "\n" in output
+        assert ("... 1 rows omitted" in output) == (count == 41)
         assert len(table(output)[1]) == 40
     assert "first" in call("solve cusps --t 0:1:1 --want nutation")
 

@@ -84,7 +84,9 @@ def test_members_move_like_single_tops(name):
             alone = kr.solve(scene, times, name, **words)
             if name == "taylor" and not any(scene.damping):
                 difference = kr.attitude_error(many[i].q, alone.q).max()
-                assert difference < 1e-13, "taylor in lanes has roundings of its own, and no more"
+                assert difference < 1e-13, (
+                    "beyond the rounding differences of Taylor series in lanes"
+                )
             else:
                 assert same_path(many[i], alone), name
 

@@ -20,10 +20,18 @@ def test_threads_are_limited():
     with pytest.raises(ValueError, match="threads must be"):
         ensemble_options.validate_thread_count(0, None)
     with ThreadPoolExecutor(1) as pool:
-        assert ensemble_options.validate_thread_count(None, pool) >= 1
+        available = ensemble_options.validate_thread_count(None, None)
+        assert ensemble_options.validate_thread_count(None, pool) == available
         with pytest.raises(ValueError, match="give either threads or an executor, not both"):
             ensemble_options.validate_thread_count(1, pool)
         kr.solve(MANY, 1.0, executor=pool)
+
+
+def test_all_processors_of_the_affinity_are_used(monkeypatch):
+    monkeypatch.setattr(
+        ensemble_options.os, "sched_getaffinity", lambda _: {1, 4, 5, 7, 9}, raising=False
+    )
+    assert ensemble_options.validate_thread_count(None, None) == 5
 
 
 @pytest.mark.parametrize("count, threads", [(None, 1), (3, 3)])

@@ -187,7 +187,7 @@ def test_the_potential_has_the_shape_of_its_angles_and_is_infinite_at_poles():
     assert top.potential(1.0).shape == () and top.potential(np.ones((2, 3))).shape == (2, 3)
     assert top.potential([]).shape == (0,)
     assert top.potential(0.0) == math.inf and top.potential(math.pi) > 1e30
-    assert kr.exact(kr.scenes.thesis).potential(0.0) < math.inf, "the apex passes the upright"
+    assert kr.exact(kr.scenes.thesis).potential(0.0) < math.inf  # its apex can reach the vertical
     for wrong in "upright", None, math.nan, [1j]:
         with pytest.raises((TypeError, ValueError), match="nutation must be"):
             top.potential(wrong)

@@ -31,8 +31,13 @@ def test_taylor_agrees_with_scipy(name):
             path = kr.solve(scene, [0.0, 6.0])
             assert kr.attitude_error(path.q[-1], q) < 1e-8, (name, friction, stop_times)
             assert np.abs(path.m[-1] - m).max() < 1e-8
-    if not stop_times:
-        compare_methods(scene, 2.0, {"taylor"})
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_methods_agree_with_scipy_before_the_first_stop(name):
+    scene = make_scene(name, friction=FRICTION, shaking=(0.1, 5.0, 0.3))
+    assert integrate_with_stops(scene, 1.3)[2] == []
+    compare_methods(scene, 1.3, {"taylor"})
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.2])

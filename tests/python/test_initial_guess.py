@@ -156,6 +156,21 @@ def test_a_motion_seen_from_the_inertial_frame_is_turned_into_that_of_the_suppor
     assert np.allclose(found.rate, seen.rate, atol=1e-12)
 
 
+def solve_back(scene, attitude, rate):
+    """Return the state at time 0 of the motion that has the given state at time 0.7."""
+    amplitude, frequency, phase = scene.shaking
+    trial = kr.Scene(
+        scene.body,
+        attitude=attitude,
+        body_velocity=rate,
+        gravity=scene.gravity,
+        turning=scene.turning,
+        shaking=(amplitude, frequency, phase + 0.7 * frequency),
+    )
+    path = kr.solve(trial, [-0.7])
+    return {"attitude": path.q[0], "rate": path.body_velocity[0]}
+
+
 @pytest.mark.parametrize(
     ("free", "names"),
     [("start", {"attitude", "rate"}), ("attitude", {"attitude"}), ("velocity", {"rate"})],
@@ -165,20 +180,19 @@ def test_a_motion_passes_through_a_given_state(free, names, words):
     scene = change(HEAVY, **words)
     parameters = make_parameters(scene, free)
     path, point = kr.solve(scene, [0.0, 0.7]), parameters.start
-    rate = path.body_velocity[1]
-    found = initial_guess._find_parameters_through_state(parameters, point, 0.7, path.q[1], rate)
-    if free == "start":
-        assert np.allclose(found.attitude, point.attitude, atol=1e-9)
-        assert np.allclose(found.rate, point.rate, atol=1e-8)
-    for name in {"attitude", "rate"} - names:
-        assert getattr(found, name) is getattr(point, name)
+    given = {"attitude": path.q[1], "rate": path.body_velocity[1]}
+    trial = {name: given[name] if name in names else getattr(point, name) for name in given}
+    expected = solve_back(scene, **trial)
+    found = initial_guess._find_parameters_through_state(parameters, point, 0.7, **given)
+    start = initial_guess._find_parameters_through_state(parameters, point, 0.0, **given)
     for name in names:
-        assert not np.allclose(getattr(found, name), {"attitude": path.q[1], "rate": rate}[name])
-    start = initial_guess._find_parameters_through_state(parameters, point, 0.0, path.q[1], rate)
-    assert start.attitude is (
-        path.q[1] if "attitude" in names else point.attitude
-    ) or np.array_equal(start.attitude, path.q[1]) == ("attitude" in names)
-    assert np.array_equal(start.rate, rate) == ("rate" in names)
+        assert np.allclose(getattr(found, name), expected[name], rtol=0, atol=3e-14)
+        assert np.array_equal(getattr(start, name), given[name])
+    for name in given.keys() - names:
+        assert getattr(found, name) is getattr(start, name) is getattr(point, name)
+    if free == "start":
+        assert np.allclose(found.attitude, point.attitude, rtol=0, atol=3e-14)
+        assert np.allclose(found.rate, point.rate, rtol=0, atol=3e-14)
 
 
 @pytest.mark.parametrize("names", [("q",), ("body_velocity", "body_vertical"), ("velocity",)])
@@ -187,7 +201,9 @@ def test_a_guess_moves_through_the_first_measured_state(names, free):
     path = kr.solve(HEAVY, np.linspace(0.3, 2.0, 60))
     record = kr.Record(path.t, {name: getattr(path, name) for name in names})
     parameters = FreeParameters(HEAVY, expand_free_names(free), [record])
-    for guess in initial_guess.guess_parameters_from_records(parameters, [record]):
+    guesses = initial_guess.guess_parameters_from_records(parameters, [record])
+    assert len(guesses) == 2  # from all samples and from the first ones
+    for guess in guesses:
         motion = guess.motion
         state = kr.solve(guess.point.to_scene(), [motion.t[0]])
         rows = rotation_matrix(state.q[0]), rotation_matrix(motion.attitude[0])

@@ -7,6 +7,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from internals import core_calls
+from kreisel._solve import solve
 
 NAN, INF = float("nan"), float("inf")
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
@@ -25,10 +26,22 @@ def check_refusal(make, words, exception, message):
 
 @pytest.fixture(autouse=True)
 def forbid_runs(monkeypatch):
-    def record(*words, original=core_calls.record, **more):
-        assert original(*words, **more) is None, "a run was begun"
+    """Make calls fail that return a path; a failing run raises no TypeError or ValueError."""
 
-    monkeypatch.setattr(core_calls, "record", record)
+    def forbid_result(original):
+        def call(*words, **more):
+            assert original(*words, **more) is None, "a run was begun"
+
+        return call
+
+    for module, name in ((core_calls, "record"), (solve, "try_to_solve_in_core")):
+        monkeypatch.setattr(module, name, forbid_result(getattr(module, name)))
+
+
+@pytest.mark.parametrize("words", [{}, {"every": 1}])
+def test_the_beginning_of_a_run_is_noticed(words):
+    with pytest.raises(AssertionError, match="a run was begun"):
+        kr.solve(TOP, 1, **FIXED, **words)
 
 
 @pytest.mark.parametrize(

@@ -193,10 +193,8 @@ def test_damaged_checkpoints_are_refused(tmp_path):
         kr.resume(tmp_path / "odd")
     with pytest.raises(FileNotFoundError):
         kr.resume(tmp_path / "none")
-    magic, body = (
-        whole[:12],
-        whole[21:].replace(b'"gravity', b'"gravity').replace(b"gravity = 1.0", b"gravity = 2.0"),
-    )
+    magic, body = whole[:12], whole[21:].replace(b"gravity = 1.0", b"gravity = 2.0")
+    assert body != whole[21:]
     with pytest.raises(ValueError, match="the checkpoint is damaged"):
         kr.resume(magic + b"%08x\n" % zlib.crc32(body) + body)
 
@@ -224,12 +222,6 @@ def test_a_copy_of_a_run_is_independent(make_copy):
     assert twin.t == 1.0 and twin.stats == run.stats
     states = run.to(2.0).states
     assert twin.t == 1.0 and np.array_equal(twin.to(2.0).states, states)
-
-
-def test_a_new_run_has_no_costs():
-    run = kr.start(TOP, "strang", step=0.01)
-    assert tuple(run.stats) == (0, 0, 0, 0) and run.t == 0.0
-    assert run.to([]).stats == run.stats
 
 
 def test_assignment_to_results_and_runs_raises(tmp_path):
@@ -275,5 +267,6 @@ def test_an_iterator_of_lists_is_refused_as_times():
 def test_a_run_that_has_not_begun_has_no_costs():
     run = kr.start(TOP, "strang", step=0.01)
     assert (run.t, tuple(run.stats)) == (0.0, (0, 0, 0, 0))
+    assert run.to([]).stats == run.stats
     assert tuple(kr.resume(run.checkpoint).stats) == (0, 0, 0, 0)
     assert repr(run) == "<kreisel.Run: strang at t = 0, 0 steps>"

@@ -182,7 +182,7 @@ def test_parts_of_the_records_include_their_ends():
     assert few._build_residual_model_until(0.9) is None
 
 
-def find_time(relative, t=None, width=1, sigma=0.01):
+def find_time(relative, t=None, sigma=0.01):
     """Return the first time at which residuals, relative to the spread of the data, are large."""
     n = len(relative)
     t = np.arange(float(n)) if t is None else t

@@ -76,7 +76,7 @@ def test_the_stability_limit_agrees_with_the_averaged_motion(spin):
         greatest.append(kr.solve(top, np.linspace(0, 15, 400)).nutation.max())
     assert greatest[0] > 0.5 and greatest[1] < 0.02
     still = kr.solve(top.replace(shaking=None), np.linspace(0, 15, 400))
-    assert spin > 2.0 * math.sqrt(9.81 * 0.5) / 0.3 or still.nutation.max() > 0.5
+    assert still.nutation.max() > 0.5
 
 
 def test_the_end_of_a_path_has_the_phase_at_its_time():

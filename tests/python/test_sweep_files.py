@@ -242,8 +242,7 @@ def test_a_grid_has_the_order_of_its_arguments(tmp_path):
 
 
 def test_a_random_top_depends_only_on_the_seed_and_its_index():
-    words = {"seed": 5, "spin": (1, 3), "momentum": None, "angles": [(0, 0, 0), (1, 2, 3)]}
-    del words["spin"]
+    words = {"seed": 5, "momentum": None, "angles": [(0, 0, 0), (1, 2, 3)]}
     many, more = kr.Source.random(TOP, 1000, **words), kr.Source.random(TOP, 10**12, **words)
     assert many[:] == more[:1000] and many[700:] == more[700:1000] and many[3] == more[3]
     assert more[10**12 - 1] == more[-1]
