@@ -163,13 +163,13 @@ def solve(
     request = scene, method, step, tol, digits, max_steps, want, every
     if is_special or method == GEOMETRIC:
         others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
-        options = _validate_tangents_events_geometric(*request, error, events, tangents, others)
+        options = _validate_special_solve_options(*request, error, events, tangents, others)
     else:
         options = validate_solve_options(*request, t=t)
     return _solve_with_options(scene, options, t, validate_progress_callback(progress))
 
 
-def _validate_tangents_events_geometric(
+def _validate_special_solve_options(
     scene: Scene,
     method: str,
     step: float | None,

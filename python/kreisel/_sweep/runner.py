@@ -49,7 +49,7 @@ class SweepPartsRunner:
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
         self.left = list(parts)
-        self.tops = store.plan.count_all_tops_of_parts(parts)
+        self.tops = store.plan.count_tops_in_parts(parts)
         self.done, self._reported = 0, 0.0
         self._stopped = threading.Event()
 

@@ -60,7 +60,7 @@ class SweepPlan:
         begin = i * self.part_size
         return range(begin, min(begin + self.part_size, self.source.size))
 
-    def count_all_tops_of_parts(self, parts: Sequence[int]) -> int:
+    def count_tops_in_parts(self, parts: Sequence[int]) -> int:
         """Return the total number of tops in the given parts."""
         shortage = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - shortage
