@@ -321,17 +321,13 @@ def test_scenes_without_closed_form_are_counted():
 
 def test_closed_forms_of_an_ensemble_refuse_unresolvable_times():
     many = kr.exact([THESIS, THESIS])
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match=r"^scene\[0\]: .* cannot resolve its attitude"):
         many(1e300)
 
 
-def test_scenes_and_maps_without_closed_form_are_refused():
-    with pytest.raises(ValueError, match="no closed form is known"):
-        kr.exact(TOP)
-    with pytest.raises(ValueError, match=r"scene\[1\]"):
-        kr.exact([THESIS, TOP])
+def test_invalid_steps_and_step_numbers_of_maps_are_refused():
     steps = kr.exact(THESIS, map="bobenko_suris", step=0.01)
     with pytest.raises(ValueError, match="not an array of shape"):
         steps([[1, 2], [3, 4]])
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match=r"out of range: step 1e\+200"):
         kr.exact(THESIS, map="bobenko_suris", step=1e200)
