@@ -28,21 +28,34 @@ def random_ensemble(n, seed=1):
     return kr.Ensemble.of([kr.Scene(body, m) for body, m in zip(bodies, momenta, strict=True)])
 
 
+def same_bits(one, other):
+    """Return True if two arrays are equal in every bit, so that 0.0 differs from -0.0.
+
+    The sign and the payload of NaN are ignored.
+    """
+    arrays = [np.asarray(one), np.asarray(other)]
+    bits = [np.where(np.isnan(array), np.nan, array).tobytes() for array in arrays]
+    return len({(array.dtype, array.shape) for array in arrays}) == 1 and bits[0] == bits[1]
+
+
 def same(one, other):
-    """Return True if all fields of two results are equal, with NaN equal to NaN."""
-    return all(np.array_equal(getattr(one, f), getattr(other, f), equal_nan=True) for f in FIELDS)
+    """Return True if all fields of two results are bitwise equal."""
+    return all(same_bits(getattr(one, f), getattr(other, f)) for f in FIELDS)
 
 
 def same_path(one, other, events=False):
-    """Return True if the options and columns of two paths are equal, and optionally the events."""
+    """Return True if the options of two paths are equal, and bitwise their columns and events.
+
+    The events are compared only if `events` is True.
+    """
     words = "method", "step", "tol", "digits", "want"
     is_equal = all(getattr(one, word) == getattr(other, word) for word in words)
     columns = one.want or ("states",)
-    is_equal &= all(np.array_equal(getattr(one, f), getattr(other, f)) for f in ("t", *columns))
+    is_equal &= all(same_bits(getattr(one, f), getattr(other, f)) for f in ("t", *columns))
     if events:
         own_events, other_events = one.events, other.events
         is_equal &= (
-            np.array_equal(own_events.states, other_events.states)
+            same_bits(own_events.states, other_events.states)
             and own_events.which.tolist() == other_events.which.tolist()
         )
         is_equal &= own_events.direction.tolist() == other_events.direction.tolist()

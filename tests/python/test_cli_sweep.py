@@ -155,6 +155,7 @@ def test_errors_are_reported_before_anything_runs(plan, line, message):
     (plan / "wrong.toml").write_text("tt = 1")
     output = call(f"sweep {line}", code=2)
     assert message in join_lines(output) and "Traceback" not in output
+    assert output.count("\n") == 1
     assert not (plan / "runs").exists()
 
 

@@ -65,7 +65,7 @@ def test_low_words_are_written_beyond_16_digits(words, names):
     assert tuple(outputs.list_output_quantities(path)) == names
 
 
-def test_a_csv_file_has_its_head_once(capsysbinary):
+def test_a_csv_file_has_its_head_once():
     columns = {"a": [1, 2], "b": [0.1, 1e-20]}
     assert outputs.encode_table_as_csv(columns) == b"a,b\n1,0.1\n2,1e-20\n"
     assert outputs.encode_table_as_csv(columns, head=False) == b"1,0.1\n2,1e-20\n"

@@ -188,7 +188,8 @@ def test_a_start_with_exactly_the_least_energy_exists():
 def test_zero_starts_may_be_requested():
     assert kr.starts(TOP.body, energy=2.0, vertical=1.0, n=0).shape == (0,)
     for wrong in ({"n": -1}, {"n": 3, "seed": -1}, {"grid": (0, 3)}, {"grid": (1, 2, 0)}):
-        with pytest.raises(ValueError, match=r"must be|must not"):
+        *_, name = wrong
+        with pytest.raises(ValueError, match=rf"^{name} must be at least \d and less than 2\*\*63"):
             kr.starts(TOP.body, energy=2.0, vertical=1.0, **wrong)
 
 
@@ -263,9 +264,7 @@ def test_the_least_energy_is_the_lower_of_two_minima():
         with pytest.raises(ValueError, match="the smallest energy with this value is") as error:
             kr.starts(body, energy=-5.0, vertical=1.0, n=1)
         least = float(str(error.value).split()[-1])
-        assert least == pytest.approx(1.0 / 5.0 - 9.81e-5, abs=2e-7) or least == pytest.approx(
-            1.0 / 5.0 - 1e-5, abs=1e-12
-        )
+        assert least == pytest.approx(0.2 - 1e-5, abs=1e-12)
 
 
 def test_few_cells_give_starts_on_the_energy_surface_too(monkeypatch):

@@ -7,7 +7,7 @@ import time
 import kreisel as kr
 import numpy as np
 import pytest
-from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same, same_path
+from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same, same_bits, same_path
 
 THESIS = kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
@@ -23,8 +23,8 @@ def test_quantities_equal_those_of_single_paths_bitwise():
         values = getattr(many, name)
         assert not values.flags.writeable and values is getattr(many, name)
         for i in range(len(SCENES)):
-            assert np.array_equal(values[i], getattr(many[i], name), equal_nan=True)
-    assert np.array_equal(many.q_xyzw, np.roll(many.q, -1, axis=-1))
+            assert same_bits(values[i], getattr(many[i], name))
+    assert same_bits(many.q_xyzw, np.roll(many.q, -1, axis=-1))
     assert not many.q_low.any() and many.m_low.shape == many.m.shape
 
 

@@ -21,8 +21,6 @@ def test_the_separatrix_without_gravity_is_that_of_the_free_body():
     assert kr.events.separatrix(free) == kr.events.separatrix(
         TOP.replace(body=kr.Body(TOP.body.mass, TOP.body.inertia, (0, 0, 0)))
     )
-    assert kr.events.separatrix(TOP).direction == -1
-    assert kr.events.separatrix(TOP.replace(gravity=-1.0)).direction == 1
 
 
 def test_a_separatrix_under_gravity_has_its_own_direction():

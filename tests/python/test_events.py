@@ -374,11 +374,6 @@ def test_a_single_event_counts_as_a_list():
     assert np.array_equal(one.events.states, several.events.states) and len(one.events) == 2
 
 
-def test_an_event_cannot_be_changed():
-    with pytest.raises(AttributeError):
-        events.nutation().direction = 1
-
-
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
 def test_thin_bodies_have_all_energy_crossings(least):
     """Check that no false events are found if one moment of inertia is very small."""

@@ -7,6 +7,7 @@ import pickle
 import kreisel as kr
 import numpy as np
 import pytest
+from ensembles import same_bits
 
 TOP, FREE, THESIS = kr.scenes.asymmetric, kr.scenes.dzhanibekov, kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
@@ -62,11 +63,10 @@ def test_a_single_time_gives_one_state_with_the_same_bits():
         np.linspace(-50, 1e5, 200).tolist(),
         np.array([7], dtype=int),
     ):
-        assert np.array_equal(top(t).t, t) and np.array_equal(
-            top(t).states, np.vstack([top(float(x)).states for x in t])
-        )
+        assert np.array_equal(top(t).t, t)
+        assert same_bits(top(t).states, np.vstack([top(float(x)).states for x in t]))
     for i in (0, 3, 199):
-        assert np.array_equal(top(many.t[i]).states[0], many.states[i])
+        assert same_bits(top(many.t[i]).states[0], many.states[i])
     assert len(top([])) == 0
 
 
@@ -321,17 +321,13 @@ def test_scenes_without_closed_form_are_counted():
 
 def test_closed_forms_of_an_ensemble_refuse_unresolvable_times():
     many = kr.exact([THESIS, THESIS])
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match=r"^scene\[0\]: .* cannot resolve its attitude"):
         many(1e300)
 
 
-def test_scenes_and_maps_without_closed_form_are_refused():
-    with pytest.raises(ValueError, match="no closed form is known"):
-        kr.exact(TOP)
-    with pytest.raises(ValueError, match=r"scene\[1\]"):
-        kr.exact([THESIS, TOP])
+def test_invalid_steps_and_step_numbers_of_maps_are_refused():
     steps = kr.exact(THESIS, map="bobenko_suris", step=0.01)
     with pytest.raises(ValueError, match="not an array of shape"):
         steps([[1, 2], [3, 4]])
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match=r"out of range: step 1e\+200"):
         kr.exact(THESIS, map="bobenko_suris", step=1e200)

@@ -22,15 +22,21 @@ def examples(name):
     return [test for test in tests if test.examples]
 
 
+def list_failures(tests):
+    """Run doctest examples, and return the messages of those that fail."""
+    messages = []
+    for test in tests:
+        doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(
+            test, out=messages.append
+        )
+    return messages
+
+
 @pytest.mark.parametrize("name", ["kreisel", *MODULES])
 def test_examples_print_the_documented_output(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
-    messages = []
-    for test in examples(name):
-        doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(
-            test, out=messages.append
-        )
+    messages = list_failures(examples(name))
     assert messages == [], "".join(messages)
 
 
@@ -41,7 +47,10 @@ def test_the_main_functions_have_examples():
 
 
 def test_a_wrong_example_is_detected():
-    test = doctest.DocTestParser().get_doctest(">>> 1\n2\n", {}, "wrong", None, None)
-    messages = []
-    doctest.DocTestRunner().run(test, out=messages.append)
-    assert messages
+    right, wrong = (
+        doctest.DocTestParser().get_doctest(f">>> [1,  2]\n{text}\n", {}, "example", None, None)
+        for text in ("[1,   2]", "[1, 3]")
+    )
+    assert list_failures([right]) == []
+    [message] = list_failures([right, wrong])
+    assert "Expected:\n    [1, 3]" in message

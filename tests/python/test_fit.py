@@ -213,6 +213,7 @@ def test_only_unknown_noise_is_estimated_with_the_soft_loss():
     }
     found = kr.fit(HEAVY, kr.Record(t, values, {"apex": 0.013}), "velocity", loss="soft")
     assert found.sigma[0]["apex"] == 0.013
+    assert found.sigma[0]["nutation"] == pytest.approx(1e-12, rel=1e-9, abs=0.0)  # the least value
     spread = 1.4826 * np.median(np.abs(2.0 * noise[:, 3]))
     assert found.sigma[0]["energy"] == pytest.approx(spread, rel=0.03)
     assert np.isnan(found.sigma[0]["spin"]).all()  # nothing was measured
@@ -322,9 +323,12 @@ def test_axes_cannot_be_free_with_a_rotor():
 
 
 def test_a_fit_of_guesses_returns_the_best():
-    guesses = HEAVY.vary(velocity=[(0.0, 0.0, -5.0), HEAVY_VELOCITY, (5.0, 0.0, 0.0)])
-    best = kr.fit(guesses, gyroscope())
-    assert 0.8 < best.chi2 / best.dof < 1.2
+    velocities, gravities = [(0.0, 0.0, -5.0), HEAVY_VELOCITY, (5.0, 0.0, 0.0)], [9.0, 9.81, 10.6]
+    guesses = HEAVY.vary(velocity=velocities, gravity=gravities)
+    best = kr.fit(guesses, gyroscope(), "start")
+    costs = [kr.fit(guesses[i : i + 1], gyroscope(), "start").cost for i in range(3)]
+    assert best.cost == costs[1] < 0.5 * min(costs[0], costs[2])
+    assert 0.8 < best.chi2 / best.dof < 1.2 and best.scene.gravity == 9.81
 
 
 HEAVY_VELOCITY = tuple(kr.solve(HEAVY, [0.0]).velocity[0] * 1.01)

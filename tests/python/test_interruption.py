@@ -77,10 +77,10 @@ def solve_top(progress):
     kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=progress)
 
 
-@pytest.mark.parametrize("run", [solve_top, stream_top, solve_energy])
-def test_progress_is_reported_with_short_chunks(run):
+@pytest.mark.parametrize("run, end", [(solve_top, 1e9), (stream_top, 1e9), (solve_energy, 1e5)])
+def test_progress_is_reported_with_short_chunks(run, end):
     first, second, third = make_third_call_raise(run)
-    assert 0 <= first < second < third < 1e9  # `first` may be 0 on a slow machine
+    assert 0 <= first < second < third < end  # `first` may be 0 on a slow machine
 
 
 def test_progress_works_in_any_thread_and_must_not_advance_the_run():

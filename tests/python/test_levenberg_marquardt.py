@@ -156,10 +156,12 @@ def test_the_damping_changes_by_a_factor(residuals, damping, expected):
     ],
 )
 def test_failing_steps_end(damping, words, expected):
-    """Check the number of steps that are tried, and the damping parameter at the end."""
+    """Check the damping parameters that are tried, and the one at the end."""
     model = ScriptModel(*[20.0] * 9)
     minimum, last = find_step(model, damping, **{"cost": 1.0, **words})
     assert minimum is None and model.evaluations == len(expected)
+    (residual,) = words.get("residuals", (1.0,))
+    assert model.steps == pytest.approx([-residual / (1.0 + one) for one in expected])
     assert last == expected[-1] * (16.0 if "limit" in words else 1.0)
 
 

@@ -87,6 +87,7 @@ def test_equal_moments_keep_the_given_axes():
         mass=1, inertia=matrix(TILT) @ (2 * np.eye(3)) @ matrix(TILT).T, com=(0.1, 0.2, 0.3)
     )
     np.testing.assert_allclose(other_body.moments, (2, 2, 2), rtol=1e-15)
+    assert other_body.kind == "lagrange" and other_body.axes == (1, 0, 0, 0)
 
 
 # Scenes

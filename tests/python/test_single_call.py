@@ -1,7 +1,9 @@
 """Tests that calls with plain Python numbers give the results of calls validated in Python."""
 
+import contextlib
 import copy
 import pickle
+import sys
 import threading
 
 import kreisel as kr
@@ -45,18 +47,45 @@ def collect_attributes(path):
     return arrays, attributes, repr(path), str(path.plan), path.scene
 
 
+class SlowPathError(Exception):
+    """An error raised if a single call of the core does not suffice."""
+
+
+@pytest.fixture
+def forbid_slow_path(monkeypatch):
+    """Return a context in which arguments must not be validated in Python."""
+
+    def fail(*_, **__):
+        raise SlowPathError
+
+    @contextlib.contextmanager
+    def forbid():
+        with monkeypatch.context() as patch:
+            for name in ("validate_solve_options", "_solve_with_options"):
+                patch.setattr(sys.modules["kreisel._solve.solve"], name, fail)
+            for name in ("_validate_times_to_record", "_advance_to_times", "_restart_run"):
+                patch.setattr(kr.Run, name, fail)
+            yield
+
+    return forbid
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
 @pytest.mark.parametrize("want", [None, WANTED, [*WANTED]], ids=["states", "want", "list"])
 @pytest.mark.parametrize("method", ["auto", *kr.methods])
-def test_plain_times_give_the_path_of_validated_times(method, want, sign):
+def test_plain_times_give_the_path_of_validated_times(method, want, sign, forbid_slow_path):
     scene = TOP if method == "auto" else scene_for(method)
     words = words_for(method) if method != "auto" else {}
     times = [sign * t for t in TIMES]
     slow = kr.solve(scene, wrap_numbers(times), method, want=want, **words)
     for values in (times, tuple(times), np.array(times), [int(t) if t == 1 else t for t in times]):
-        path = kr.solve(scene, values, method, want=want, **words)
+        with forbid_slow_path():
+            path = kr.solve(scene, values, method, want=want, **words)
         assert collect_attributes(path) == collect_attributes(slow)
-    number = kr.solve(scene, times[-1], method, want=want, **words)
+    with forbid_slow_path():
+        number = kr.solve(scene, times[-1], method, want=want, **words)
+        with pytest.raises(SlowPathError):
+            kr.solve(scene, wrap_numbers(times), method, want=want, **words)
     assert collect_attributes(number) == collect_attributes(
         kr.solve(scene, NotPlain(times[-1]), method, want=want, **words)
     )
@@ -134,14 +163,19 @@ def test_progress_is_called_at_the_end():
 @pytest.mark.parametrize("want", [None, WANTED])
 @pytest.mark.parametrize("back", [False, True], ids=["forth", "back"])
 @pytest.mark.parametrize("method", list(kr.methods))
-def test_a_run_advances_equally_by_plain_and_validated_times(method, back, want):
+def test_a_run_advances_equally_by_plain_and_validated_times(method, back, want, forbid_slow_path):
     scene, words, sign = scene_for(method), words_for(method), -1.0 if back else 1.0
     fast, slow = (kr.start(scene, method, back=back, want=want, **words) for _ in range(2))
     for values in (0.5, [0.5, 0.75], np.array([1.0, 1.0]), 2.0, []):
         times = sign * np.array(values) if np.ndim(values) else sign * values
         plain = times.tolist() if isinstance(values, list) else times
         checked = wrap_numbers(times) if np.ndim(values) else NotPlain(times)
-        assert collect_attributes(fast.to(plain)) == collect_attributes(slow.to(checked))
+        if np.size(values):
+            with forbid_slow_path():
+                path = fast.to(plain)
+        else:
+            path = fast.to(plain)  # validated in Python
+        assert collect_attributes(path) == collect_attributes(slow.to(checked))
         assert (fast.t, fast.stats) == (slow.t, slow.stats)
     with pytest.raises(ValueError, match="goes back from"):
         fast.to(sign * 1.5)
@@ -150,13 +184,16 @@ def test_a_run_advances_equally_by_plain_and_validated_times(method, back, want)
 
 @pytest.mark.parametrize("attitude", [None, ATTITUDE], ids=["momentum", "both"])
 @pytest.mark.parametrize("method", [*kr.methods, "digits"])
-def test_a_reset_by_plain_numbers_equals_a_validated_one(method, attitude):
+def test_a_reset_by_plain_numbers_equals_a_validated_one(method, attitude, forbid_slow_path):
     name, words = (method, words_for(method)) if method != "digits" else ("taylor", {"digits": 20})
     fast, slow = (kr.start(scene_for(name), name, **words) for _ in range(2))
     slow_attitude = None if attitude is None else wrap_numbers(attitude)
     for run in fast, slow:
         run.to(1.25)
-    fast.reset(MOMENTUM, attitude)
+    with contextlib.nullcontext() if method == "digits" else forbid_slow_path():
+        fast.reset(MOMENTUM, attitude)  # more than 16 digits are set in Python
+    with forbid_slow_path(), pytest.raises(SlowPathError):
+        slow.reset(wrap_numbers(MOMENTUM), slow_attitude)
     slow.reset(wrap_numbers(MOMENTUM), slow_attitude)
     assert fast.scene == slow.scene and fast.scene._block == slow.scene._block
     assert vars(fast.scene).keys() >= {"body", "damping", "gravity"}

@@ -289,7 +289,9 @@ def test_two_sweeps_in_one_folder_do_not_interfere(tmp_path, complete_hash):
     ]
     for run in runs:
         assert run.communicate()[1] == "" and run.returncode == 0
-    assert hash_rows(tmp_path) == complete_hash and sorted(os.listdir(tmp_path))[-1] == "plan.json"
+    assert hash_rows(tmp_path) == complete_hash
+    parts = [f"part-{k:06d}.parquet" for k in range(5)]
+    assert sorted(os.listdir(tmp_path)) == [*parts, "plan.json"]
 
 
 def test_several_threads_may_start_one_sweep(tmp_path, complete_hash):

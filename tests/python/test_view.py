@@ -145,20 +145,19 @@ def test_a_step_of_the_viewer_is_a_whole_number_of_millionths(step, is_whole):
 
 
 @pytest.fixture
-def browser_addresses(monkeypatch):
-    """Replace the browser by a stub, and return the list of addresses that it opens."""
+def browser_addresses(tmp_path, monkeypatch):
+    """Replace the browser and the cache folder, and return the addresses that are opened."""
     addresses = []
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or True)
     return addresses
 
 
-def test_a_page_opens_in_a_browser(browser_addresses):
+def test_a_page_opens_in_a_browser(browser_addresses, tmp_path):
     kr.view(TOP)
-    assert (
-        len(browser_addresses) == 1
-        and browser_addresses[0].startswith("file:///")
-        and browser_addresses[0].endswith(".html")
-    )
+    (page,) = tmp_path.glob("kreisel/*.html")
+    assert browser_addresses == [page.as_uri()] and browser_addresses[0].startswith("file:///")
 
 
 class ZMQInteractiveShell:
