@@ -453,16 +453,6 @@ static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     if (rate == p->rate || p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, rate);
 }
-/* Chooses a shorter unit of time if the angular velocity exceeds one. A shaken support can increase
- * the energy of the top. */
-static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
-{
-    const double size = v_length(v_of(p->series->end_w + 1));
-    int exponent;
-    if (!(size > 1.0) || !(size < INFINITY)) return;
-    frexp(size, &exponent);
-    set_rate(p, motion, ldexp(p->rate, exponent));
-}
 double kr_support_sliding(const kr_series *s)
 {
     int k = 1;
@@ -518,7 +508,6 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
          * shorten the steps. */
         if (rubs)
             set_rate(p, motion, p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate));
-        keep_velocity_small(p, motion);
         kr_support_set_mode(motion);
         s[1].t = s[1].end;
         s[1].end = 0.0;
