@@ -96,14 +96,14 @@ typedef enum kr_timing {
     KR_TIMING_PHASE
 } kr_timing;
 /* On a shaken support, the derivative of the lever is `pull` times the function of time that
- * `timing` selects.
- * `timing` determines the time dependence of the change in torque. `turning`, `apex` and `friction`
- * are the derivatives of the support's angular velocity, of the apex and of the dry friction. */
+ * `timing` selects. `timing` determines the time dependence of the change in torque. `turning`,
+ * `apex` and `friction` are the derivatives of the support's angular velocity, of the apex and of
+ * the dry friction. All vectors except `push` and `turning` have components along the principal
+ * axes, which all methods with tangents use as their axes. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
-    double moments[6], damping[6];
-    kr_vec3 turning;
+    kr_vec3 moments, damping, turning;
     kr_timing timing;
     vec_dd apex;
     double friction;

@@ -31,7 +31,6 @@ static vec_dd unit_vector_dd(int i)
  * `seeds`. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
-    kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
 /* Appends a seed filled with zeros to the list, and returns its address. */
@@ -57,30 +56,22 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Writes the matrix of the orthogonal projection onto principal axis i, in the axes that the method
- * uses. */
-static void project_on_axis(const seed_list *to, int i, double matrix[6])
-{
-    const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
-    const double elements[6] = {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y};
-    memcpy(matrix, elements, sizeof elements);
-}
 /* Adds the three columns of the tangent matrix for the principal moments of inertia. */
 static void seed_moments(seed_list *to)
 {
-    for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->moments);
+    for (int i = 0; i < 3; i++) add_seed(to)->moments = v_axis(i);
 }
 /* Adds the three columns of the tangent matrix for the damping coefficients. */
 static void seed_damping(seed_list *to)
 {
-    for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->damping);
+    for (int i = 0; i < 3; i++) add_seed(to)->damping = v_axis(i);
 }
-/* Returns the product weight * com in the axes and units that the method uses. */
+/* Returns the product weight * com in the units that the method uses. */
 static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
-    const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
+    const kr_vec3 none = {0.0, 0.0, 0.0};
     const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
-    return vdd_scale(own, v_dd(a, none));
+    return vdd_scale(own, v_dd(com, none));
 }
 /* Adds the column of the tangent matrix for a parameter on which lever = mass * gravity * com
  * depends. On a support at rest, d(lever) / d(parameter) = weight * com. On a shaken support the
@@ -99,12 +90,11 @@ static void seed_com(seed_list *to, const kr_body *body, double gravity)
     const kr_vec3 none = {0.0, 0.0, 0.0};
     const double size = v_largest(body->com);
     for (int i = 0; i < 3; i++) {
-        const kr_vec3 axis = v3(i == 0, i == 1, i == 2);
+        const kr_vec3 axis = v_axis(i);
         seed_lever(to, two_product(body->mass, gravity), body->mass, axis, KR_TIMING_STRENGTH);
         if (!(size > 0.0)) continue;
         const double unit = times_power_of_2(1.0, -exponent_of(size));
-        const vec_dd com = v_dd(q_turn_back(to->working, v_scale(unit, body->com)), none),
-                     by = v_dd(q_turn_back(to->working, axis), none);
+        const vec_dd com = v_dd(v_scale(unit, body->com), none), by = v_dd(axis, none);
         const dd square = vdd_dot(com, com), along = dd_div(vdd_dot(com, by), square);
         const vec_dd across = vdd_add(by, vdd_scale(dd_neg(along), com));
         to->next[-1].apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
@@ -113,16 +103,13 @@ static void seed_com(seed_list *to, const kr_body *body, double gravity)
 /* Adds the three columns of the tangent matrix for the momentum of the rotor. */
 static void seed_rotor(seed_list *to)
 {
-    const kr_vec3 none = {0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; i++)
-        add_seed(to)->rotor = v_dd(q_turn_back(to->working, v3(i == 0, i == 1, i == 2)), none);
+    for (int i = 0; i < 3; i++) add_seed(to)->rotor = unit_vector_dd(i);
 }
 /* Adds the columns of the tangent matrix for the rotation and the shaking of the support. */
 static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
-    for (int i = 0; i < 3 && by & KR_TANGENT_TURNING; i++)
-        add_seed(to)->turning = v3(i == 0, i == 1, i == 2);
+    for (int i = 0; i < 3 && by & KR_TANGENT_TURNING; i++) add_seed(to)->turning = v_axis(i);
     for (int i = 0; i < 3 && by & KR_TANGENT_SHAKING; i++)
         seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
 }
@@ -135,7 +122,6 @@ static void seed_tangents(seed_list *to, const kr_top *top)
     to->next = to->seeds;
     to->time = top->time_unit;
     to->moment = top->momentum_unit * top->time_unit;
-    to->working = kr_top_working_axes(top).axes;
     if (by & KR_TANGENT_START) seed_start(to, top);
     if (by & KR_TANGENT_MOMENTS) seed_moments(to);
     if (by & KR_TANGENT_COM) seed_com(to, body, g);

@@ -24,7 +24,6 @@ typedef struct step_view {
     void (*product)(const double *a, const double *b, int order, double *c);
 } step_view;
 
-static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
 /* Returns the unit of a state component, which is a power of two. The string that states the
  * physical dimension of a momentum begins with M; that of a rate begins with T. */
 static double component_unit(const kr_top *top, double rate, int number)
@@ -77,7 +76,7 @@ static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
  * uses. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
-    return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));
+    return pure_quaternion(q_turn_back(v->top->axes, v_axis(axis)));
 }
 /* Returns the n-th Taylor coefficient of the body-frame momentum. */
 static kr_vec3 momentum_coefficient(const step_view *v, int n)
@@ -172,7 +171,7 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
-                  weight = axis == 0 ? axes : q_mul(pure_quaternion(unit_vector(axis - 1)), axes);
+                  weight = axis == 0 ? axes : q_mul(pure_quaternion(v_axis(axis - 1)), axes);
     add_of_attitude(v, q_scale(factor, weight), c);
 }
 static void add_m(const step_view *v, double factor, int axis, double *c)
@@ -185,7 +184,7 @@ static void add_m(const step_view *v, double factor, int axis, double *c)
             add_turned_momentum(v, factor, axis, c);
         return;
     }
-    const kr_vec3 e = unit_vector(axis), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
+    const kr_vec3 e = v_axis(axis), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
     const kr_vec3 M = momentum_coefficient(v, 0);
     const kr_quat q = attitude_coefficient(v, 0);
     double torque[ROOM];
@@ -280,7 +279,7 @@ static double component_bound(const kr_top *top, double rate, int number)
              component.quantity != KR_QUANTITY_spin)
         return 1.0;
     if (component.quantity != KR_QUANTITY_spin)
-        along = q_turn_back(top->axes, unit_vector(component.axis));
+        along = q_turn_back(top->axes, v_axis(component.axis));
     const double size = fmin(1.0, v_dot(most, v3(fabs(along.x), fabs(along.y), fabs(along.z))));
     return component.quantity == KR_QUANTITY_body_momentum ? size + rotor : size;
 }

@@ -13,6 +13,7 @@ static inline kr_vec3 v3(double x, double y, double z)
     v.x = x, v.y = y, v.z = z;
     return v;
 }
+static inline kr_vec3 v_axis(int i) { return v3(i == 0, i == 1, i == 2); }
 /* The function v_of reads a vector from an array of doubles, and v_put writes a vector to an
  * array. */
 static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }

@@ -191,7 +191,7 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
 /* Returns the i-th column of the rotation matrix of the quaternion q. */
-static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
+static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v_axis(i)); }
 
 /* Returns the frame nearest to the identity among the 24 right-handed frames with axes parallel to
  * `axes`. */

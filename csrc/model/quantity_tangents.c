@@ -77,8 +77,7 @@ static void tangent_of_torque(const quantity_point *at, const quantity_change *b
 static void tangent_of_frame(const quantity_point *at, const quantity_change *by, double out[])
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; i++)
-        v_put(out + 3 * i, change_in_space(at, by, v3(i == 0, i == 1, i == 2), none));
+    for (int i = 0; i < 3; i++) v_put(out + 3 * i, change_in_space(at, by, v_axis(i), none));
 }
 static void tangent_of_apex(const quantity_point *at, const quantity_change *by, double out[])
 {
@@ -284,7 +283,7 @@ static quantity_point point_at(const kr_scene *scene, const kr_state *s)
     quantity_point at = {
         .scene = scene, .state = s, .weight = body->mass * kr_acceleration_at(scene, s->t)};
     kr_state_frame(scene, s, at.frame);
-    for (int i = 0; i < 3; i++) at.described[i] = q_turn(body->axes, v3(i == 0, i == 1, i == 2));
+    for (int i = 0; i < 3; i++) at.described[i] = q_turn(body->axes, v_axis(i));
     at.M = components_along(at.frame, s->m);
     at.W = v_over(v_sub(at.M, body->rotor), body->inertia);
     at.O = components_along(at.frame, scene->turning);
@@ -332,20 +331,16 @@ static void set_change(const quantity_point *at, const double column[6], quantit
 static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
 {
     if (tangents & KR_TANGENT_START) by += 6;
-    for (int i = 0; i < 3 && tangents & KR_TANGENT_MOMENTS; i++, by++)
-        by->moments = v3(i == 0, i == 1, i == 2);
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_MOMENTS; i++, by++) by->moments = v_axis(i);
     for (int i = 0; i < 3 && tangents & KR_TANGENT_COM; i++, by++) {
-        by->com = v3(i == 0, i == 1, i == 2);
+        by->com = v_axis(i);
         by->changes_com = 1;
     }
     if (tangents & KR_TANGENT_GRAVITY) by++->weight = scene->body.mass;
     if (tangents & KR_TANGENT_MASS) by++->is_mass = 1;
-    for (int i = 0; i < 3 && tangents & KR_TANGENT_DAMPING; i++, by++)
-        by->damping = v3(i == 0, i == 1, i == 2);
-    for (int i = 0; i < 3 && tangents & KR_TANGENT_ROTOR; i++, by++)
-        by->rotor = v3(i == 0, i == 1, i == 2);
-    for (int i = 0; i < 3 && tangents & KR_TANGENT_TURNING; i++, by++)
-        by->turning = v3(i == 0, i == 1, i == 2);
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_DAMPING; i++, by++) by->damping = v_axis(i);
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_ROTOR; i++, by++) by->rotor = v_axis(i);
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_TURNING; i++, by++) by->turning = v_axis(i);
     for (int i = 0; i < 3 && tangents & KR_TANGENT_SHAKING; i++) by++->shaking = 1 + i;
     if (tangents & KR_TANGENT_FRICTION) by->is_friction = 1;
 }

@@ -30,22 +30,6 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = next_prev(push);
     d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns the product of the derivative of the inertia tensor and the n-th coefficient of the
- * angular velocity. */
-INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
-{
-    const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
-    return triple_fma(load_moments(g, 2), triple_prev(w),
-                      triple_fma(load_moments(g, 1), triple_next(w), own));
-}
-/* Returns the product of the derivative of the damping matrix and the n-th coefficient of the
- * angular velocity. */
-INLINE triple drags_times(const kr_series *s, const kr_tangent *g, int n)
-{
-    const triple w = triple_of(s->w[n]), own = triple_mul(load_drags(g, 0), w);
-    return triple_fma(load_drags(g, 2), triple_prev(w),
-                      triple_fma(load_drags(g, 1), triple_next(w), own));
-}
 /* Returns the n-th coefficient of the torque due to a change of the lever arm. */
 INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
 {
@@ -93,12 +77,13 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
                  minus = triple_mul(share, halves_hi(crossed));
     triple own = load_push(g, n), force = triple_sub(halves_lo(pushed), halves_hi(pushed));
     if (g->changes != 0.0) {
-        own = triple_sub(own, moments_times(s, g, n));
+        own = triple_sub(own, triple_mul(load_moments(g), triple_of(s->w[n])));
         force = triple_add(force, lever_torque(s, g, n));
     }
     if (g->gyrostat != 0.0) own = triple_add(own, rotor_turn(g, n));
     if (n == 0 && g->rotor_changes != 0.0) own = triple_sub(own, load_rotor(g));
-    if (g->drag_changes != 0.0) force = triple_sub(force, drags_times(s, g, n));
+    if (g->drag_changes != 0.0)
+        force = triple_sub(force, triple_mul(load_drags(g), triple_of(s->w[n])));
     own = triple_mul(triple_mul(share, triple_of(g->per)), own);
     const triple rate =
         triple_fma(triple_of(g->ahead), plus, triple_fma(triple_of(g->behind), minus, own));

@@ -95,22 +95,12 @@ INLINE triple load_rotor(const kr_tangent *g)
     return triple_all(duo_load(g->rotor_of), duo_load(g[WORDS].rotor_of),
                       duo_load(g[2 * WORDS].rotor_of));
 }
-/* For each element of a symmetric matrix, the index of the struct that holds this element. The rows
- * of matrix_places refer to the elements (xx, yy, zz), (xy, yz, zx) and (xz, yx, zy). */
-static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
-/* Returns three elements of the derivative of the inertia tensor, selected by a row of
- * matrix_places. */
-INLINE triple load_moments(const kr_tangent *g, int row)
+INLINE triple load_moments(const kr_tangent *g)
 {
-    const int *at = matrix_places[row];
-    return triple_all(duo_load(g[at[0] * WORDS].moment), duo_load(g[at[1] * WORDS].moment),
-                      duo_load(g[at[2] * WORDS].moment));
+    return triple_all(duo_load(g->moments), duo_load(g[WORDS].moments),
+                      duo_load(g[2 * WORDS].moments));
 }
-/* Returns three elements of the derivative of the damping matrix, selected by a row of
- * matrix_places. */
-INLINE triple load_drags(const kr_tangent *g, int row)
+INLINE triple load_drags(const kr_tangent *g)
 {
-    const int *at = matrix_places[row];
-    return triple_all(duo_load(g[at[0] * WORDS].drag_of), duo_load(g[at[1] * WORDS].drag_of),
-                      duo_load(g[at[2] * WORDS].drag_of));
+    return triple_all(duo_load(g->drags), duo_load(g[WORDS].drags), duo_load(g[2 * WORDS].drags));
 }

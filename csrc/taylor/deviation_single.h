@@ -37,5 +37,5 @@ INLINE void store_turn(kr_tangent *g, int n, triple a) { quad_store(g->x[n], a);
 INLINE void store_push(kr_tangent *g, int n, triple a) { quad_store(g->x[n] + 4, a); }
 INLINE triple load_lever(const kr_tangent *g) { return quad_load(g->lever); }
 INLINE triple load_rotor(const kr_tangent *g) { return quad_load(g->rotor_of); }
-INLINE triple load_moments(const kr_tangent *g, int row) { return quad_load(g->moments[row]); }
-INLINE triple load_drags(const kr_tangent *g, int row) { return quad_load(g->drags[row]); }
+INLINE triple load_moments(const kr_tangent *g) { return quad_load(g->moments); }
+INLINE triple load_drags(const kr_tangent *g) { return quad_load(g->drags); }

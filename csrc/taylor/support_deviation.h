@@ -204,11 +204,8 @@ static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviatio
     const double *turning = drive->turning;
     for (int n = 0; n < order + p->holds; n++) {
         for (int i = 0; i < 3; i++) {
-            number moved = of(0.0, 0.0), dragged = of(0.0, 0.0);
-            for (int m = 0; m < 3; m++) {
-                moved = add(moved, mul(of(drive->moments[i][m], 0.0), p->velocity.c[m][n]));
-                dragged = add(dragged, mul(of(drive->drags[i][m], 0.0), p->relative.c[m][n]));
-            }
+            number moved = mul(of(drive->moments[i], 0.0), p->velocity.c[i][n]);
+            const number dragged = mul(of(drive->drags[i], 0.0), p->relative.c[i][n]);
             if (n == 0) moved = add(moved, of(drive->rotor[i].hi, drive->rotor[i].lo));
             d->turn_by.c[i][n] = over(minus(of(0.0, 0.0), moved), p->A[i]);
             d->push_by.c[i][n] = minus(of(0.0, 0.0), dragged);

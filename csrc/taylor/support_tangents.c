@@ -21,7 +21,7 @@ typedef struct support_data {
 /* Derivatives of the equations of motion with respect to the parameter for which a tangent is
  * computed (see support_deviation.h). */
 typedef struct support_drive {
-    double moments[3][3], drags[3][3], turning[3], per_rate;
+    double moments[3], drags[3], turning[3], per_rate;
     dd rotor[3], pull[3], scale[4], apex[3];
     double torque;
     int has_pull;
@@ -135,11 +135,8 @@ static support_drive read_drive(const kr_motion *motion, double rate, const kr_s
     const int deep = motion->digits > 16;
     const dd since = dd_make(path->t, deep ? path[1].t : 0.0);
     memset(&drive, 0, sizeof drive);
-    for (int i = 0; i < 3; i++)
-        for (int row = 0; row < 3; row++) {
-            drive.moments[i][(i + row) % 3] = g->moments[row][1 + i];
-            drive.drags[i][(i + row) % 3] = g->drags[row][1 + i];
-        }
+    memcpy(drive.moments, g->moments + 1, sizeof drive.moments);
+    memcpy(drive.drags, g->drags + 1, sizeof drive.drags);
     memcpy(drive.turning, g->turning_of + 1, sizeof drive.turning);
     drive.per_rate = 1.0 / rate;
     put_three(drive.rotor, words_of_vector(g, g->rotor_of, deep));

@@ -172,26 +172,15 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Stores a symmetric matrix as its three cyclic diagonals, given its elements xx, yy, zz, yz, zx,
- * xy. */
-static void put_rows(double rows[3][4], const double B[6])
-{
-    v_put(rows[0] + 1, v3(B[0], B[1], B[2]));
-    v_put(rows[1] + 1, v3(B[5], B[3], B[4]));
-    v_put(rows[2] + 1, v3(B[4], B[5], B[3]));
-}
-static double largest_element(const double B[6])
-{
-    return fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
-}
 /* Sets the derivatives of the lever arm, the moments of inertia and the damping with respect to
  * the parameter that belongs to the tangent. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
-    const double rate = series_work(motion)->rate, *B = seed->moments;
-    double F[6];
+    const double rate = series_work(motion)->rate;
+    const kr_vec3 none = {0.0, 0.0, 0.0};
     kr_tangent *g = at->from;
-    for (int k = 0; k < 6; k++) F[k] = seed->damping[k] / rate;
+    put_components(motion, at, g->moments, 0, v_dd(seed->moments, none));
+    put_components(motion, at, g->drags, 0, scale_exactly(1.0 / rate, v_dd(seed->damping, none)));
     put_components(motion, at, g->lever, 0, scale_exactly(1.0 / (rate * rate), seed->lever));
     put_components(motion, at, g->rotor_of, 0, scale_exactly(1.0 / rate, seed->rotor));
     g->rotor_changes = fmax(g->rotor_changes, v_largest(vdd_high(seed->rotor)));
@@ -202,15 +191,8 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
         put_four(motion, g->apex_of, seed->apex);
         g->friction_of = seed->friction / (rate * rate);
     }
-    if (at->apart > 0)
-        for (size_t k = 0; k < 6; k++) {
-            *component_address(at, g->moment, k) = B[k];
-            *component_address(at, g->drag_of, k) = F[k];
-        }
-    put_rows(g->moments, B);
-    put_rows(g->drags, F);
-    g->changes = fmax(g->changes, fmax(largest_element(B), v_largest(vdd_high(seed->lever))));
-    g->drag_changes = fmax(g->drag_changes, largest_element(F));
+    g->changes = fmax(g->changes, fmax(v_largest(seed->moments), v_largest(vdd_high(seed->lever))));
+    g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
 }
 /* Returns the attitude at the end of the last step of the path. */
 static quat_dd path_attitude(const kr_motion *motion)

@@ -30,9 +30,7 @@ typedef struct kr_tangent {
     double per[4], drag[4];         /* 1 / A, D */
     double up[4], down[4];          /* next(c), -prev(c) */
     double lever[8];                /* (0, b); in a batch component k of each b, for k < 3 */
-    double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
-    double moment[8];               /* in a batch: element k of each B (xx, yy, zz, yz, zx, xy) */
-    double drags[3][4], drag_of[8]; /* F, like B */
+    double moments[8], drags[8];    /* B and F, like b */
     double rotor[4];                /* h */
     double t;                       /* time of the expansion */
     double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
@@ -45,7 +43,7 @@ typedef struct kr_tangent {
      * kr_timing, which selects k. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
-    double unused[95];
+    double unused[119];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* tangents in a batch */

@@ -35,6 +35,15 @@ static kr_scene precessing(void)
     s.start.m = v3(0.0, -0.8, 1.6);
     return s;
 }
+/* Returns a spherical top. Its centre of mass lies on no principal axis, so the axes that the method
+ * uses are inclined to all principal axes. */
+static kr_scene spherical(void)
+{
+    kr_scene s = general();
+    s.body = (kr_body){
+        .mass = 1.0, .inertia = {2.0, 2.0, 2.0}, .com = {0.3, -0.2, 0.5}, .axes = q_one()};
+    return s;
+}
 static kr_top *top_with(const kr_scene *s, uint64_t tangents, int digits, double step)
 {
     const kr_config config = {.step = step, .digits = digits, .tangents = tangents};
@@ -302,6 +311,10 @@ int main(void)
         if (!damped) test_symplectic_form(s);
     }
     test_times_between(&s, 20);
+    const kr_scene ball = spherical();
+    test_single_columns(&ball);
+    test_differences(&ball, ALL, 3.0);
+    test_differences_on_a_support(ball);
     const kr_scene steady = precessing();
     test_times_between(&steady, 16);
     test_outputs_in_parts(&steady, 16);
