@@ -18,3 +18,9 @@ def test_the_table_of_costs_has_a_row_for_each_method():
     assert [cell.strip() for cell in strang.split("|")[2:6]] == ["2", "2.0", "3.0", ""]
     (taylor,) = (row for row in rows if row.startswith("| taylor "))
     assert taylor.split("|")[2].strip() == "varies"
+
+
+def test_the_closed_form_has_all_properties_of_the_motion():
+    exact = kr.methods["exact"]
+    assert exact.exact and exact.symplectic and exact.reversible and exact.adaptive
+    assert exact.rotors and not (exact.implicit or exact.algebraic or exact.digits)
