@@ -233,6 +233,17 @@ def test_turning_points_are_refused_only_for_other_bodies():
         kr.exact(scene).motion_type  # noqa: B018
 
 
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_turning_points_of_spherical_bodies_need_a_rotor_along_the_third_axis(size):
+    axial, oblique = (
+        kr.exact(kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 0), rotor=rotor), momentum=(0.1, 0.2, 0.3)))
+        for rotor in ((0, 0, size), (1e-9 * size, 0, size))
+    )
+    assert axial.motion_type == "circle"
+    with pytest.raises(ValueError, match="turning points exist for a Lagrange top"):
+        oblique.motion_type  # noqa: B018
+
+
 def test_turning_points_do_not_depend_on_the_frame_of_description():
     body = kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), unphysical=True)
     assert body.kind == "lagrange"
