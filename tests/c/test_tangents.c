@@ -35,8 +35,8 @@ static kr_scene precessing(void)
     s.start.m = v3(0.0, -0.8, 1.6);
     return s;
 }
-/* Returns a spherical top. Its centre of mass lies on no principal axis, so the axes that the method
- * uses are inclined to all principal axes. */
+/* Returns a spherical top with its centre of mass off the principal axes. Methods without tangents
+ * use other axes for such a body, with the third axis through the centre of mass. */
 static kr_scene spherical(void)
 {
     kr_scene s = general();
