@@ -35,11 +35,11 @@ kr_box kr_mesh_box(const kr_body *body);
  * the scale of the picture. They are derived from a bound on the kinetic energy in a frame in which
  * the top never gains energy. The bound is the initial kinetic energy plus the largest possible
  * loss of potential energy. On a turning support, the potential energy includes the centrifugal
- * potential. The momentum is largest in
- * a rotation about the axis of the largest moment of inertia, and the angular velocity about that
- * of the smallest; for a Lagrange top, the constant spin gives a closer bound. On a shaken support
- * nothing bounds the energy: both numbers are then estimates with the greatest acceleration. A
- * bound of zero, as for a top that cannot move, is replaced by 1. */
+ * potential. The momentum is largest in a rotation about the axis of the largest moment of inertia,
+ * and the angular velocity about that of the smallest; for a Lagrange top, the constant spin gives
+ * a closer bound. On a shaken support nothing bounds the energy: both numbers are then estimates
+ * with the greatest acceleration. A bound of zero, as for a top that cannot move, is replaced by
+ * 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points of the trail are up
  * to 2 % closer to the centre of the sphere. Returns the number of points written, which is at most
