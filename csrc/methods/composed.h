@@ -24,15 +24,24 @@ static inline kr_status composed_begin(kr_motion *motion, const kr_state *start,
 static inline kr_status composed_step(kr_motion *motion, double until)
 {
     composed *p = (composed *)motion->work;
-    splitting s = p->s; /* a local copy stays in registers */
+    const int stages = p->c.stages;
     (void)until;
-    for (int i = 0; i < p->c.stages; i++) {
-        splitting_drift(&s, p->c.drift[i]);
-        splitting_kick(&s, motion, p->c.kick[i]);
+    if (p->s.gyrostat != 0.0) {
+        for (int i = 0; i < stages; i++) {
+            splitting_drift(&p->s, p->c.drift[i]);
+            splitting_kick(&p->s, motion, p->c.kick[i]);
+        }
+    } else {
+        splitting s = p->s; /* a local copy stays in registers */
+        for (int i = 0; i < stages; i++) {
+            splitting_drift_rotorless(&s, p->c.drift[i]);
+            splitting_kick(&s, motion, p->c.kick[i]);
+        }
+        p->s.q = s.q, p->s.low_q = s.low_q;
+        p->s.m = s.m, p->s.low_m = s.low_m;
     }
-    s.steps += 1.0;
-    p->s = s;
-    motion->stats.evaluations += p->c.stages;
+    p->s.steps += 1.0;
+    motion->stats.evaluations += stages;
     return KR_OK;
 }
 /* Returns 1 if the number of stages fits in the arrays of a composition. */

@@ -16,6 +16,7 @@
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
+#include "math/isa.h"
 #include "method.h"
 
 typedef struct splitting {
@@ -99,9 +100,8 @@ static inline void splitting_turn(double half, double *mj, double *mk, double *w
     *rj = p + (c * p + s * q);
     *rk = q + (c * q - s * p);
 }
-/* Rotates about N. The function is not inlined, because inlining would slow down the code for
- * symmetric bodies. */
-static void splitting_turn_n(splitting_body *b, double rate)
+/* Rotates about N. */
+static inline void splitting_turn_n(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);
 }
@@ -112,7 +112,7 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 /* Rotates the attitude q about the momentum m for the fraction `part` of a step, and normalizes q.
  * Unless `b` is NULL, the rotation accumulated in b->r is applied as well. The norm of q is
  * measured before the rotation, so its correction does not depend on the rotation angle. */
-static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
+INLINE void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
     double c, sinc;
@@ -144,22 +144,11 @@ static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, d
     splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
                    &b->r.z);
 }
-/* Applies the drift of a body with a rotor. This function is not inlined, so that the code for
- * bodies without a rotor remains short. */
-static void splitting_drift_rotor(splitting *s, double part)
-{
-    splitting_body b = splitting_body_of(s);
-    splitting_turn_rotor(&b, s, part);
-    splitting_rotate(s, &b, part);
-}
-/* Applies a drift for `part` times the step size. */
-static inline void splitting_drift(splitting *s, double part)
+/* Applies the drift of a body without a rotor for `part` times the step size. This function is
+ * inlined in loops that keep the splitting in registers. */
+INLINE void splitting_drift_rotorless(splitting *s, double part)
 {
     splitting_body b;
-    if (s->gyrostat != 0.0) {
-        splitting_drift_rotor(s, part);
-        return;
-    }
     if (s->t == 0.0 && s->n == 0.0) {
         splitting_rotate(s, NULL, part);
         return;
@@ -169,6 +158,17 @@ static inline void splitting_drift(splitting *s, double part)
     splitting_turn_t(&b, part * s->t);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
+}
+/* Applies the drift of any body for `part` times the step size. */
+APART void splitting_drift(splitting *s, double part)
+{
+    if (s->gyrostat != 0.0) {
+        splitting_body b = splitting_body_of(s);
+        splitting_turn_rotor(&b, s, part);
+        splitting_rotate(s, &b, part);
+    } else {
+        splitting_drift_rotorless(s, part);
+    }
 }
 /* Writes the state to `out`, after reversing the fraction `part` of a kick and applying the
  * accumulated rotation about the principal axis T. */
