@@ -222,7 +222,7 @@ def test_long_tables_show_both_ends_and_the_number_of_omitted_rows():
     assert rows[:, 0] == pytest.approx(0.1 * np.arange(101))
     for count in (40, 41):
         output = call(f"solve cusps --t 0:{count - 1}:1 --want nutation")
-        assert ("... 1 rows omitted" in output) == (count == 41)
+        assert ("... 1 row omitted" in output) == (count == 41)
         assert len(table(output)[1]) == 40
     assert "first" in call("solve cusps --t 0:1:1 --want nutation")
 

@@ -63,7 +63,7 @@ def test_resume_with_one_time_returns_the_state_at_this_time(tmp_path):
     call("solve thesis --t 5 --save", run)
     assert rows(call(f"resume {run} --t 7 --csv -"))[:, 0].tolist() == [7]
     output = call(f"resume - --t 7 --json {tmp_path}/a.json", text=run.read_bytes())
-    assert "1 states by exact" in output
+    assert "1 state by exact" in output
 
 
 @pytest.mark.parametrize(

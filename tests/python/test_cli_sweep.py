@@ -60,7 +60,7 @@ def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
     (plan / "runs/part-000003.parquet").write_bytes(b"")
     (plan / "runs/.0123456789abcdef.new").write_bytes(b"x")
     output = call("sweep status runs")
-    assert "damaged: 1 parts, 3:4" in output and "also 1 files .*.new" in output
+    assert "damaged: 1 part, 3:4" in output and "also 1 file .*.new" in output
     assert "part 3 computed again, damaged" in join_lines(call("sweep plan.toml --folder runs"))
     output = call("sweep status runs")
     assert "5 of 5 parts" in output and "missing" not in output and "damaged" not in output

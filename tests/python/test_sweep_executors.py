@@ -126,7 +126,7 @@ class LosingExecutor(Executor):
 
 @pytest.mark.parametrize("result", [None, "done"])
 def test_a_lost_part_is_tried_twice_and_then_reported(tmp_path, hashes, result):
-    with pytest.raises(RuntimeError, match="lost 1 parts, the first of them part 3;"):
+    with pytest.raises(RuntimeError, match="lost 1 part, the first of them part 3;"):
         run_sweep(tmp_path, executor=LosingExecutor(2, result))
     assert kr.read_sweep(tmp_path).missing == [3]
     run_sweep(tmp_path, executor=LosingExecutor(1, result))

@@ -13,6 +13,7 @@ from .._model.environment import refuse_disturbances
 from .._model.scene import Scene
 from .._results.path import Path
 from .._solve.exact import Exact, exact
+from .._utils.counts import format_count
 from .._utils.validation import Array, check_type
 from .turns import Waves
 
@@ -55,7 +56,8 @@ class Apex:
             return f"<kreisel.Apex: no points; kind {kind!r}>"
         span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
         heights = f"heights {self.height.min():.3g} .. {self.height.max():.3g}"
-        return f"<kreisel.Apex: {len(self.t)} points, {span}; {heights}; kind {kind!r}>"
+        points = format_count(len(self.t), "point")
+        return f"<kreisel.Apex: {points}, {span}; {heights}; kind {kind!r}>"
 
     @property
     def height(self) -> Array:

@@ -12,6 +12,7 @@ from .._core import KIND_RTOL
 from .._model.body import Body
 from .._model.environment import refuse_disturbances
 from .._results.path import Path
+from .._utils.counts import format_count
 from .._utils.html import format_picture_as_html
 from .._utils.validation import Array, Vector, as_float, as_positive, as_unit_name, check_type
 
@@ -139,7 +140,8 @@ class Rod:
         view = as_float("elevation", elevation), as_float("azimuth", azimuth)
         unit = as_unit_name("length_unit", length_unit)
         if len(self.s) < 2:
-            raise ValueError(f"a rod of {len(self.s)} states cannot be drawn: solve for more times")
+            states = format_count(len(self.s), "state")
+            raise ValueError(f"a rod of {states} cannot be drawn: solve for more times")
         normals = (
             compute_twist_free_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
         )

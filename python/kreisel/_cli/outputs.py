@@ -27,6 +27,7 @@ from .._results.serialization import encode_path_as_archive
 from .._results.state_quantities import NO_STATES
 from .._results.tables import build_quantity_value_pairs, columns
 from .._utils.atomic_io import atomic_open, atomic_write
+from .._utils.counts import format_count
 from .._utils.validation import Array
 from .table import AngleOptions, StateTablePrinter
 
@@ -187,8 +188,10 @@ class RunSummaryPrinter:
         path = self._last
         assert path is not None  # every run has a state
         stats = path.stats
-        ran = f"{stats.steps} steps, {stats.evaluations} evaluations"
-        click.echo(f"{self._table.rows} states by {path.method}: {ran}")
+        steps = format_count(stats.steps, "step")
+        evaluations = format_count(stats.evaluations, "evaluation")
+        states = format_count(self._table.rows, "state")
+        click.echo(f"{states} by {path.method}: {steps}, {evaluations}")
         if self._table.rows:
             self._table.print_table()
         if self._size:

@@ -20,6 +20,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemaining
 from .._sweep.store import DONE, MISSING
 from .._sweep.sweep import sweep as run_sweep
 from .._sweep.sweep_result import SweepResult, list_missing_ranges, read_sweep
+from .._utils.counts import format_count
 from .._utils.optional import optional_dependency
 from .parsers import UsageError, convert_errors_to_usage_errors
 
@@ -171,29 +172,31 @@ def status(folder: str) -> None:
     click.echo(_format_sweep_summary(result, parts_by_state[DONE]))
     if missing_count := result.parts - len(numbers):
         click.echo(
-            f"{MISSING}: {missing_count} parts, "
+            f"{MISSING}: {format_count(missing_count, 'part')}, "
             f"{_format_ranges(list_missing_ranges(numbers, result.parts))}"
         )
     for state, parts in parts_by_state.items():
         if state != DONE:
-            click.echo(f"{state}: {len(parts)} parts, {_format_ranges(_group_into_ranges(parts))}")
+            count = format_count(len(parts), "part")
+            click.echo(f"{state}: {count}, {_format_ranges(_group_into_ranges(parts))}")
     failure_count = sum(
         int(np.count_nonzero(result.part(i)["status"])) for i in parts_by_state[DONE]
     )
     if failure_count:
-        click.echo(f"failed: {failure_count} tops, whose status is not 0")
+        click.echo(f"failed: {format_count(failure_count, 'top')}, whose status is not 0")
     file_count = sum(1 for _ in Path(folder).glob(".*.new"))
     if file_count:
         click.echo(
-            f"also {file_count} files .*.new, left by processes that are still writing or were "
-            "killed"
+            f"also {format_count(file_count, 'file')} .*.new, left by processes that are still "
+            "writing or were killed"
         )
 
 
 def _format_sweep_summary(result: SweepResult, done: list[int]) -> str:
     size = sum(file.stat().st_size for file in Path(result.folder).glob("part-*"))
+    tops = format_count(result.size, "top")
     return (
-        f"{result.folder}: {len(done)} of {result.parts} parts, {result.size} tops in all, "
+        f"{result.folder}: {len(done)} of {result.parts} parts, {tops} in all, "
         f"{1e-6 * size:.3g} MB; plan {result.hash[:16]}"
     )
 

@@ -14,6 +14,7 @@ from rich.table import Table as Grid
 from .._options.quantities import ANGLES
 from .._results.path import Path
 from .._results.tables import columns, units
+from .._utils.counts import format_count
 from .._utils.validation import Array
 
 _ENDS = 20  # rows printed at each end of a table that is not printed as a whole
@@ -94,7 +95,8 @@ class StateTablePrinter:
         for k, row in enumerate([*self._first, *self._last]):
             if k == _ENDS and omitted_count:
                 click.echo(
-                    f"... {omitted_count} rows omitted: --all-rows prints them, --csv writes them"
+                    f"... {format_count(omitted_count, 'row')} omitted: --all-rows prints them, "
+                    "--csv writes them"
                 )
             cells = zip(row, width.values(), strict=True)
             click.echo("  ".join(f"{value:>{cell_width}.8g}" for value, cell_width in cells))

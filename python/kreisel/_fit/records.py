@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._options.quantities import ANGLES, QUANTITIES
 from .._results.specific_force import SPECIFIC_FORCE
+from .._utils.counts import format_count
 from .._utils.errors import unknown_name_message
 from .._utils.validation import (
     Array,
@@ -186,8 +187,9 @@ class Record(ReadOnlyArrays):
         names = ", ".join(one.name for one in self.series)
         omission = f", {self.missing} left out" if self.missing else ""
         free_names = f"; free {', '.join(self.free)}" if self.free else ""
-        span = f"{len(self.t)} times, t = {self.t[0]:g} .. {self.t[-1]:g}"
-        return f"<kreisel.Record: {span}; {names}; {self.size} numbers{omission}{free_names}>"
+        span = f"{format_count(len(self.t), 'time')}, t = {self.t[0]:g} .. {self.t[-1]:g}"
+        numbers = format_count(self.size, "number")
+        return f"<kreisel.Record: {span}; {names}; {numbers}{omission}{free_names}>"
 
     @classmethod
     def from_csv(

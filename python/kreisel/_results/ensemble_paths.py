@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from .._options.quantities import LOW, RECORDABLE, check_quantity_name
+from .._utils.counts import format_count
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, freeze_array, short_repr
@@ -45,8 +46,8 @@ class Paths(EnsembleResult, QuantityAttributes):
     _one = Path  # the class that describes one top
 
     def __repr__(self) -> str:
-        k = self._t.shape[-1]
-        return f"<kreisel.Paths of shape {self.shape}, {k} states each: {self._format_summary()}>"
+        states = format_count(self._t.shape[-1], "state")
+        return f"<kreisel.Paths of shape {self.shape}, {states} each: {self._format_summary()}>"
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:

@@ -20,6 +20,7 @@ from .._options.plan import Plan, StepChoice, make_solve_plan
 from .._options.solve_options import SolveOptions, validate_requested_quantities
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
+from .._utils.counts import format_count
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
@@ -116,8 +117,8 @@ class Path(ReadOnlyArrays, TableExportMethods):
         values = {"step": self.step, "tol": self.tol, "digits": self.digits}
         controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
         span = f", t = {self.t[0]:g} .. {self.t[-1]:g}" if len(self) else ""
-        ran = f"{self.method}{controls}, {self.stats.steps} steps"
-        return f"<kreisel.Path: {len(self)} states{span}; {ran}>"
+        ran = f"{self.method}{controls}, {format_count(self.stats.steps, 'step')}"
+        return f"<kreisel.Path: {format_count(len(self), 'state')}{span}; {ran}>"
 
     @cached_property
     def error(self) -> float:
@@ -500,4 +501,5 @@ def drop_unrequested_quantities(
 def format_progress(path: Path, end: float) -> str:
     """Return a message with the time that a path reached and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
-    return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"
+    steps = format_count(path.stats.steps, "step")
+    return f"{path.method} reached t = {last:g} of {end:g} in {steps}"

@@ -12,6 +12,7 @@ from .._core import Work, Worker
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.quantities import ANGLES, QUANTITIES, TIME
+from .._utils.counts import format_count
 from .._utils.errors import suggest_name, unknown_name_message
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes
@@ -42,7 +43,9 @@ class Section(EnsembleResult, QuantityAttributes):
     """
 
     def __repr__(self) -> str:
-        count_text = f"{len(self.states)} states of {self.size} tops"
+        count_text = (
+            f"{format_count(len(self.states), 'state')} of {format_count(self.size, 'top')}"
+        )
         return f"<kreisel.Section of shape {self.shape}, {count_text}: {self._format_summary()}>"
 
     @property

@@ -49,6 +49,7 @@ from .._results.path import (
 from .._results.recorder import add_events_to_path, record_quantities_in_chunks, report_final_time
 from .._results.requests import build_request_from_solve_options
 from .._utils.atomic_io import atomic_write
+from .._utils.counts import format_count
 from .._utils.errors import make_frozen_class_decorator
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, Vector, as_int, as_three_floats, short_repr
@@ -137,7 +138,8 @@ class Run:
         fields["_origin"], fields["_top"] = origin, _start_core_motion(scene, options, back, origin)
 
     def __repr__(self) -> str:
-        return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
+        steps = format_count(self.stats.steps, "step")
+        return f"<kreisel.Run: {self.method} at t = {self.t:g}, {steps}>"
 
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
         """Advance the run to time t, and return the path.
@@ -207,8 +209,7 @@ class Run:
         self, chunks: Iterator[Array], progress: Progress | None
     ) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
-            path = self._advance_in_one_call(chunk, progress)
-            if path is not None:
+            if (path := self._advance_in_one_call(chunk, progress)) is not None:
                 yield path
                 continue
             self._check_requested_times(chunk)

@@ -14,6 +14,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 
 from .._options.solve_options import Progress
 from .._results.executor import has_thread_workers, run_jobs
+from .._utils.counts import format_count
 from .part_table import PartResults, tabulate_sweep_part
 from .store import SweepStore
 
@@ -97,8 +98,9 @@ class SweepPartsRunner:
                 self._report_progress(self.done, last=True)
                 return
         raise PartsLostError(
-            f"the executor lost {len(self.left)} parts, the first of them part {self.left[0]}; "
-            "all others are stored, and repeating the call computes the missing parts"
+            f"the executor lost {format_count(len(self.left), 'part')}, the first of them part "
+            f"{self.left[0]}; all others are stored, and repeating the call computes the missing "
+            "parts"
         )
 
     def _submit_all_parts(self, executor: Executor) -> None:
@@ -114,8 +116,9 @@ class SweepPartsRunner:
                 self._stopped.set,
             )
         except BrokenExecutor as error:
+            parts = format_count(len(self.left), "part")
             raise PartsLostError(
-                f"the executor failed with {len(self.left)} parts left, the first of them part "
+                f"the executor failed with {parts} left, the first of them part "
                 f"{self.left[0]}: {error}; the stored parts are kept, and repeating the call "
                 "computes the others"
             ) from None
