@@ -65,7 +65,7 @@ def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
     output = call("sweep status runs")
     assert "5 of 5 parts" in output and "missing" not in output and "damaged" not in output
     failures = int((kr.read_sweep("runs")["status"] != 0).sum())
-    assert failures and f"failed: {failures} tops" in output
+    assert failures > 1 and f"failed: {failures} tops" in output
     assert hash_rows(plan / "runs") == plan_hash
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash
 

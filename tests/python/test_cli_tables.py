@@ -147,7 +147,8 @@ def test_a_table_shows_the_first_and_the_last_twenty_rows(sizes, is_whole, capsy
     assert head == f"{'t [T]':>14}  nutation [rad]" and printer.rows == count
     rows = [f"{t:>14.8g}  {angle:>14.8g}" for t, angle in zip(path.t, path.nutation, strict=True)]
     if count > 40 and not is_whole:
-        note = f"... {count - 40} rows omitted: --all-rows prints them, --csv writes them"
+        rows_text = "1 row" if count == 41 else f"{count - 40} rows"
+        note = f"... {rows_text} omitted: --all-rows prints them, --csv writes them"
         rows = [*rows[:20], note, *rows[-20:]]
     assert lines == rows
 

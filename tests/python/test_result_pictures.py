@@ -190,9 +190,9 @@ def test_drawings_of_rods_show_the_start_and_a_scale():
     assert dot.get_xydata().tolist() == [[0.0, 0.0]]
     assert np.ptp(bar.get_xdata()) == pytest.approx(2.0) and np.ptp(bar.get_ydata()) == 0.0
     assert PNG in rod._repr_html_()
-    for times in ([], [1.0]):
+    for times, count in (([], "0 states"), ([1.0], "1 state")):
         short = kr.rod(kr.solve(kr.scenes.cusps, times))
-        with pytest.raises(ValueError, match=f"a rod of {len(times)} states cannot be drawn"):
+        with pytest.raises(ValueError, match=f"a rod of {count} cannot be drawn"):
             short.plot()
         assert short._repr_html_() is None
 
