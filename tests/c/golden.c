@@ -1,6 +1,50 @@
-/* Prints a hash of the final state of each algebraic method. The hashes are equal for every
- * compiler, optimization level and machine. */
+/* Prints a hash of the final state of each algebraic method, and hashes of the closed forms of a
+ * Kowalewski top and a Goryachev-Chaplygin top. The hashes are equal for every compiler,
+ * optimization level and machine. */
+#include <stdlib.h>
 #include "bits.h"
+
+enum { TIMES = 200 };
+
+/* Returns a top with the moments ratio, ratio and 1, and com normal to the symmetry axis. */
+static kr_scene scene_of_ratio(double ratio)
+{
+    const double tensor[9] = {ratio, 0.0, 0.0, 0.0, ratio, 0.0, 0.0, 0.0, 1.0};
+    kr_scene s = kr_scene_default();
+    if (kr_body_from_tensor(1.0, tensor, (kr_vec3){1.0, 0.0, 0.0}, &s.body) != KR_OK) exit(1);
+    s.gravity = 1.0;
+    s.start.q = (kr_quat){0.5, 0.5, -0.5, 0.5};
+    return s;
+}
+static void print_states(const char *name, const kr_state states[])
+{
+    printf("%-16s %-8s %016" PRIx64 "\n", name, "closed",
+           hash_of(states, TIMES * sizeof states[0]));
+}
+static void print_kowalewski(const double t[])
+{
+    kr_scene s = scene_of_ratio(2.0);
+    const kr_kowalewski *top = NULL;
+    kr_state states[TIMES];
+    void *memory = malloc(kr_kowalewski_size());
+    s.start.m = (kr_vec3){0.5, -0.25, 0.75};
+    if (!memory || kr_kowalewski_plan(&s, 0.0, memory, &top) != KR_OK) exit(1);
+    kr_kowalewski_states(top, TIMES, t, states);
+    print_states("kowalewski", states);
+    free(memory);
+}
+static void print_goryachev_chaplygin(const double t[])
+{
+    kr_scene s = scene_of_ratio(4.0);
+    const kr_goryachev_chaplygin *top = NULL;
+    kr_state states[TIMES];
+    void *memory = malloc(kr_goryachev_chaplygin_size());
+    s.start.m = (kr_vec3){0.5, 1.75, 0.0};
+    if (!memory || kr_goryachev_chaplygin_plan(&s, 0.0, memory, &top) != KR_OK) exit(1);
+    kr_goryachev_chaplygin_states(top, TIMES, t, states);
+    print_states("goryachev_chaplygin", states);
+    free(memory);
+}
 
 int main(void)
 {
@@ -21,5 +65,9 @@ int main(void)
             kr_top_free(top);
         }
     }
+    double t[TIMES];
+    for (int k = 0; k < TIMES; k++) t[k] = 0.375 * (k - 50);
+    print_kowalewski(t);
+    print_goryachev_chaplygin(t);
     return 0;
 }

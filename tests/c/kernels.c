@@ -56,6 +56,24 @@ static void print_kernel_hashes(const kr_isa *isa, int which)
             hash_of_kernel_states(&s, config, &isa->deep[i], i == KR_DIGITS_20 ? -70.0 : -100.0));
     }
 }
+/* Prints hashes of general tops with damping, a rotor, dry friction, and moving supports. */
+static void print_effect_hashes(const kr_isa *isa)
+{
+    static const char *const names[] = {"damped", "rotor", "friction", "turning", "shaken"};
+    for (int i = 0; i < 5; i++) {
+        kr_scene s = golden_scene(2);
+        if (i == 0) s.damping = (kr_vec3){0.0625, 0.125, 0.25};
+        if (i == 1) s.body.rotor = (kr_vec3){0.5, -0.25, 0.75};
+        if (i == 2) s.friction = 0.125;
+        if (i == 3) s.turning = (kr_vec3){0.25, -0.5, 0.375};
+        if (i == 4) s.shaking = (kr_shaking){0.125, 3.0, 0.5};
+        const kr_config whole = {0}, deep = {.digits = 20};
+        say(isa->name, "effect", isa->plain[2].order, names[i],
+            hash_of_kernel_states(&s, whole, &isa->plain[2], -40.0));
+        say(isa->name, "effect", deep.digits, names[i],
+            hash_of_kernel_states(&s, deep, &isa->deep[KR_DIGITS_20], -70.0));
+    }
+}
 /* Prints the hash of the states of tops in lanes, and of the growth of their tangents if the config
  * has any. */
 static void print_lanes_hash(const kr_lanes_isa *isa, kr_config config, const char *what, int which)
@@ -112,7 +130,10 @@ int main(void)
     const kr_config whole = {0}, growing = {.skip_heading = 1, .tangents = KR_TANGENT_GROWTH};
     for (int which = 0; which < 4; which++) {
         for (int i = 0; kr_taylor_isa(i); i++)
-            if (kr_taylor_isa(i)->runs_here()) print_kernel_hashes(kr_taylor_isa(i), which);
+            if (kr_taylor_isa(i)->runs_here()) {
+                print_kernel_hashes(kr_taylor_isa(i), which);
+                if (which == 2) print_effect_hashes(kr_taylor_isa(i));
+            }
         for (int i = 0; kr_lanes_isa_at(i); i++)
             if (kr_lanes_isa_at(i)->runs_here()) {
                 print_lanes_hash(kr_lanes_isa_at(i), whole, "lanes", which);
