@@ -214,8 +214,8 @@ def test_the_pieces_of_a_path_are_joined(words):
 
 @pytest.fixture
 def signal_handlers():
-    """Install default signal handlers, because shells make background processes ignore SIGINT."""
-    handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    """Install the handlers of `kreisel`. Shells make background processes ignore SIGINT."""
+    handlers = dict.fromkeys((signal.SIGINT, signal.SIGTERM), signal.default_int_handler)
     before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     yield handlers
     for number, handler in before.items():

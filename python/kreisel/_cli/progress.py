@@ -13,6 +13,7 @@ from rich.progress import Progress
 
 from .._results.path import Error, Interrupted, Path
 from .._solve.run import Run
+from .._utils.signals import replace_signal_handlers
 from .outputs import PathPieceReceiver
 
 
@@ -30,21 +31,8 @@ class StopSignalHandler:
     @contextmanager
     def defer_signals(self) -> Iterator[None]:
         """Return a context manager that records signals instead of raising KeyboardInterrupt."""
-        handlers = {
-            number: signal.getsignal(number)
-            for number in (signal.SIGINT, signal.SIGTERM)
-            if signal.getsignal(number) is not signal.SIG_IGN
-        }
-        try:
-            for number in handlers:
-                signal.signal(number, self._handle_stop_signal)
-        except ValueError:  # only the main thread can set signal handlers
-            handlers = {}
-        try:
+        with replace_signal_handlers(self._handle_stop_signal):
             yield
-        finally:
-            for number, handler in handlers.items():
-                signal.signal(number, handler)
 
     def _handle_stop_signal(self, number: int, frame: FrameType | None) -> None:
         self.asked = True

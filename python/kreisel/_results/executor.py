@@ -10,6 +10,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from .._core import Work
 from .._options.solve_options import Progress
+from .._utils.signals import defer_signals
 
 MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members in a slice; a small ensemble has smaller slices
 LANES = 8  # number of tops that one thread integrates simultaneously, in the lanes of vectors
@@ -56,14 +57,17 @@ def run_jobs(
         return bool(running)
 
     try:
-        while submit_jobs_up_to_limit():
-            futures, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
-            for future in futures:
-                collect(running.pop(future), future)
-            poll()
+        with defer_signals() as handle_received_signals:
+            while submit_jobs_up_to_limit():
+                futures, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
+                for future in futures:
+                    collect(running.pop(future), future)
+                poll()
+                handle_received_signals()
     except BaseException:
         stop()
-        pending = [future for future in running if not future.cancel()]
+        with defer_signals():
+            pending = [future for future in running if not future.cancel()]
         if has_thread_workers(executor):
             wait(pending)
         for future in pending:

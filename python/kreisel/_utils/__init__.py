@@ -1,1 +1,1 @@
-"""Utilities used by all other packages: validation, errors, files and optional imports."""
+"""Utilities used by all other packages: validation, errors, files, signals, optional imports."""
