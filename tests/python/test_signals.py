@@ -8,12 +8,12 @@ import pytest
 from kreisel._results.executor import run_jobs
 from kreisel._utils.signals import defer_signals, replace_signal_handlers
 
-NUMBERS = signal.SIGINT, signal.SIGTERM
+NUMBERS = signal.SIGINT, signal.SIGTERM, signal.SIGALRM
 
 
 @pytest.fixture(autouse=True)
 def interrupts():
-    """Let both signals raise KeyboardInterrupt, and check that the handlers are restored."""
+    """Let three signals raise KeyboardInterrupt, and check that the handlers are restored."""
     before = {number: signal.signal(number, signal.default_int_handler) for number in NUMBERS}
     yield
     after = {number: signal.signal(number, before[number]) for number in NUMBERS}
@@ -49,7 +49,7 @@ def test_exceptions_take_precedence_over_deferred_signals():
 def test_ignored_and_default_signals_are_left_alone():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(signal, "getsignal", {signal.SIGINT: signal.SIG_IGN}.get)
-        with replace_signal_handlers(print) as handlers:
+        with replace_signal_handlers(NUMBERS, print) as handlers:
             assert handlers == {}
 
 
@@ -57,7 +57,7 @@ def test_other_threads_change_no_handler():
     found = []
 
     def find_handlers():
-        with replace_signal_handlers(print) as handlers:
+        with replace_signal_handlers(NUMBERS, print) as handlers:
             found.append((handlers, signal.getsignal(signal.SIGINT)))
 
     thread = threading.Thread(target=find_handlers)

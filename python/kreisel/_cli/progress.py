@@ -31,7 +31,7 @@ class StopSignalHandler:
     @contextmanager
     def defer_signals(self) -> Iterator[None]:
         """Return a context manager that records signals instead of raising KeyboardInterrupt."""
-        with replace_signal_handlers(self._handle_stop_signal):
+        with replace_signal_handlers((signal.SIGINT, signal.SIGTERM), self._handle_stop_signal):
             yield
 
     def _handle_stop_signal(self, number: int, frame: FrameType | None) -> None:

@@ -65,8 +65,8 @@ def run_jobs(
                 poll()
                 handle_received_signals()
     except BaseException:
-        stop()
         with defer_signals():
+            stop()
             pending = [future for future in running if not future.cancel()]
         if has_thread_workers(executor):
             wait(pending)

@@ -15,6 +15,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 from .._options.solve_options import Progress
 from .._results.executor import has_thread_workers, run_jobs
 from .._utils.counts import format_count
+from .._utils.signals import defer_signals
 from .part_table import PartResults, tabulate_sweep_part
 from .store import SweepStore
 
@@ -66,9 +67,10 @@ class SweepPartsRunner:
                 part = compute_sweep_part(
                     self.store, tops, threads, self._make_part_progress(len(tops))
                 )
-                if future is not None:
-                    future.result()
-                future = writer.submit(self.store.write_part, i, part)
+                with defer_signals():
+                    if future is not None:
+                        future.result()
+                    future = writer.submit(self.store.write_part, i, part)
                 self.done += len(tops)
         if future is not None:
             future.result()

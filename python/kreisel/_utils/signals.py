@@ -1,27 +1,33 @@
-"""Temporary handlers of SIGINT (Ctrl-C) and SIGTERM."""
+"""Temporary handlers of signals such as SIGINT (Ctrl-C)."""
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 Handler = Callable[[int, FrameType | None], object]
+# Signals that interrupt a program: Ctrl-C, a request to terminate, and a timer (not on Windows).
+_INTERRUPTING = [
+    signal.Signals[name]
+    for name in ("SIGINT", "SIGTERM", "SIGALRM")
+    if name in signal.Signals.__members__
+]
 
 
 @contextmanager
-def replace_signal_handlers(handler: Handler) -> Iterator[dict[int, Handler]]:
-    """Return a context manager that replaces the handlers of SIGINT and SIGTERM.
+def replace_signal_handlers(
+    numbers: Iterable[int], handler: Handler
+) -> Iterator[dict[int, Handler]]:
+    """Return a context manager that replaces the handlers of signals.
 
     Only handlers that are Python functions are replaced, and only in the main thread. The context
     manager yields a dictionary that maps the signal numbers to the replaced handlers.
     """
     handlers: dict[int, Handler] = {
-        number: original
-        for number in (signal.SIGINT, signal.SIGTERM)
-        if callable(original := signal.getsignal(number))
+        number: original for number in numbers if callable(original := signal.getsignal(number))
     }
     if threading.current_thread() is not threading.main_thread():
         handlers = {}  # only the main thread can set signal handlers
@@ -36,7 +42,7 @@ def replace_signal_handlers(handler: Handler) -> Iterator[dict[int, Handler]]:
 
 @contextmanager
 def defer_signals() -> Iterator[Callable[[], None]]:
-    """Return a context manager that defers SIGINT and SIGTERM.
+    """Return a context manager that defers SIGINT, SIGTERM and SIGALRM.
 
     An exception that a signal handler raises, such as KeyboardInterrupt, can leave a lock of the
     standard library locked, so that other threads wait for the lock forever. The context manager
@@ -51,7 +57,7 @@ def defer_signals() -> Iterator[Callable[[], None]]:
             handlers[number](number, frame)
 
     with replace_signal_handlers(
-        lambda *signal_and_frame: received.append(signal_and_frame)
+        _INTERRUPTING, lambda number, frame: received.append((number, frame))
     ) as handlers:
         yield handle_received_signals
     handle_received_signals()
