@@ -131,18 +131,19 @@ static inline int splitting_is_exact(const splitting *s)
 {
     return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;
 }
-/* Rotates a body with a rotor about N, B, T, B and N in turn, for `part` times the step size. */
-static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, double part)
+/* Rotates a body with a rotor about N, B, T, B and N in turn, for `part` times the step size. The
+ * loop keeps the code short. */
+static void splitting_turn_rotor(splitting_body *b, const splitting *s, double part)
 {
-    const double half = 0.5 * part, middle = half * s->rotor.y;
-    splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
-                   &b->r.z);
-    splitting_turn(middle, &b->m.z, &b->m.x, &b->r.w, &b->r.y, &b->r.z, &b->r.x);
-    splitting_turn(part * (s->t * b->m.z + s->rotor.z), &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x,
-                   &b->r.y);
-    splitting_turn(middle, &b->m.z, &b->m.x, &b->r.w, &b->r.y, &b->r.z, &b->r.x);
-    splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
-                   &b->r.z);
+    static const int axes[] = {0, 1, 2, 1, 0};
+    const double slopes[] = {s->n, 0.0, s->t}, rotor[] = {s->rotor.x, s->rotor.y, s->rotor.z};
+    double *const m[] = {&b->m.x, &b->m.y, &b->m.z}, *const r[] = {&b->r.x, &b->r.y, &b->r.z};
+    for (int turn = 0; turn < 5; turn++) {
+        const int i = axes[turn], j = (i + 1) % 3, k = (i + 2) % 3;
+        const double share = i == 2 ? part : 0.5 * part;
+        splitting_turn(share * (slopes[i] * *m[i] + rotor[i]), m[j], m[k], &b->r.w, r[i], r[j],
+                       r[k]);
+    }
 }
 /* Applies the drift of a body without a rotor for `part` times the step size. This function is
  * inlined in loops that keep the splitting in registers. */
