@@ -28,7 +28,7 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     (void)until;
     if (p->s.gyrostat != 0.0) {
         for (int i = 0; i < stages; i++) {
-            splitting_drift(&p->s, p->c.drift[i]);
+            splitting_drift_rotor(&p->s, p->c.drift[i]);
             splitting_kick(&p->s, motion, p->c.kick[i]);
         }
     } else {

@@ -19,6 +19,13 @@
 #include "math/isa.h"
 #include "method.h"
 
+/* Inlining makes compositions faster and longer. Builds for small size do without it. */
+#ifdef __OPTIMIZE_SIZE__
+#  define SPLITTING_INLINE static inline
+#else
+#  define SPLITTING_INLINE INLINE
+#endif
+
 typedef struct splitting {
     kr_quat q, low_q; /* the attitude, and the rounding errors of the sums in q */
     kr_vec3 m, low_m;
@@ -112,7 +119,7 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 /* Rotates the attitude q about the momentum m for the fraction `part` of a step, and normalizes q.
  * Unless `b` is NULL, the rotation accumulated in b->r is applied as well. The norm of q is
  * measured before the rotation, so its correction does not depend on the rotation angle. */
-INLINE void splitting_rotate(splitting *s, const splitting_body *b, double part)
+SPLITTING_INLINE void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
     double c, sinc;
@@ -147,7 +154,7 @@ static void splitting_turn_rotor(splitting_body *b, const splitting *s, double p
 }
 /* Applies the drift of a body without a rotor for `part` times the step size. This function is
  * inlined in loops that keep the splitting in registers. */
-INLINE void splitting_drift_rotorless(splitting *s, double part)
+SPLITTING_INLINE void splitting_drift_rotorless(splitting *s, double part)
 {
     splitting_body b;
     if (s->t == 0.0 && s->n == 0.0) {
@@ -160,16 +167,20 @@ INLINE void splitting_drift_rotorless(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Applies the drift of any body for `part` times the step size. */
-APART void splitting_drift(splitting *s, double part)
+/* Applies the drift of a body with a rotor for `part` times the step size. */
+APART void splitting_drift_rotor(splitting *s, double part)
 {
-    if (s->gyrostat != 0.0) {
-        splitting_body b = splitting_body_of(s);
-        splitting_turn_rotor(&b, s, part);
-        splitting_rotate(s, &b, part);
-    } else {
+    splitting_body b = splitting_body_of(s);
+    splitting_turn_rotor(&b, s, part);
+    splitting_rotate(s, &b, part);
+}
+/* Applies the drift of any body for `part` times the step size. */
+static inline void splitting_drift(splitting *s, double part)
+{
+    if (s->gyrostat != 0.0)
+        splitting_drift_rotor(s, part);
+    else
         splitting_drift_rotorless(s, part);
-    }
 }
 /* Writes the state to `out`, after reversing the fraction `part` of a kick and applying the
  * accumulated rotation about the principal axis T. */
