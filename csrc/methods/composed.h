@@ -26,6 +26,7 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     composed *p = (composed *)motion->work;
     const int stages = p->c.stages;
     (void)until;
+    /* splitting_drift_rotor takes the address of the state, which must then be in memory. */
     if (p->s.gyrostat != 0.0) {
         for (int i = 0; i < stages; i++) {
             splitting_drift_rotor(&p->s, p->c.drift[i]);
@@ -37,8 +38,10 @@ static inline kr_status composed_step(kr_motion *motion, double until)
             splitting_drift_rotorless(&s, p->c.drift[i]);
             splitting_kick(&s, motion, p->c.kick[i]);
         }
-        p->s.q = s.q, p->s.low_q = s.low_q;
-        p->s.m = s.m, p->s.low_m = s.low_m;
+        p->s.q = s.q;
+        p->s.low_q = s.low_q;
+        p->s.m = s.m;
+        p->s.low_m = s.low_m;
     }
     p->s.steps += 1.0;
     motion->stats.evaluations += stages;

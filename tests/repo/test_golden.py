@@ -1,8 +1,8 @@
 """Tests of the C library against stored results in tests/c.
 
-golden.txt contains hashes of the algebraic methods' states. kernels.txt contains hashes of results
-with and without fused multiply-add, and snapshot.txt contains numbers to six digits. The script
-.ci/snapshots updates golden.txt and snapshot.txt.
+golden.txt contains hashes of the states of algebraic methods and of closed forms on a torus.
+kernels.txt contains hashes of results with and without fused multiply-add. snapshot.txt contains
+numbers to six digits. The script .ci/snapshots updates golden.txt and snapshot.txt.
 """
 
 import pytest

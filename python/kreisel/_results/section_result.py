@@ -43,9 +43,8 @@ class Section(EnsembleResult, QuantityAttributes):
     """
 
     def __repr__(self) -> str:
-        count_text = (
-            f"{format_count(len(self.states), 'state')} of {format_count(self.size, 'top')}"
-        )
+        counts = format_count(len(self.states), "state"), format_count(self.size, "top")
+        count_text = " of ".join(counts)
         return f"<kreisel.Section of shape {self.shape}, {count_text}: {self._format_summary()}>"
 
     @property

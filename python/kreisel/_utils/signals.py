@@ -10,7 +10,7 @@ from types import FrameType
 
 Handler = Callable[[int, FrameType | None], object]
 # Signals that interrupt a program: Ctrl-C, a request to terminate, and a timer (not on Windows).
-_INTERRUPTING = [
+_INTERRUPTION_SIGNALS = [
     signal.Signals[name]
     for name in ("SIGINT", "SIGTERM", "SIGALRM")
     if name in signal.Signals.__members__
@@ -57,7 +57,7 @@ def defer_signals() -> Iterator[Callable[[], None]]:
             handlers[number](number, frame)
 
     with replace_signal_handlers(
-        _INTERRUPTING, lambda number, frame: received.append((number, frame))
+        _INTERRUPTION_SIGNALS, lambda number, frame: received.append((number, frame))
     ) as handlers:
         yield handle_received_signals
     handle_received_signals()
