@@ -162,6 +162,23 @@ def test_tables_have_the_names_of_the_axes_and_units():
     assert frame["tilt"].tolist() == np.tile(np.linspace(0.1, 1, 3), 4).tolist()
 
 
+@pytest.mark.parametrize("degrees", [False, True])
+def test_varied_parameters_have_units(degrees):
+    top, angle = kr.scenes.sleeping, "deg" if degrees else "rad"
+    tops = top.vary(
+        tilt=[[1.0], [2.0]], gravity=9.0, shaking=[[0.1, 1, 0], [0.1, 2, 0]], degrees=degrees
+    )
+    units = {"tilt": angle, "shaking": "L, T^-1, rad"}
+    copies = tops, tops[1:], tops[[0, 1]], tops.reshape(4), pickle.loads(pickle.dumps(tops))
+    for ensemble in copies:
+        reductions = kr.reduce(ensemble, 1.0, {"spin": "max"})
+        dataset, table = reductions.to_xarray(), reductions.to_pandas()
+        assert {name: dataset[name].attrs["units"] for name in units} == units
+        assert {name: table.attrs["units"][name] for name in units} == units
+    indicator = kr.megno(top.vary(gravity=[1.0, 2.0]), 30.0)
+    assert indicator.to_pandas().attrs["units"]["gravity"] == "L T^-2"
+
+
 @pytest.mark.parametrize("digits", [20, 30])
 def test_low_words_equal_those_of_single_tops(digits):
     many = kr.solve(MIXED, TIMES, digits=digits)

@@ -69,6 +69,13 @@ def test_columns_may_be_combined_with_flags(tmp_path):
     assert [sweep.units[name] for name in ("spin", "tilt")] == ["deg T^-1", "deg"]
 
 
+def test_sweeps_of_ensembles_keep_the_unit_of_angles(tmp_path):
+    for degrees, unit in ((False, "rad"), (True, "deg")):
+        tops = kr.scenes.sleeping.vary(tilt=[1.0, 2.0], degrees=degrees)
+        sweep = kr.sweep(tops, 1, folder=tmp_path / unit)
+        assert sweep.units["tilt"] == unit and sweep["tilt"].tolist() == [1.0, 2.0]
+
+
 def test_columns_of_components_are_joined(tmp_path):
     words = [f"inertia_{i}" for i in range(9)]
     matrix = np.diag([2.0, 2.5, 3.0]).ravel()

@@ -38,6 +38,7 @@ class BatchBase(Generic[_M]):
     _names: tuple[str | None, ...]
     _columns: Mapping[str, Column]
     _varied: Mapping[str, Column]  # the parameters that vary, as the user gave them
+    _in_degrees: bool  # the unit of the angles in `_varied`
 
     def _set_shape_and_columns(
         self,
@@ -45,8 +46,10 @@ class BatchBase(Generic[_M]):
         names: tuple[str | None, ...],
         columns: Mapping[str, Column],
         varied: Mapping[str, Column],
+        in_degrees: bool = False,
     ) -> None:
         self.__dict__.update(shape=shape, _names=names, _columns=columns, _varied=varied)
+        self.__dict__["_in_degrees"] = in_degrees
 
     def _select_member(self, index: Index) -> _M:
         raise NotImplementedError
@@ -58,7 +61,7 @@ class BatchBase(Generic[_M]):
         batch, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
-        batch._set_shape_and_columns(shape, names, columns, varied)
+        batch._set_shape_and_columns(shape, names, columns, varied, self._in_degrees)
         return batch
 
     @property
@@ -232,6 +235,7 @@ class BatchBase(Generic[_M]):
             "names": self._names,
             "columns": {name: copy_column(column) for name, column in self._columns.items()},
             "varied": {name: copy_column(column) for name, column in self._varied.items()},
+            "in_degrees": self._in_degrees,
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -249,6 +253,7 @@ class BatchBase(Generic[_M]):
             state["names"],
             broadcast_columns(state["columns"]),
             broadcast_columns(state["varied"]),
+            state["in_degrees"],
         )
 
 

@@ -96,6 +96,7 @@ class EnsembleConstructors(EnsembleBase[S]):
             rate_components,
             environment,
             make,
+            in_degrees,
         )
 
     @classmethod
@@ -107,6 +108,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         rates: Components,
         environment: EnvironmentArguments,
         one: Callable[..., S],
+        in_degrees: bool,
     ) -> Self:
         """Build tops whose Euler angles and rates have already been computed.
 
@@ -128,9 +130,11 @@ class EnsembleConstructors(EnsembleBase[S]):
             )
         columns["momentum"] = compute_start_momenta(body, start, q, columns["turning"])
         columns["attitude"] = q
-        return cls.__new__(cls)._store_ensemble_columns(
+        tops = cls.__new__(cls)._store_ensemble_columns(
             body, [*parameters, *environment_parameters], columns, one
         )
+        tops.__dict__["_in_degrees"] = in_degrees
+        return tops
 
     @classmethod
     def _compute_euler_frame_attitudes(cls, body: Body | Bodies) -> Array:
@@ -193,7 +197,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         with np.errstate(all="ignore"):
             rates = precession_rate, nothing, rate - precession_rate * cos(angle)
         return cls._build_from_euler_angles(
-            bodies, parameters, (nothing, angle, nothing), rates, environment, one
+            bodies, parameters, (nothing, angle, nothing), rates, environment, one, in_degrees
         )
 
 

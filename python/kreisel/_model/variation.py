@@ -93,7 +93,9 @@ def vary(ensemble_class: type[E], scene: Any, words: Mapping[str, Any]) -> E:
         if not plain.keys() & {"attitude", "attitude_xyzw"}:
             plain["attitude"] = scene.attitude
         return ensemble_class(body, **environment._asdict(), **plain)
-    return ensemble_class._build_from_euler_angles(body, *start, environment, _accept_any_arguments)
+    return ensemble_class._build_from_euler_angles(
+        body, *start, environment, _accept_any_arguments, in_degrees
+    )
 
 
 def _override_scene_environment(scene: Any, changes: Mapping[str, Any]) -> EnvironmentArguments:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._model.parameter_units import get_parameter_unit
 from .._model.scene import Ensemble
 from .._options.quantities import ANGLES, QUANTITIES, TIME, QuantityDescription
 from .._utils.optional import optional_dependency
@@ -154,7 +155,8 @@ def build_parameter_variables(tops: Ensemble) -> dict[str, Variable]:
             continue  # in xarray, a variable named like a dimension must have only this dimension
         array = np.array(values).reshape([shape[d] for d in dimensions] + list(inner))
         inner_dims = tuple(f"{word}_component" for _ in inner)
-        rows[word] = ((*dims, *inner_dims), array, {"units": ""})
+        unit = get_parameter_unit(word, tops._in_degrees)
+        rows[word] = ((*dims, *inner_dims), array, {"units": unit})
     return rows
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._model.parameter_units import get_parameter_unit
 from .._options.quantities import RECORDABLE, TIME
 from .._results.ensemble_buffers import STATUSES
 from .._results.ensemble_events import EnsembleEvents
@@ -22,7 +23,7 @@ from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
 from .._results.tables import build_quantity_value_pairs
-from .start_parameters import get_parameter_unit, list_parameter_component_names
+from .start_parameters import list_parameter_component_names
 from .sweep_plan import SweepPlan
 from .task import ChaosTask, TaskResult
 

@@ -218,7 +218,8 @@ class Source:
         arguments, varied = (
             _collapse_broadcast_columns(group, tops.ndim) for group in (columns, tops._varied)
         )
-        return cls(scene, tops.shape, tops.axes, arguments, varied)
+        flags = {"degrees": True} if tops._in_degrees else {}
+        return cls(scene, tops.shape, tops.axes, arguments, varied, flags)
 
     @cached_property
     def size(self) -> int:

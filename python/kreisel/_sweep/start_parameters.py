@@ -1,4 +1,4 @@
-"""The component names and the units of parameters that can vary in a sweep."""
+"""The component names of parameters that can vary in a sweep."""
 
 from __future__ import annotations
 
@@ -20,29 +20,6 @@ _ENDINGS: dict[str, Sequence[str]] = {  # {parameter: the endings of the names o
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
 }
-_UNITS = {  # {parameter of a start, or of a constructor of kreisel.Body: its dimension}
-    **dict.fromkeys(["radius", "height", "half", "length", "inner", "outer", "pivot"], "L"),
-    **dict.fromkeys(["i1", "i3", "inertia_about_com"], "M L^2"),
-    "density": "M L^-3",
-    "mass": "M",
-    "inertia": "M L^2",
-    "com": "L",
-    "rotor": "M L^2 T^-1",
-    "momentum": "M L^2 T^-1",
-    "velocity": "T^-1",
-    "body_momentum": "M L^2 T^-1",
-    "body_velocity": "T^-1",
-    "spin": "rad T^-1",
-    "tilt": "rad",
-    "precession": "rad T^-1",
-    "angles": "rad",
-    "rates": "rad T^-1",
-    "gravity": "L T^-2",
-    "damping": "M L^2 T^-1",
-    "turning": "T^-1",
-    "friction": "M L^2 T^-2",
-}
-_SHAKING_UNITS = "L", "T^-1", "rad"
 FLAGS = "steady", "fast", "degrees"
 PARAMETERS = tuple(_ENDINGS)
 
@@ -80,14 +57,3 @@ def list_parameter_component_names(name: str, value: Shape) -> list[str]:
         return [name]
     n, endings = math.prod(value), _ENDINGS.get(name, "")
     return [f"{name}_{endings[i] if len(endings) == n else i}" for i in range(n)]
-
-
-def get_parameter_unit(name: str, degrees: bool, component: int = 0) -> str:
-    """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' as the unit of angles.
-
-    The three components of `shaking` have different dimensions.
-    """
-    if name == "shaking":
-        return _SHAKING_UNITS[component]
-    unit = _UNITS.get(name, "")
-    return unit.replace("rad", "deg") if degrees else unit
