@@ -15,8 +15,8 @@
  *          length L and time T.
  * Memory:  Only kr_top_create and kr_worker_create allocate memory (GSL also allocates for the
  *          optional GSL methods).
- * Errors:  A function that can fail returns a kr_status and writes its result through its last
- *          argument. On failure, the result is unchanged.
+ * Errors:  A function that can fail returns a kr_status and writes its results through its last
+ *          arguments. On failure, they are unchanged, unless its comment says otherwise.
  * Threads: There is no global state. Different threads can use different tops at the same time,
  *          but only one thread at a time can use a given top.
  * SPDX-License-Identifier: MIT */
@@ -133,8 +133,8 @@ typedef struct kr_scene {
     kr_state start;
     /* Linear damping, as by air that turns with the support: the torque along each principal axis
      * is -damping * angular velocity relative to the support. Not negative; 0 means no damping
-     * [M L^2 T^-1]. Strong damping costs no more steps than the slow motion that remains, unless
-     * there are tangents or time runs backward. */
+     * [M L^2 T^-1]. If damping is strong, the number of steps depends only on the slow motion that
+     * remains, except with tangents or backward in time. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. States and quantities,
      * except m, are relative to the support. */
@@ -211,10 +211,10 @@ KR_API kr_status kr_scene_check(const kr_scene *scene);
 /* The table of physical quantities that can be computed from a state. Vectors refer to the space
  * frame, or to the frame of description if their name begins with body_. The Euler angles (z-x-z)
  * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
- * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The shortest
- * rotation of the frame of description that takes its third axis to the apex gives the body-fixed
- * frame. A rotation by more than 120 degrees is preceded by a half turn about the first axis. If
- * the apex is vertical, precession_angle and spin_angle are equal up to sign. */
+ * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
+ * frame is the frame of description, rotated by the smallest angle that brings its third axis to
+ * the apex. If this angle exceeds 120 degrees, the frame is first rotated by 180 degrees about its
+ * first axis. If the apex is vertical, precession_angle and spin_angle are equal up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -372,8 +372,8 @@ typedef struct kr_config {
      * choose. A negative step integrates backward in time. Grid points more than 2^50 steps from t
      * = 0 are refused (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
-    /* Tolerance, below 1, of the local error (adaptive) or residual (implicit), or the largest
-     * certificate of a closed form, unless its bound is smaller; 0: the default. */
+    /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
+     * (implicit methods), or the `certificate` (exact; at most the default). */
     double tol;
     /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
      * additional steps to reach a time within a step: at most 1024, and at most max_steps. */
@@ -389,9 +389,8 @@ typedef struct kr_config {
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
      * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
     int skip_heading;
-    /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: a sum of KR_TANGENT_... flags,
-     * which select derivatives. Those by friction at 0, and by com at 0 with friction, do not
-     * exist. */
+    /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: the sum of KR_TANGENT_... flags of
+     * the derivatives to compute. None exist by friction at 0, or by com at 0 with friction. */
     uint64_t tangents;
 } kr_config;
 /* Returns the default configuration (all zeros). Fixed-step methods require a nonzero step. */
@@ -442,11 +441,11 @@ KR_API double kr_top_time(const kr_top *top);
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* Groups of tangents (derivatives of the state), listed as X(parameter, bit, number of columns,
- * name). Tangents change states only if damping is strong. Rows 1 to 3 give the rotation vector
- * of the attitude in the frame of description [rad], and rows 4 to 6 the momentum in space. The 6
- * columns of group START are derivatives with respect to the same components at the initial time.
- * Derivatives with respect to moments, centre of mass, damping and rotor refer to the principal
- * axes. Derivatives with respect to parameters are taken at fixed initial momentum. */
+ * name). Requesting tangents changes no state, unless damping is strong. Rows 1 to 3 give the
+ * rotation vector of the attitude in the frame of description [rad], and rows 4 to 6 the momentum
+ * in space. The 6 columns of group START are derivatives by the same components at the initial
+ * time. Derivatives by moments, centre of mass, damping and rotor refer to the principal axes.
+ * Derivatives by parameters are taken at fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -630,9 +629,9 @@ typedef struct kr_exact {
     double period;
     /* Mean rates of the Euler angles [T^-1]: of the axis about the vertical, and of the body about
      * the axis. For a free body, the momentum replaces the vertical, and the axis is the principal
-     * axis that circulates about the momentum, in the direction nearer to the momentum. (In a
-     * symmetric body, this is the axis whose moment differs from the other two.) The jump by half a
-     * turn when an axis passes through a pole is not included. */
+     * axis that circulates about the momentum, at an acute angle to it. (In a symmetric body,
+     * this is the axis whose moment differs from the others.) Jumps by half a turn, when an axis
+     * passes through a pole, are not included. */
     double precession, spin;
     double private_[70];
 } kr_exact;
@@ -662,7 +661,7 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
     X(SUMS,        "no theta functions fit the motion")                                           \
     X(TERMS,       "its theta functions have too many terms")                                     \
     X(CERTIFICATE, "the error of its theta functions exceeds the limit")                          \
-    X(OTHER,       "it is another kind of top, or more than its weight acts on it")
+    X(OTHER,       "it is another kind of top, or is not moved by its weight alone")
 typedef enum kr_kowalewski_refusal {
 #define KR_X_(name, text) KR_KOWALEWSKI_##name,
     KR_KOWALEWSKI_REFUSAL_LIST(KR_X_)
@@ -686,8 +685,9 @@ typedef struct kr_kowalewski {
 /* Returns the size of the memory that kr_kowalewski_plan needs, in bytes. */
 KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution, stores it in `memory`, and sets `out` to its address. The
- * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD, with the reason
- * in `refusal`, if no solution has a `certificate` below `bound` (0: KR_KOWALEWSKI_BOUND). */
+ * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD if no
+ * solution has a `certificate` below `bound` (0: KR_KOWALEWSKI_BOUND); `memory` then starts with a
+ * kr_kowalewski whose `refusal` is the reason, and `out` is unchanged. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
@@ -714,7 +714,7 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
     X(START,       "the start does not lie on the arcs of its curve")                             \
     X(HEADING,     "the series of its heading has too many terms: it is near a separatrix")       \
     X(CERTIFICATE, "the error of its series exceeds the limit")                                   \
-    X(OTHER,       "it is another kind of top, or more than its weight acts on it")
+    X(OTHER,       "it is another kind of top, or is not moved by its weight alone")
 typedef enum kr_chaplygin_refusal {
 #define KR_X_(name, text) KR_CHAPLYGIN_##name,
     KR_CHAPLYGIN_REFUSAL_LIST(KR_X_)
@@ -775,7 +775,7 @@ typedef struct kr_exact_map {
     double step;
     double private_[83];
 } kr_exact_map;
-/* Solves the Bobenko-Suris map in closed form. Returns KR_ERR_STEP_SIZE if the step is too small,
+/* Solves the Bobenko-Suris map in closed form. Returns KR_ERR_STEP_SIZE if the step is too large,
  * or if the motion is too close to a separatrix of the map (complementary modulus k'^2 < 1e-26).
  * Returns KR_ERR_ARGUMENT if the step is outside 2^-100 .. 2^40 times the time in which the top
  * rotates by one radian. */

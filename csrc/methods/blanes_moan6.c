@@ -14,7 +14,7 @@ static kr_status blanes_moan6_reset(kr_motion *motion, const kr_state *start)
 const kr_method kr_method_blanes_moan6 = {
     .name = "blanes_moan6",
     .text = "14 kicks between exact free drifts, for bodies with two equal moments",
-    .conserves = "<m,p>; on Lagrange tops <m,a>",
+    .conserves = "<m,e3>; on Lagrange tops <m,apex>",
     .reference = "Blanes and Moan 2002, SRKN 14",
     .order = 6,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |

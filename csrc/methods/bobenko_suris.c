@@ -1,4 +1,4 @@
-/* The Bobenko-Suris map, an integrable discretization of the Lagrange top in the rest frame:
+/* The Bobenko-Suris map, an integrable discretization of the Lagrange top in the space frame:
  *     m' = m + h p x a M,    a' = Cay(h m' / I1) a
  * with the step size h, the mass M and the gravity vector p (Bobenko and Suris, Communications in
  * Mathematical Physics 204, 1999; Bodack 2008, 4.2, with errata 1-5). The map conserves the
@@ -27,8 +27,8 @@ static void bobenko_suris_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_bobenko_suris = {
     .name = "bobenko_suris",
-    .text = "integrable discretization of the Lagrange top in the rest frame",
-    .conserves = "<m,p>, <m,a>, a modified energy",
+    .text = "integrable discretization of the Lagrange top in the space frame",
+    .conserves = "<m,e3>, <m,apex>, a modified energy",
     .reference = "Bobenko and Suris 1999; thesis 4.2",
     .order = 1,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_ALGEBRAIC | KR_METHOD_LAGRANGE_ONLY,

@@ -32,7 +32,7 @@ static void bobenko_suris2_read(const kr_motion *motion, kr_state *s)
 const kr_method kr_method_bobenko_suris2 = {
     .name = "bobenko_suris2",
     .text = "symmetric form of the Bobenko-Suris map: half kick, Cayley drift, half kick",
-    .conserves = "<m,p>, <m,a>, a modified energy",
+    .conserves = "<m,e3>, <m,apex>, a modified energy",
     .reference = "conjugate to Bobenko and Suris 1999",
     .order = 2,
     .flags =

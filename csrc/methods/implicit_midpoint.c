@@ -94,7 +94,7 @@ static void midpoint_read(const kr_motion *motion, kr_state *s)
 const kr_method kr_method_implicit_midpoint = {
     .name = "implicit_midpoint",
     .text = "midpoint rule for attitude and momentum, solved by Newton's method",
-    .conserves = "<m,p>",
+    .conserves = "<m,e3>",
     .reference = "Hairer, Lubich, Wanner, VII.5",
     .order = 2,
     .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC | KR_METHOD_ROTORS,

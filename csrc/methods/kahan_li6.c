@@ -12,7 +12,7 @@ static kr_status kahan_li6_reset(kr_motion *motion, const kr_state *start)
 const kr_method kr_method_kahan_li6 = {
     .name = "kahan_li6",
     .text = "composition of 9 steps of kick, free drift, kick",
-    .conserves = "<m,p>; on Lagrange tops <m,a>",
+    .conserves = "<m,e3>; on Lagrange tops <m,apex>",
     .reference = "Kahan and Li 1997",
     .order = 6,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |

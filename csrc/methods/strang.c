@@ -30,7 +30,7 @@ static void strang_read(const kr_motion *motion, kr_state *out)
 const kr_method kr_method_strang = {
     .name = "strang",
     .text = "kick, free drift, kick; the drift is exact for symmetric bodies",
-    .conserves = "<m,p>; on Lagrange tops <m,a>",
+    .conserves = "<m,e3>; on Lagrange tops <m,apex>",
     .reference = "McLachlan 1993; Reich 1994",
     .order = 2,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |

@@ -12,7 +12,7 @@ static kr_status suzuki4_reset(kr_motion *motion, const kr_state *start)
 const kr_method kr_method_suzuki4 = {
     .name = "suzuki4",
     .text = "composition of 5 steps of kick, free drift, kick",
-    .conserves = "<m,p>; on Lagrange tops <m,a>",
+    .conserves = "<m,e3>; on Lagrange tops <m,apex>",
     .reference = "Suzuki 1990",
     .order = 4,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |

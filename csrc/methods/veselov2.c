@@ -43,7 +43,7 @@ static void veselov2_read(const kr_motion *motion, kr_state *s)
 const kr_method kr_method_veselov2 = {
     .name = "veselov2",
     .text = "kick, discrete Moser-Veselov drift, kick",
-    .conserves = "<m,p>; up to the tolerance of each step, on Lagrange tops <m,a> and on free "
+    .conserves = "<m,e3>; up to the tolerance of each step, on Lagrange tops <m,apex> and on free "
                  "tops the energy",
     .reference = "Moser and Veselov 1991",
     .order = 2,

@@ -152,9 +152,8 @@ def view(
     open     False: only build the viewer, for `.save("top.html")`
 
     The states of a path must begin at t = 0 and lie at equal intervals, a multiple of 1e-6, as with
-    every=n. Raises FileNotFoundError when the viewer is opened but is not part of this
-    installation. Raises TypeError or ValueError for invalid arguments, and AttributeError for a
-    path without states.
+    every=n. Opening the viewer raises FileNotFoundError if it is not installed. Raises TypeError or
+    ValueError for invalid arguments, and AttributeError for a path without states.
     """
     if not isinstance(what, (Scene, Path)):
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {short_repr(what)}")

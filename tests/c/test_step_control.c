@@ -55,12 +55,12 @@ static void test_after_a_failure(const char *method, const double wanted[2])
 
 int main(void)
 {
-    const double rest_frame[3][4] = {
+    const double space_frame[3][4] = {
         {3510, 6252, 9974, 14235}, {3423, 6057, 10095, 14821}, {10452, 19911, 31117, 46768}};
     const double kirchhoff[3][4] = {
         {2784, 4881, 8008, 11045}, {2743, 4381, 7604, 10757}, {8333, 15883, 25367, 37396}};
     const double series[3][4] = {{116, 158, 159, 151}, {120, 166, 170, 163}, {424, 575, 600, 572}};
-    test_costs("extrap", rest_frame, 0.01);
+    test_costs("extrap", space_frame, 0.01);
     test_costs("extrap_kirchhoff", kirchhoff, 0.01);
     test_costs("taylor", series, 0.03); /* in some cases the order depends on the last bits */
     const double first[2][4] = {{8684, 8787, 8676, 8541}, {6789, 6889, 6870, 6876}};

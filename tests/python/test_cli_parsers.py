@@ -113,7 +113,7 @@ def test_lists_are_printed_as_plain_text(console_calls):
     console_calls.clear()
     call("methods rk4")
     assert [text.split()[0] for _, text in console_calls] == [
-        *("name", "text", "order", "kind", "conserves", "for", "reference")
+        *("name", "text", "order", "kind", "conserves", "for", "with", "reference")
     ]
     assert {tuple(words.items()) for words, _ in console_calls} == {
         (("markup", False), ("highlight", False))

@@ -186,7 +186,7 @@ def test_the_plan_shows_the_rotation_per_step():
     plan = kr.plan(LAGRANGE, method="strang", step=20)
     speed = np.linalg.norm(kr.solve(LAGRANGE, [0.0]).velocity)
     assert plan.turn >= 20 * speed * (1 - 1e-15)
-    assert f"step       20: in each the top turns by about {plan.turn:.2g} rad" in str(plan)
+    assert f"step       20: the top turns by about {plan.turn:.2g} rad in each step" in str(plan)
     assert kr.plan(GENERAL).turn is None and "in each" not in str(kr.plan(GENERAL, step=1))
     still = kr.Scene(body(), momentum=(0, 0, 0), gravity=0)
     assert kr.plan(still, method="strang", step=1).turn == 0.0

@@ -134,13 +134,14 @@ AXIAL = {**VERTICAL, "lagrange": ["vertical_momentum", "axial_momentum"]}
 CONSERVED = {  # the quantities that are conserved according to each word of the table, by body
     "nothing": {},
     "two rational integrals": {},
-    "<m,p>": VERTICAL,
-    "<m,p>; on Lagrange tops <m,a>": AXIAL,
-    "<m,p>; up to the tolerance of each step, on Lagrange tops <m,a> and on free tops the energy": {
+    "<m,e3>": VERTICAL,
+    "<m,e3>; on Lagrange tops <m,apex>": AXIAL,
+    "<m,e3>; up to the tolerance of each step, on Lagrange tops <m,apex> and on free tops the "
+    "energy": {
         **AXIAL,
         "free": ["vertical_momentum", "energy"],
     },
-    "<m,p>, <m,a>, a modified energy": AXIAL,
+    "<m,e3>, <m,apex>, a modified energy": AXIAL,
     "all integrals": {"lagrange": ["vertical_momentum", "axial_momentum", "energy"]},
 }
 

@@ -236,7 +236,11 @@ def test_the_axis_may_have_any_direction(body):
     "words, exception, message",
     [
         ({"body": CORNER}, ValueError, "spinning needs a symmetric body"),
-        ({"body": kr.Body(1, (1, 2, 2), (0, 0, 0))}, ValueError, "whose axis is the third"),
+        (
+            {"body": kr.Body(1, (1, 2, 2), (0, 0, 0))},
+            ValueError,
+            "or the third axis if these points coincide",
+        ),
         ({"body": kr.Body(1, (2, 2, 1), (0.5, 0, 0))}, ValueError, "symmetric body"),
         ({"tilt": -0.1}, ValueError, "tilt must lie between 0 and pi, .* degrees=True, not -0.1"),
         ({"tilt": 181, "degrees": True}, ValueError, "between 0 and 180, not 181"),

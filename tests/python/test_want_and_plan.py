@@ -170,7 +170,7 @@ def test_plan_lists_omitted_computations():
     assert "gravity" in plan_omissions(FREE.replace(gravity=0))
     assert "torque" in plan_surplus(TOP.replace(gravity=0), method="taylor")
     turns = plan_omissions(kr.scenes.thesis, method="strang", step=0.1)
-    assert "two of a drift's four turns" in turns
+    assert "two of the four rotations of a drift" in turns
 
 
 def test_plan_refuses_invalid_arguments():
@@ -206,7 +206,7 @@ def test_the_plan_equals_that_of_the_path():
 
 @pytest.mark.parametrize("name", [name for name, method in kr.methods.items() if method.splitting])
 def test_plan_lists_omitted_rotations_of_a_drift(name):
-    asymmetric, text = kr.scenes.asymmetric, "two of a drift's four turns"
+    asymmetric, text = kr.scenes.asymmetric, "two of the four rotations of a drift"
     assert kr.scenes.thesis.body.is_symmetric and not asymmetric.body.is_symmetric
     assert text in plan_omissions(kr.scenes.thesis, method=name, step=0.1)
     if kr.methods[name].suits(asymmetric):

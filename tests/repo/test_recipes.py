@@ -21,7 +21,7 @@ def test_height_is_the_third_component_of_the_apex():
     assert np.array_equal(path.height, path.apex[:, 2])
     assert np.array_equal(path.derivative("height"), path.derivative("apex")[:, 2])
 """
-METHOD = """/* Kick and free drift: the splitting of first order (splitting.h). Keeps <m,p>. */
+METHOD = """/* Kick and free drift: the splitting of first order (splitting.h). Keeps <m,e3>. */
 #include "splitting.h"
 
 static kr_status kick_drift_reset(kr_motion *motion, const kr_state *start)
@@ -47,7 +47,7 @@ static void kick_drift_read(const kr_motion *motion, kr_state *out)
 const kr_method kr_method_kick_drift = {
     .name = "kick_drift",
     .text = "kick, free drift",
-    .conserves = "<m,p>; on Lagrange tops <m,a>",
+    .conserves = "<m,e3>; on Lagrange tops <m,apex>",
     .reference = "symplectic Euler",
     .order = 1,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_ALGEBRAIC,

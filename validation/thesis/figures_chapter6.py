@@ -99,8 +99,8 @@ def draw_axial_momentum(four):
     ]
     return Figure(
         "6.9",
-        "<m,a> - <m,a>(0) for eps = 0.2",
-        [line_charts.draw_lines(series, "<m,a> - <m,a>(0)")],
+        "<m,apex> - <m,apex>(0) for eps = 0.2",
+        [line_charts.draw_lines(series, "<m,apex> - <m,apex>(0)")],
         f"At t = 600: Bobenko-Suris {abs(blue).max():.0e} at most, Extrap {green[-1]:.1e}.",
     )
 

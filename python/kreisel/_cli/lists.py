@@ -59,9 +59,21 @@ def _print_method_description(method: Method) -> None:
         "kind": _format_method_properties(method),
         "conserves": method.conserves,
         "for": method.tops,
+        "with": _format_disturbances(method),
         "reference": method.reference,
     }.items():
         console.print(f"{word:<10} {value}")
+
+
+def _format_disturbances(method: Method) -> str:
+    disturbances = {
+        "rotors": method.rotors,
+        "damping": method.damped,
+        "friction": method.friction,
+        "turning supports": method.turning,
+        "shaken supports": method.shaking,
+    }
+    return ", ".join(name for name, is_known in disturbances.items() if is_known)
 
 
 def _format_method_order(method: Method) -> str:

@@ -54,8 +54,9 @@ def fit(
               dampings that are equal in `scene` stay equal. A rotor excludes "axes"
     loss      "linear": least squares. "soft": large residuals count linearly, for records with
               outliers
-    pieces    the number of pieces of the motion with their own start, whose ends must meet, for
-              chaotic motion. None: as many as the growth of errors requires
+    pieces    for chaotic motion: the number of pieces into which the motion is divided (multiple
+              shooting). Each piece has its own initial state, and must join the next piece. None:
+              as many as the growth of errors requires
     max_evaluations   the largest number of paths through all records in one search; paths through
                       parts of the records and in pieces are not counted
     progress  a function called after each improvement with the number of computed paths and the

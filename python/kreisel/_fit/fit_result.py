@@ -64,17 +64,18 @@ class Fit(ReadOnlyArrays):
                   least 1
     residual_correlation  mean correlation of neighbouring residuals
     inflation     factor by which errors were enlarged because residuals are large or correlated
-    nonlinearity  deviation from 1 of the relative rise of chi2 at one standard deviation along the
-                  least certain direction. If it is large, the errors are not normal. It is 0 for
-                  the soft loss and for a motion in pieces
+    nonlinearity  |rise - 1|, where `rise` is the increase of chi2 one standard deviation along the
+                  least certain direction, relative to that of a linear model. If it is large, the
+                  errors are not normal. It is 0 for the soft loss and for a motion in pieces
     unidentified  a sentence for each direction that the records do not determine
     ambiguous     a sentence about another spin that fits as well, for records with few samples a
                   turn; empty otherwise
     misfit        the root mean square of the residuals relative to that of the values, or to 1 rad.
                   For the soft loss it is estimated from the median
     excess        for the soft loss with given sigma: the size of the residuals in sigmas, from the
-                  median, if chance and a tenth of outliers do not explain it; otherwise 0
-    at_bound      a sentence for each parameter at its bound. Its error is that without the bound
+                  median, if it is larger than noise with 10 % of outliers explains; otherwise 0
+    at_bound      a sentence for each parameter that ended at its bound. The error of such a
+                  parameter ignores the bound
     has_converged  False if the search ended at a limit on the number of paths
     evaluations   the number of computed paths
     piece_starts  the times at which the pieces of the motion begin; empty for a single motion

@@ -151,9 +151,9 @@ def find_symmetry_moments_of_body(body: Body) -> tuple[float, float]:
     )
     if not is_symmetric:
         raise ValueError(
-            "spinning needs a symmetric body whose centre of mass lies on its axis (without "
-            f"gravity: whose axis is the third): moments {body.moments}, com "
-            f"{body.principal_com} in principal axes are not"
+            "spinning needs a symmetric body: its axis must be the line from the fixed point to "
+            "the centre of mass, or the third axis if these points coincide; this body has moments "
+            f"{body.moments} and com {body.principal_com} in principal axes"
         )
     return float(i1), float(i3)
 

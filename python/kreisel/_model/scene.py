@@ -59,9 +59,9 @@ class Scene:
     gravity   acceleration along -e3, of either sign [L T^-2]
     damping   linear drag [M L^2 T^-1], one number for each principal axis or one for all: the
               torque about an axis is -damping times the angular velocity about it
-    turning   constant angular velocity of the support, as of a turntable, in space [T^-1]. Space
-              turns with the support, and states and quantities are those seen from there. Only
-              momenta are those of the motion in the inertial frame
+    turning   constant angular velocity of the support, as of a turntable, along e1, e2, e3 [T^-1].
+              The axes e1, e2, e3 turn with the support, and attitudes and velocities are relative
+              to it. Momenta are those in the inertial frame, with components along these axes
     shaking   (amplitude [L], rate [T^-1], phase [rad]): the fixed point moves along e3 by
               amplitude * cos(rate * t + phase), and t = 0 is the start of the scene
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin

@@ -107,7 +107,7 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
         )
         return reason, 0.0
     if _is_only_nearly_integrable(scene, form.ratio):
-        return f"the closed form of a {top} top would neglect rounding errors of this scene", 0.0
+        return f"the moments, com or momentum are those of a {top} top only up to rounding", 0.0
     if times is None:
         reason = (
             f"'auto' integrates {top} tops in runs, streams, ensembles and without times; "

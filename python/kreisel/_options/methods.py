@@ -30,8 +30,8 @@ class Method:
     order      p if the error of a path is proportional to step^p; 0 if the method chooses p or
                takes no steps
     conserves  the invariants that the method conserves up to rounding
-    adaptive   True if a tolerance controls the steps, or if there are none; other methods need a
-               step
+    adaptive   True if the method needs no step: a tolerance controls the steps, or the method is a
+               closed form
     algebraic  True if only + - * / and square roots are used, so that results are equal to the last
                bit for all compilers and machines
     digits     True if the method can compute more digits than a double has
@@ -145,7 +145,8 @@ class Method:
         """Return True if the method applies to `scene`.
 
         In the absence of gravity, the motion of any body without a rotor has a closed-form
-        solution. Few methods apply to tops with damping, friction, or a moving support.
+        solution. Only taylor applies to tops with damping or friction, and to supports that are
+        shaken or turn about another axis than e3.
         """
         plain = check_type("scene", scene, Scene)._has_only_gravity
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)

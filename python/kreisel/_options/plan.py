@@ -107,7 +107,7 @@ class Plan:
             "equations": [self.form],
             "step": []
             if self.turn is None
-            else [f"{self.step:g}: in each the top turns by about {self.turn:.2g} rad"],
+            else [f"{self.step:g}: the top turns by about {self.turn:.2g} rad in each step"],
             "order": [f"{order}, kernel {self.kernel}" if self.kernel else order],
             "recorded": [f"{', '.join(self.columns)}: {self.bytes} bytes a state"],
             "left out": [f"{item}: {reason}" for item, reason in self.left_out],
@@ -228,7 +228,7 @@ def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int 
         rows.append(
             ("attitude", "no requested quantity changes if the top is rotated about the vertical")
         )
-        rows.append(("momentum", "and none needs m in space"))
+        rows.append(("momentum", "no requested quantity needs m in space"))
     if name == EXACT:
         rows.append(("steps", "any state at once, by the closed form"))
         if _is_torque_free(scene):
@@ -236,8 +236,8 @@ def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int 
     if options.method.splitting and scene.body.is_symmetric:
         rows.append(
             (
-                "two of a drift's four turns",
-                "two moments are equal, and the remaining turns are exact",
+                "two of the four rotations of a drift",
+                "two moments are equal, and the other two rotations are exact",
             )
         )
     if states == 2 and want is None:

@@ -75,8 +75,9 @@ class EnsembleResult(ReadOnlyArrays):
     def method(self) -> str:
         """The name of the requested method.
 
-        'auto' uses exact for Lagrange tops, spherical bodies and bodies without torque if exact
-        applies to the scene, and taylor for all other tops.
+        For each top of an ensemble, the 'auto' of kreisel.solve and kreisel.reduce uses exact for
+        Lagrange tops, spherical bodies and bodies without torque if exact applies to the scene, and
+        taylor for all other tops. Sections always use taylor.
         """
         return self._options.solve.requested_method
 

@@ -67,9 +67,9 @@ class Indicator(ReadOnlyArrays):
     status       (*shape,) "OK", or the name of the failure; the curve of a failed top is NaN
     name         the name of the indicator: "lyapunov", "megno" or "oli"
     final_megno  (*shape,) MEGNO at the last time, which every indicator computes
-    turns        (*shape,) the last time divided by the time that the top takes for a slow turn: 2
-                 pi divided by the larger of (|m| + |h|) / I and sqrt(mass |gravity| |com| / I),
-                 where I is the largest moment and h the rotor
+    turns        (*shape,) the number of slow turns up to the last time, t * rate / (2 pi), where
+                 `rate` is the larger of (|m| + |h|) / I and sqrt(mass |gravity| |com| / I), I the
+                 largest moment and h the rotor
 
     A notebook displays the chaos indicator as a picture, which the method `plot` draws.
     """

@@ -84,8 +84,9 @@ def solve(
                at least as accurate as taylor and, according to the times, not slower (see
                kreisel.plan). 'geometric' chooses a structure-preserving method and a step with
                which the error is at most `error`
-    step       positive [T]. Required by fixed-step methods, which reach times between their steps
-               by a separate, shorter step. For adaptive methods it is the first step
+    step       positive [T]. Required by fixed-step methods: a time between two grid points is
+               reached by one shorter step from the earlier point. For adaptive methods it is the
+               first step
     tol        adaptive methods: the local error of a step; implicit methods: the residual of the
                equations of a step; exact ignores tol, and other methods do not allow it
     digits     taylor only, instead of tol: the number of digits, rounded up to 16, 20 or 30;
@@ -95,8 +96,8 @@ def solve(
     max_steps  the maximal number of steps, with 'geometric' of each trial run; 0: no limit
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad].
                The error is checked against a reference solution: a run in 20-digit arithmetic or a
-               closed form. Raises ValueError if this error cannot be met within a limited number of
-               steps, at least 64 times the number first estimated
+               closed form. The search may use at least 64 times the number of steps that was first
+               estimated; ValueError if that is not enough
     want       names such as ("nutation", "energy"): the path stores only t and these quantities.
                The core does not compute the heading if no quantity in `want` depends on it
     progress   a function called about ten times per second with the time reached, and at the end
@@ -108,8 +109,8 @@ def solve(
                "damping", "rotor", "turning", "shaking", "friction" (not 0). path.tangents has the
                derivatives of the states with respect to these, path.derivative those of a quantity.
                The states are bitwise equal to those without tangents, unless strong damping
-               requires shorter steps for the tangents. Tops of an ensemble then have the bits of a
-               solve of each alone
+               requires shorter steps for the tangents. With tangents, the results for each top of
+               an ensemble are bitwise equal to those of kreisel.solve for this top alone
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)

@@ -5,13 +5,13 @@
  * The rotor momentum h = h_N N + h_B B + h_T T is added to A w. The equations do not enforce the
  * orthonormality of (N, B, T). After numerical integration, (N, B, T) is orthonormal only up to the
  * error of the method. */
-#ifndef KR_REST_FRAME_H
-#define KR_REST_FRAME_H
+#ifndef KR_SPACE_FRAME_H
+#define KR_SPACE_FRAME_H
 #include "method.h"
 
-enum { REST_FRAME = 12 }; /* w, N, B, T */
+enum { SPACE_FRAME = 12 }; /* w, N, B, T */
 
-static inline kr_vec3 rest_frame_momentum(const kr_motion *motion, const double y[REST_FRAME])
+static inline kr_vec3 space_frame_momentum(const kr_motion *motion, const double y[SPACE_FRAME])
 {
     const kr_vec3 w = v_of(y), N = v_of(y + 3), B = v_of(y + 6), T = v_of(y + 9),
                   I = motion->inertia;
@@ -20,19 +20,19 @@ static inline kr_vec3 rest_frame_momentum(const kr_motion *motion, const double 
     return v_axpy(M.x, N, v_axpy(M.y, B, v_scale(M.z, T)));
 }
 
-static inline kr_vec3 rest_frame_velocity(const kr_motion *motion, const double y[REST_FRAME])
+static inline kr_vec3 space_frame_velocity(const kr_motion *motion, const double y[SPACE_FRAME])
 {
     (void)motion;
     return v_of(y);
 }
 
-static inline void rest_frame_rates(kr_motion *motion, const double y[REST_FRAME],
-                                    double rate[REST_FRAME])
+static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRAME],
+                                     double rate[SPACE_FRAME])
 {
     const kr_vec3 w = v_of(y), N = v_of(y + 3), B = v_of(y + 6), T = v_of(y + 9);
     const kr_vec3 I = motion->inertia, c = motion->lever;
     const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* M |p| a */
-    const kr_vec3 f = v_add(v_cross(rest_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
+    const kr_vec3 f = v_add(v_cross(space_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
     v_put(rate, v_axpy(v_dot(f, N) / I.x, N,
                        v_axpy(v_dot(f, B) / I.y, B, v_scale(v_dot(f, T) / I.z, T))));
     v_put(rate + 3, v_cross(w, N));
@@ -41,8 +41,8 @@ static inline void rest_frame_rates(kr_motion *motion, const double y[REST_FRAME
     motion->stats.evaluations++;
 }
 
-static inline void rest_frame_begin(const kr_motion *motion, const kr_state *s,
-                                    double y[REST_FRAME])
+static inline void space_frame_begin(const kr_motion *motion, const kr_state *s,
+                                     double y[SPACE_FRAME])
 {
     const kr_vec3 M = q_turn_back(s->q, s->m);
     v_put(y, q_turn(s->q, motion_velocity(motion, M)));
@@ -51,7 +51,7 @@ static inline void rest_frame_begin(const kr_motion *motion, const kr_state *s,
     v_put(y + 9, q_turn(s->q, v3(0.0, 0.0, 1.0)));
 }
 
-static inline kr_quat rest_frame_attitude(const double y[REST_FRAME], kr_quat last)
+static inline kr_quat space_frame_attitude(const double y[SPACE_FRAME], kr_quat last)
 {
     return q_near(q_of_frame(v_of(y + 3), v_of(y + 6), v_of(y + 9)), last);
 }
