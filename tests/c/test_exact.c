@@ -137,7 +137,8 @@ static void test_principal_axis(void)
             const kr_quat turned = q_exp(v_scale(size / moment[i / 2] * t, axis));
             NEAR(kr_attitude_error(kr_exact_state(&closed, t).q, turned), 0.0, 2e-12);
         }
-        IS(closed.period == INFINITY);
+        IS(closed.period == INFINITY && closed.precession == 0.0);
+        NEAR(closed.spin, 1.7 / moment[i / 2], 1e-15);
     }
 }
 /* Components of the momentum that are too small to move a body off its axis do not affect the
