@@ -256,7 +256,7 @@ def test_docstring_examples_run():
         (
             lambda: kr.solve(GENERAL, 1, events=["loop"]),
             TypeError,
-            "events must be a list of events from kreisel.events",
+            "events must be an event of kreisel.events",
         ),
         (lambda: events.crossing("apexz"), ValueError, "did you mean 'apex_z'"),
         (lambda: events.crossing("omega_y"), ValueError, "did you mean 'body_velocity_y'"),

@@ -157,7 +157,7 @@ def test_progress_and_interruption():
     ("words", "message"),
     [
         ({"tops": [LAGRANGE]}, "tops must be a kreisel.Ensemble"),
-        ({"event": "nutation"}, "events must be a list of events from kreisel.events"),
+        ({"event": "nutation"}, "events must be an event of kreisel.events"),
         ({"event": kr.events.nutation(max_count=3)}, "leave max_count and terminal out"),
         ({"event": kr.events.nutation(terminal=True)}, "leave max_count and terminal out"),
         ({"n": 0}, "n must be at least 1"),
