@@ -396,8 +396,8 @@ def validate_events(method: str, events: object) -> tuple[Event, ...]:
         isinstance(event, Event) for event in event_list
     ):
         raise TypeError(
-            "events must be an event of kreisel.events, such as kr.events.loop(), or a list of them, not "
-            f"{short_repr(events)}"
+            "events must be an event of kreisel.events, such as kr.events.loop(), or a list of "
+            f"them, not {short_repr(events)}"
         )
     return tuple(event_list)
 

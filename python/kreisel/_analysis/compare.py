@@ -182,8 +182,9 @@ def compare(
     methods   names of methods; by default, all methods that apply to the scene
     steps     steps for the methods of fixed step
     tols      tolerances for the other methods; by default, each method uses its default tolerance
-    truth     a path at the same times, or the name of a method: taylor is run with 20 digits, other
-              methods with tol 1e-13 or a sixteenth of the smallest step
+    truth     the reference: a path at the same times, or the name of a method. taylor is run with
+              20 digits, other methods with tol 1e-13 or a sixteenth of the smallest step; 'auto' is
+              the method that kreisel.solve would choose
     progress  function that is called after each run with the fraction of the runs that are done, up
               to 1; an exception that it raises stops the comparison
 

@@ -11,13 +11,11 @@ from .._model.scene import Scene
 from .._utils.validation import Array, freeze_array
 from .indexing import ResolvedIndex
 
-# Only tops with friction have tangents by the friction.
-_ALL = "solve with tangents=" + repr(tuple(name for name in TANGENTS if name != "friction"))
 TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint if it is missing}
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
-    "conditioning": f"{_ALL}, and by 'friction' if there is any, to have it",
+    "conditioning": "solve with tangents with respect to 'start' and all parameters that are not 0",
     "derivative": "solve with tangents='start' to have it",
 }
 _ROUNDING = 2.0**-53
