@@ -27,11 +27,12 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* Initial data for the columns of the tangent matrix; `next` points to the first unused element of
- * `seeds`. */
+/* The initial value of each column of the tangent matrix, and the derivatives of the equations of
+ * motion by its parameter. `next` points to the first unused element of `seeds`. The units are the
+ * internal units of time and of inertia. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
-    double time, moment;
+    double time_unit, inertia_unit;
 } seed_list;
 /* Appends a seed filled with zeros to the list, and returns its address. */
 static kr_seed *add_seed(seed_list *to)
@@ -70,18 +71,20 @@ static void seed_damping(seed_list *to)
 static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
-    const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
+    const dd own =
+        dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
     return vdd_scale(own, v_dd(com, none));
 }
-/* Adds the column of the tangent matrix for a parameter on which lever = mass * gravity * com
+/* Adds the column of the tangent matrix, and returns its seed, for a parameter on which lever = mass * gravity * com
  * depends. On a support at rest, d(lever) / d(parameter) = weight * com. On a shaken support the
  * derivative is mass * com * k, where k is the acceleration or a derivative of the acceleration. */
-static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
+static kr_seed *seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
     seed->lever = lever_in_own_units(to, weight, com);
     seed->pull = lever_in_own_units(to, dd_of(mass), com);
     seed->timing = timing;
+    return seed;
 }
 /* Adds the three columns of the tangent matrix for the centre of mass, `com`. The direction of the
  * apex depends on `com` unless `com` is zero. */
@@ -91,13 +94,14 @@ static void seed_com(seed_list *to, const kr_body *body, double gravity)
     const double size = v_largest(body->com);
     for (int i = 0; i < 3; i++) {
         const kr_vec3 axis = v_axis(i);
-        seed_lever(to, two_product(body->mass, gravity), body->mass, axis, KR_TIMING_STRENGTH);
+        kr_seed *seed =
+            seed_lever(to, two_product(body->mass, gravity), body->mass, axis, KR_TIMING_STRENGTH);
         if (!(size > 0.0)) continue;
         const double unit = times_power_of_2(1.0, -exponent_of(size));
         const vec_dd com = v_dd(v_scale(unit, body->com), none), by = v_dd(axis, none);
         const dd square = vdd_dot(com, com), along = dd_div(vdd_dot(com, by), square);
         const vec_dd across = vdd_add(by, vdd_scale(dd_neg(along), com));
-        to->next[-1].apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
+        seed->apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
 /* Adds the three columns of the tangent matrix for the momentum of the rotor. */
@@ -109,9 +113,11 @@ static void seed_rotor(seed_list *to)
 static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
-    for (int i = 0; i < 3 && by & KR_TANGENT_TURNING; i++) add_seed(to)->turning = v_axis(i);
-    for (int i = 0; i < 3 && by & KR_TANGENT_SHAKING; i++)
-        seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
+    if (by & KR_TANGENT_TURNING)
+        for (int i = 0; i < 3; i++) add_seed(to)->turning = v_axis(i);
+    /* The shaking changes the acceleration of the support, but not the lever at rest. */
+    if (by & KR_TANGENT_SHAKING)
+        for (int i = 0; i < 3; i++) seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
 }
 /* Initializes all columns of the tangent matrix that the configuration of `top` requests. */
 static void seed_tangents(seed_list *to, const kr_top *top)
@@ -120,8 +126,8 @@ static void seed_tangents(seed_list *to, const kr_top *top)
     const uint64_t by = top->config.tangents;
     const double g = top->scene.gravity;
     to->next = to->seeds;
-    to->time = top->time_unit;
-    to->moment = top->momentum_unit * top->time_unit;
+    to->time_unit = top->time_unit;
+    to->inertia_unit = top->momentum_unit * top->time_unit;
     if (by & KR_TANGENT_START) seed_start(to, top);
     if (by & KR_TANGENT_MOMENTS) seed_moments(to);
     if (by & KR_TANGENT_COM) seed_com(to, body, g);
@@ -146,22 +152,27 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
+/* Returns the first column of a group of tangents. The columns are in the order of the flags. */
+static size_t find_first_column(uint64_t by, uint64_t group)
+{
+    return kr_tangent_columns(by & (group - 1));
+}
 /* Writes the internal units of the tangent parameters, which are powers of two times the user's
  * units. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
-    const size_t begin = kr_tangent_columns(by & KR_TANGENT_START),
-                 end = kr_tangent_columns(by & (2 * KR_TANGENT_MASS - 1)),
-                 rotor = kr_tangent_columns(by & (2 * KR_TANGENT_DAMPING - 1)),
-                 turning = kr_tangent_columns(by & (2 * KR_TANGENT_ROTOR - 1)),
-                 friction = kr_tangent_columns(by & (2 * KR_TANGENT_SHAKING - 1));
+    const size_t moments = find_first_column(by, KR_TANGENT_MOMENTS),
+                 damping = find_first_column(by, KR_TANGENT_DAMPING),
+                 rotor = find_first_column(by, KR_TANGENT_ROTOR),
+                 turning = find_first_column(by, KR_TANGENT_TURNING),
+                 friction = find_first_column(by, KR_TANGENT_FRICTION);
     const double moment = top->momentum_unit * top->time_unit;
     for (int i = 0; i < KR_TANGENT_COLUMNS_MAX; i++) unit[i] = 1.0;
     for (size_t i = 0; i < 3; i++) {
         if (by & KR_TANGENT_START) unit[3 + i] = top->momentum_unit;
-        if (by & KR_TANGENT_MOMENTS) unit[begin + i] = moment;
-        if (by & KR_TANGENT_DAMPING) unit[end + i] = top->momentum_unit;
+        if (by & KR_TANGENT_MOMENTS) unit[moments + i] = moment;
+        if (by & KR_TANGENT_DAMPING) unit[damping + i] = top->momentum_unit;
         if (by & KR_TANGENT_ROTOR) unit[rotor + i] = top->momentum_unit;
         if (by & KR_TANGENT_TURNING) unit[turning + i] = 1.0 / top->time_unit;
     }

@@ -71,10 +71,6 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
-/* Each function returns nonzero if the current processor supports the instruction set. CPU features
- * are tested individually, because some compilers do not recognize the names of processor levels,
- * such as x86-64-v4. */
-static inline int kr_has_base(void) { return 1; }
 /* KR_SCALAR_NAME forms the name of the scalar version of a function. The AVX-512 code uses the AVX2
  * versions of scalar functions, because wider registers would not make scalar code faster. */
 #if defined KR_WITH_AVX2
@@ -82,6 +78,11 @@ static inline int kr_has_base(void) { return 1; }
 #else
 #  define KR_SCALAR_NAME(thing) thing##_base
 #endif
+
+/* Each function returns nonzero if the current processor supports the instruction set. CPU features
+ * are tested individually, because some compilers do not recognize the names of processor levels,
+ * such as x86-64-v4. */
+static inline int kr_has_base(void) { return 1; }
 #if defined KR_WITH_AVX2 || defined KR_WITH_AVX512
 /* Returns 1 if the processor supports AVX2 and FMA. */
 static inline int kr_has_avx2(void)

@@ -15,7 +15,7 @@ static kr_status bobenko_suris_step(kr_motion *motion, double until)
 {
     bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
     (void)until;
-    o->m = bobenko_suris_kick(o, o->kick);
+    o->m = bobenko_suris_momentum_after_kick(o, o->kick_strength);
     bobenko_suris_drift(o);
     motion->stats.evaluations++;
     return KR_OK;

@@ -3,10 +3,10 @@
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
- * The twist R is a rotation about the symmetry axis by the same angle in every step. The twist R
- * makes the total rotation about the symmetry axis exact. In theorem 4.2 of the thesis (Bodack
- * 2008), the twist angle contains 2 atan(h c / 2 I3) instead of h c / I3. The twist commutes with
- * drifts and kicks, so all twists are applied together when the state is read. */
+ * R rotates the body about its symmetry axis by the same angle 2 s in every step, so that the total
+ * rotation about this axis is exact. R commutes with drifts and kicks. All twists are therefore
+ * applied together when the state is read. The twist angle in theorem 4.2 of Bodack (2008) contains
+ * 2 atan(h c / 2 I3) instead of h c / I3. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"
@@ -14,38 +14,42 @@
 typedef struct bobenko_suris_orbit {
     kr_quat q; /* the attitude without R^n */
     kr_vec3 m;
-    double kick, turn;      /* step * lever, step / I1 */
-    double s, cos_s, sin_s; /* half the angle of the twist R */
-    double n, cosine, sine; /* the number of steps; cos(n s) and sin(n s) */
+    double kick_strength, drift_factor;                /* step * lever, step / I1 */
+    double half_twist, cos_half_twist, sin_half_twist; /* s, cos(s), sin(s) */
+    double steps, cosine, sine; /* the number n of steps; cos(n s) and sin(n s) */
 } bobenko_suris_orbit;
 /* Each step updates cos(n s) and sin(n s) by the addition theorems, which is cheap. To limit
- * rounding errors, the sine and cosine are recomputed every BOBENKO_SURIS_SEED steps. */
-enum { BOBENKO_SURIS_WORK = sizeof(bobenko_suris_orbit) / sizeof(double), BOBENKO_SURIS_SEED = 64 };
+ * rounding errors, the sine and cosine are recomputed every BOBENKO_SURIS_REFRESH steps. */
+enum {
+    BOBENKO_SURIS_WORK = sizeof(bobenko_suris_orbit) / sizeof(double),
+    BOBENKO_SURIS_REFRESH = 64
+};
 
 /* Returns the momentum after a kick of strength k. */
-static inline kr_vec3 bobenko_suris_kick(const bobenko_suris_orbit *o, double k)
+static inline kr_vec3 bobenko_suris_momentum_after_kick(const bobenko_suris_orbit *o, double k)
 {
     const kr_vec3 a = q_axis(o->q);
     return v3(o->m.x - k * a.y, o->m.y + k * a.x, o->m.z);
 }
 static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
 {
-    const kr_vec3 v = v_scale(0.5 * o->turn, o->m);
+    const kr_vec3 v = v_scale(0.5 * o->drift_factor, o->m);
     const double c = o->cosine, s = o->sine;
     /* The factor 1.5 - |q|^2/2 corrects rounding errors of the norm of q. */
     o->q =
         q_scale((1.5 - 0.5 * q_dot(o->q, o->q)) / sqrt(1.0 + v_dot(v, v)), q_mul(q4(1.0, v), o->q));
-    o->n += 1.0;
-    o->cosine = c * o->cos_s - s * o->sin_s;
-    o->sine = s * o->cos_s + c * o->sin_s;
-    if ((int64_t)o->n % BOBENKO_SURIS_SEED == 0) sin_cos(o->n * o->s, &o->sine, &o->cosine);
+    o->steps += 1.0;
+    o->cosine = c * o->cos_half_twist - s * o->sin_half_twist;
+    o->sine = s * o->cos_half_twist + c * o->sin_half_twist;
+    if ((int64_t)o->steps % BOBENKO_SURIS_REFRESH == 0)
+        sin_cos(o->steps * o->half_twist, &o->sine, &o->cosine);
 }
 /* Sets the twist angle, by which each step rotates the body about its symmetry axis, to 2 * s. */
 static inline void bobenko_suris_set_twist(bobenko_suris_orbit *o, double s)
 {
-    o->s = s;
-    sin_cos(o->s, &o->sin_s, &o->cos_s);
-    o->n = o->sine = 0.0;
+    o->half_twist = s;
+    sin_cos(o->half_twist, &o->sin_half_twist, &o->cos_half_twist);
+    o->steps = o->sine = 0.0;
     o->cosine = 1.0;
 }
 static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *motion,
@@ -54,8 +58,8 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
     const double h = motion->step, c = v_dot(s->m, q_axis(s->q));
     o->q = s->q;
     o->m = s->m;
-    o->kick = h * motion->lever.z;
-    o->turn = h / motion->inertia.x;
+    o->kick_strength = h * motion->lever.z;
+    o->drift_factor = h / motion->inertia.x;
     bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
                                    arc_tangent(0.5 * h * c / motion->inertia.x));
 }
@@ -64,7 +68,7 @@ static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;
     memcpy(&o, work, sizeof o);
-    return fabs(o.n) < 0x1p53;
+    return fabs(o.steps) < 0x1p53;
 }
 static inline void bobenko_suris_read_orbit(const bobenko_suris_orbit *o, kr_state *s)
 {

@@ -10,7 +10,7 @@ static kr_status bobenko_suris2_reset(kr_motion *motion, const kr_state *start)
 {
     bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
     bobenko_suris_begin(o, motion, start);
-    o->m = bobenko_suris_kick(o, 0.5 * o->kick);
+    o->m = bobenko_suris_momentum_after_kick(o, 0.5 * o->kick_strength);
     return KR_OK;
 }
 static kr_status bobenko_suris2_step(kr_motion *motion, double until)
@@ -18,7 +18,7 @@ static kr_status bobenko_suris2_step(kr_motion *motion, double until)
     bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
     (void)until;
     bobenko_suris_drift(o);
-    o->m = bobenko_suris_kick(o, o->kick);
+    o->m = bobenko_suris_momentum_after_kick(o, o->kick_strength);
     motion->stats.evaluations++;
     return KR_OK;
 }
@@ -26,7 +26,7 @@ static void bobenko_suris2_read(const kr_motion *motion, kr_state *s)
 {
     const bobenko_suris_orbit *o = (const bobenko_suris_orbit *)motion->work;
     bobenko_suris_read_orbit(o, s);
-    s->m = bobenko_suris_kick(o, -0.5 * o->kick);
+    s->m = bobenko_suris_momentum_after_kick(o, -0.5 * o->kick_strength);
 }
 
 const kr_method kr_method_bobenko_suris2 = {

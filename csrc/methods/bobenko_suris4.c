@@ -24,7 +24,7 @@ typedef struct {
 static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);
-    const double bu = p->b * a.z, k = part * p->o.kick * ((1.0 - bu) / (1.0 + bu * bu));
+    const double bu = p->b * a.z, k = part * p->o.kick_strength * ((1.0 - bu) / (1.0 + bu * bu));
     return v3(p->o.m.x - k * a.y, p->o.m.y + k * a.x, p->o.m.z);
 }
 static kr_status bobenko_suris4_reset(kr_motion *motion, const kr_state *start)
@@ -35,8 +35,8 @@ static kr_status bobenko_suris4_reset(kr_motion *motion, const kr_state *start)
     const resummed r = resum(motion->step, g, a, v_scale(1.0 / i1, start->m));
     if (!isfinite(r.step)) return KR_ERR_STEP_SIZE;
     bobenko_suris_begin(&p->o, motion, start);
-    p->o.kick = r.step * motion->lever.z;
-    p->o.turn = r.step / i1;
+    p->o.kick_strength = r.step * motion->lever.z;
+    p->o.drift_factor = r.step / i1;
     bobenko_suris_set_twist(
         &p->o,
         0.5 * (motion->step * v_dot(start->m, a) * (1.0 / motion->inertia.z - 1.0 / i1) + r.spin));
@@ -58,7 +58,7 @@ static void bobenko_suris4_read(const kr_motion *motion, kr_state *s)
 {
     const bobenko_suris4_state *p = (const bobenko_suris4_state *)motion->work;
     kr_quat turn = q_one();
-    sin_cos(0.5 * p->o.n * p->precession, &turn.z, &turn.w);
+    sin_cos(0.5 * p->o.steps * p->precession, &turn.z, &turn.w);
     bobenko_suris_read_orbit(&p->o, s);
     s->q = q_mul(turn, s->q);
     s->m = q_turn(turn, apply_corrected_kick(p, -0.5));

@@ -1,36 +1,40 @@
 /* Variational equations of tops with dry friction, or on a support that rotates or shakes
- * (support.h), with derivatives with respect to the motion of the support and to the friction:
+ * (support.h), with derivatives with respect to the motion of the support and to the friction. All
+ * vectors are along the internal axes:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
- * where y, E, d and g are the derivatives of the rotor, of O, of the apex a, and of the friction
- * torque f. The lever per unit of acceleration is b, and the acceleration is k; the parameter
- * decides which of the two is replaced by its derivative. While friction holds the top, g is
- * chosen such that the spin <U, a> of the perturbed motion remains zero. This source file is
- * included once for doubles and once for double-doubles. */
+ *     theta       `turn`: the infinitesimal rotation       N  `push`: the change of the momentum
+ *     c           `lever`                                  P  `vertical`     G P  `pulled`
+ *     W, U, O     `velocity`, `relative`, `support`: the angular velocities of the top in the
+ *                 inertial frame, of the top relative to the support, and of the support
+ *     AW + h      `momentum`; D U `dragged`                f  `torque`: the friction torque
+ *     y, E, d, g  the derivatives of the rotor, of O, of the apex a and of f by the parameter
+ *     k, b        the acceleration and the lever per unit of acceleration; the parameter decides
+ *                 which of the two is replaced by its derivative
+ * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
+ * remains zero. support_tangents.c includes this file once for doubles and once for double-doubles,
+ * and defines `number`, its arithmetic (`of`, `add`, `minus`, `mul`, `over`, HIGH), WORD(x), which
+ * is x or, for doubles, nothing, SET, and LOCAL, which forms the names. */
 
 /* Taylor coefficients of a vector with three components. */
 typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);
 /* Taylor series of the motion of the top (the path), expanded about the beginning of a substep.
- * `relative` is the angular velocity of the top relative to the support, and `body` is the angular
- * velocity of the support. `momentum` is the angular momentum, `dragged` is the damping torque, and
- * `pulled` is the effective gravity vector. `torque` is the friction torque, and `ease` is <a / A,
- * a>. */
+ * `inverse_inertia` is <a / A, a>, about the apex. */
 typedef struct LOCAL(moving_path) {
-    LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
+    LOCAL(series) velocity, relative, support, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
     number torque[KR_TAYLOR_MAX + 1];
-    number A[3], D[3], lever[3], apex[3], ease;
+    number A[3], D[3], lever[3], apex[3], inverse_inertia;
     number q[4];
-    int rubs, holds;
+    int has_friction, is_held;
 } LOCAL(moving_path);
-/* Taylor series of one tangent: the rotation vector theta, the momentum change N, and the vectors c
- * x theta and theta x a + d. `turn_by` and `push_by` are the inhomogeneous terms of theta' and
- * N'. */
+/* Taylor series of one tangent, with `cross`, c x theta, and `apex_change`, theta x a + d. `turn_by`
+ * and `push_by` are the inhomogeneous terms of theta' and N'. */
 typedef struct LOCAL(moving_deviation) {
-    LOCAL(series) turn, push, cross, leaned, turn_by, push_by;
+    LOCAL(series) turn, push, cross, apex_change, turn_by, push_by;
     number apex[3];
 } LOCAL(moving_deviation);
 
@@ -70,6 +74,15 @@ static number LOCAL(seen_axis)(const number q[4], int axis, int i)
     const number turned = mul(q[0], q[1 + third]);
     return mul(two, (i + 1) % 3 == axis ? add(both, turned) : minus(both, turned));
 }
+/* Writes the body-frame components, of order 0, of a vector along e1, e2, e3. */
+static void LOCAL(see_vector)(LOCAL(series) * a, const number q[4], const double vector[3])
+{
+    for (int i = 0; i < 3; i++) {
+        a->c[i][0] = of(0.0, 0.0);
+        for (int axis = 0; axis < 3; axis++)
+            a->c[i][0] = add(a->c[i][0], mul(of(vector[axis], 0.0), LOCAL(seen_axis)(q, axis, i)));
+    }
+}
 /* Computes the next coefficients of the body-frame components of a space-fixed vector. */
 static void LOCAL(turn_series)(LOCAL(series) * a, const LOCAL(series) * relative, int n)
 {
@@ -83,7 +96,7 @@ static void LOCAL(set_velocity)(LOCAL(moving_path) * p, const kr_series path[2],
 {
     for (int i = 0; i < 3; i++) {
         const number w = of(path[0].w[n][1 + i], WORD(path[1].w[n][1 + i])), own = mul(p->A[i], w),
-                     u = minus(w, p->body.c[i][n]);
+                     u = minus(w, p->support.c[i][n]);
         p->velocity.c[i][n] = w;
         p->relative.c[i][n] = u;
         p->momentum.c[i][n] = n == 0 ? add(own, h[i]) : own;
@@ -106,17 +119,18 @@ static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2]
                                  const support_data *data, int order)
 {
     const number friction = of(data->friction, 0.0);
-    p->rubs = data->friction > 0.0;
-    p->holds = data->holds;
-    p->ease = of(0.0, 0.0);
+    p->has_friction = data->friction > 0.0;
+    p->is_held = data->holds;
+    p->inverse_inertia = of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
         p->apex[i] = of(data->apex[i].hi, data->apex[i].lo);
-        p->ease = add(p->ease, over(mul(p->apex[i], p->apex[i]), of(data->A[i], 0.0)));
+        p->inverse_inertia =
+            add(p->inverse_inertia, over(mul(p->apex[i], p->apex[i]), of(data->A[i], 0.0)));
     }
     for (int n = 0; n < order; n++)
         p->torque[n] =
-            p->holds ? mul(friction, of(path[0].w[n][0], WORD(path[1].w[n][0]))) : of(0.0, 0.0);
-    if (!p->holds) p->torque[0] = of(-data->sliding * data->friction, 0.0);
+            p->is_held ? mul(friction, of(path[0].w[n][0], WORD(path[1].w[n][0]))) : of(0.0, 0.0);
+    if (!p->is_held) p->torque[0] = of(-data->sliding * data->friction, 0.0);
 }
 /* Computes the Taylor series of the path and of the support motion. */
 static void LOCAL(read_path)(LOCAL(moving_path) * p, const kr_series path[2],
@@ -132,12 +146,7 @@ static void LOCAL(read_path)(LOCAL(moving_path) * p, const kr_series path[2],
         h[i] = of(data->h[i], 0.0);
     }
     for (int i = 0; i < 4; i++) p->q[i] = of(data->q[i].hi, data->q[i].lo);
-    for (int i = 0; i < 3; i++) {
-        p->body.c[i][0] = of(0.0, 0.0);
-        for (int axis = 0; axis < 3; axis++)
-            p->body.c[i][0] = add(p->body.c[i][0], mul(of(data->turning[axis], 0.0),
-                                                       LOCAL(seen_axis)(p->q, axis, i)));
-    }
+    LOCAL(see_vector)(&p->support, p->q, data->turning);
     p->cosine[0] = of(data->cosine.hi, data->cosine.lo);
     p->sine[0] = of(data->sine.hi, data->sine.lo);
     LOCAL(read_friction)(p, path, data, order);
@@ -145,11 +154,11 @@ static void LOCAL(read_path)(LOCAL(moving_path) * p, const kr_series path[2],
         const number share = over(rate, of(n + 1, 0.0));
         LOCAL(set_velocity)(p, path, n, h);
         LOCAL(pull_vertical)(p, base, sway, n);
-        LOCAL(turn_series)(&p->body, &p->relative, n);
+        LOCAL(turn_series)(&p->support, &p->relative, n);
         p->cosine[n + 1] = minus(of(0.0, 0.0), mul(share, p->sine[n]));
         p->sine[n + 1] = mul(share, p->cosine[n]);
     }
-    if (p->holds) LOCAL(set_velocity)(p, path, order, h);
+    if (p->is_held) LOCAL(set_velocity)(p, path, order, h);
 }
 /* Adds the n-th coefficient of k P x b, with
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
@@ -182,13 +191,9 @@ static void LOCAL(subtract_turning)(const LOCAL(moving_path) * p, LOCAL(moving_d
 {
     LOCAL(series) turned;
     const number per_rate = of(drive->per_rate, 0.0);
-    for (int i = 0; i < 3; i++) {
-        turned.c[i][0] = of(0.0, 0.0);
-        for (int axis = 0; axis < 3; axis++)
-            turned.c[i][0] = add(turned.c[i][0], mul(of(drive->turning[axis], 0.0),
-                                                     LOCAL(seen_axis)(p->q, axis, i)));
-    }
-    for (int n = 0; n < order + p->holds; n++) {
+    LOCAL(see_vector)(&turned, p->q, drive->turning);
+    /* While friction holds the top, spin_change requires one more coefficient. */
+    for (int n = 0; n < order + p->is_held; n++) {
         const LOCAL(vector) carried = LOCAL(cross)(&turned, &p->momentum, n);
         for (int i = 0; i < 3; i++) {
             d->turn_by.c[i][n] = minus(d->turn_by.c[i][n], mul(per_rate, turned.c[i][n]));
@@ -202,7 +207,7 @@ static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviatio
                              const support_drive *drive, int order)
 {
     const double *turning = drive->turning;
-    for (int n = 0; n < order + p->holds; n++) {
+    for (int n = 0; n < order + p->is_held; n++) {
         for (int i = 0; i < 3; i++) {
             number moved = mul(of(drive->moments[i], 0.0), p->velocity.c[i][n]);
             const number dragged = mul(of(drive->drags[i], 0.0), p->relative.c[i][n]);
@@ -258,14 +263,14 @@ static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_devia
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         number sum = minus(mul(d->turn.c[j][n], p->apex[k]), mul(d->turn.c[k][n], p->apex[j]));
-        d->leaned.c[i][n] = n == 0 ? add(sum, d->apex[i]) : sum;
-        sum = mul(p->torque[0], d->leaned.c[i][n]);
-        for (int m = 1; m <= n && p->holds; m++)
-            sum = add(sum, mul(p->torque[m], d->leaned.c[i][n - m]));
+        d->apex_change.c[i][n] = n == 0 ? add(sum, d->apex[i]) : sum;
+        sum = mul(p->torque[0], d->apex_change.c[i][n]);
+        for (int m = 1; m <= n && p->is_held; m++)
+            sum = add(sum, mul(p->torque[m], d->apex_change.c[i][n - m]));
         d->push.c[i][n + 1] = add(d->push.c[i][n + 1], mul(share, sum));
     }
-    if (!p->holds) return;
-    const number lost = over(LOCAL(spin_change)(p, d, n + 1), p->ease);
+    if (!p->is_held) return;
+    const number lost = over(LOCAL(spin_change)(p, d, n + 1), p->inverse_inertia);
     for (int i = 0; i < 3; i++)
         d->push.c[i][n + 1] = minus(d->push.c[i][n + 1], mul(lost, p->apex[i]));
 }
@@ -290,13 +295,14 @@ static void LOCAL(next_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_dev
         d->turn.c[i][n + 1] = mul(share, rate.c[i]);
         d->push.c[i][n + 1] = mul(share, minus(force, drag));
     }
-    if (p->rubs) LOCAL(add_friction)(p, d, n);
+    if (p->has_friction) LOCAL(add_friction)(p, d, n);
 }
 /* Initializes the Taylor series of a tangent and its inhomogeneous terms. */
 static void LOCAL(begin_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                    const support_drive *drive, const kr_tangent *g,
                                    const double *high, int order)
 {
+    /* The low words are those of the next kr_tangent. For doubles, WORD does not use them. */
     const double *low = (const double *)(const void *)((const char *)high + sizeof *g);
     (void)low;
     for (int i = 0; i < 3; i++) {
@@ -305,7 +311,7 @@ static void LOCAL(begin_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_de
         d->apex[i] = of(0.0, 0.0);
     }
     LOCAL(set_drive)(p, d, drive, order);
-    if (p->rubs) LOCAL(set_friction_drive)(p, d, drive);
+    if (p->has_friction) LOCAL(set_friction_drive)(p, d, drive);
 }
 /* Subtracts factor * (derivative of the spin) * a from N at the end of the step. */
 static void LOCAL(jump)(const LOCAL(moving_path) * p, const support_drive *drive, kr_tangent *g,

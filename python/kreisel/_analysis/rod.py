@@ -60,8 +60,8 @@ class Rod:
 
         The rod that corresponds to a Lagrange top is isotropic.
         """
-        one, two, _ = self.stiffness
-        return abs(one - two) <= KIND_RTOL * max(one, two)
+        alpha1, alpha2, _ = self.stiffness
+        return abs(alpha1 - alpha2) <= KIND_RTOL * max(alpha1, alpha2)
 
     @property
     def elastic_energy_density(self) -> Array:
@@ -70,8 +70,9 @@ class Rod:
         This is the kinetic energy of the top:
         (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
         """
-        one, two, twist = self.stiffness
-        density: Array = (self.curvature**2 @ np.array((one, two)) + twist * self.torsion**2) / 2.0
+        alpha1, alpha2, alpha = self.stiffness
+        bending = self.curvature**2 @ np.array((alpha1, alpha2))
+        density: Array = (bending + alpha * self.torsion**2) / 2.0
         return density
 
     @property
@@ -92,9 +93,9 @@ class Rod:
         proportional to the squared thickness in this direction. The thicknesses are therefore
         proportional to the square roots of the bending stiffnesses alpha1 and alpha2.
         """
-        one, two, _ = self.stiffness
-        largest = max(one, two)
-        return (one / largest) ** 0.5, (two / largest) ** 0.5
+        alpha1, alpha2, _ = self.stiffness
+        largest = max(alpha1, alpha2)
+        return (alpha1 / largest) ** 0.5, (alpha2 / largest) ** 0.5
 
     def plot(
         self,
@@ -146,7 +147,8 @@ class Rod:
             compute_twist_free_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
         )
         section = (1.0, 1.0) if self.isotropic else self.section
-        order = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)  # as the tangents point
+        # The points of a path back in time are reversed, so that they follow the tangents.
+        order = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)
         draw_tube(
             self.centre[order], normals[order], section, target, side, colour or ORANGE, *view
         )
@@ -190,6 +192,7 @@ def rod(path: Path) -> Rod:
         s=path.t,
         centre=_integrate_cubic_interpolant(path.t, frame[:, 2], tangent_rate),
         frame=frame,
+        # Bending towards N rotates the frame about B, and bending towards B about -N.
         curvature=np.stack([rate_b, -rate_n], axis=-1),
         torsion=rate_t,
         stiffness=(i_b, i_n, i_t),
@@ -218,7 +221,10 @@ def _choose_elastic_rod_frame(body: Body) -> Array:
 
 
 def _integrate_cubic_interpolant(t: Array, values: Array, slopes: Array) -> Array:
-    """Return the integrals of a cubic Hermite interpolant from the first time to each time."""
+    """Return the integrals of a cubic Hermite interpolant from the first time to each time.
+
+    The integral over an interval is the trapezoidal rule with a correction by the slopes.
+    """
     h = np.diff(t)[:, None]
     pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
     return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])
