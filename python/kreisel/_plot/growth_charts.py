@@ -115,7 +115,7 @@ def draw_chaos_indicator_map(
             x[columns], y[rows], ".", color="white", markersize=1.5,
             markeredgewidth=0.0,
         )  # fmt: skip
-        chart.set_title("dots: verdict in doubt", fontsize=9)
+        chart.set_title("dots: classification in doubt", fontsize=9)
     chart.set(xlabel=x_name, ylabel=y_name)
     apply_chart_style(chart)
     chart.grid(visible=False)

@@ -23,7 +23,7 @@ _UNITS = {"lyapunov": "T^-1", "megno": "", "oli": ""}
 _TEXTS = {
     "final_megno": "MEGNO at the last time",
     "is_chaotic": "True if MEGNO at the last time exceeds the threshold",
-    "doubt": "the reason why the verdict is in doubt, or empty",
+    "doubt": "the reason why the classification is in doubt, or empty",
     "certificate": "estimate of the largest relative error of the tangent",
     "turns": "the last time in slow turns of the top",
     "status": "OK, or the name of the failure",

@@ -1,7 +1,7 @@
 """Chaos indicators, computed from the growth of one tangent vector per top of an ensemble.
 
 The thresholds for classifying motions were determined by counting misclassifications in
-validation/studies/chaos_verdicts.py.
+validation/studies/chaos_classification.py.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 _T = TypeVar("_T", bound=np.generic)
 
 THRESHOLD = 4.0  # MEGNO above which a motion is called chaotic: twice the limit of regular motion
-NEAR = 2.5, 8.0  # values of MEGNO between which a verdict is in doubt
+NEAR = 2.5, 8.0  # values of MEGNO between which a classification is in doubt
 FEWEST_TURNS = 100.0  # number of turns below which chaos may not yet show
-WORST = 0.01  # certificate above which a verdict is in doubt
+WORST = 0.01  # certificate above which a classification is in doubt
 
 # Columns of the core's rows: the logarithm of the tangent's size; the time average of MEGNO; the
 # largest logarithm so far; the relative changes of the derivatives of the energy and of <m, e3>
@@ -160,8 +160,8 @@ class Indicator(ReadOnlyArrays):
     def __repr__(self) -> str:
         if self.curve.ndim == 1:
             doubt = f", in doubt: {self.doubt}" if self.doubt else ""
-            verdict = ("chaotic" if self.is_chaotic else "regular") + doubt
-            return f"<kreisel.Indicator: {self.value:.6g} at t = {self.t[-1]:g}; {verdict}>"
+            classification = ("chaotic" if self.is_chaotic else "regular") + doubt
+            return f"<kreisel.Indicator: {self.value:.6g} at t = {self.t[-1]:g}; {classification}>"
         shape = "x".join(map(str, self.curve.shape[:-1]))
         counts = f"{np.sum(self.is_chaotic)} chaotic, {np.sum(self.is_doubtful)} in doubt"
         failures = f"{self.failed.size} failed"

@@ -6,7 +6,7 @@ regular are counted. Conclusion: if the threshold is 4, and values from 2.5 to 8
 as doubtful, no regular top is classified as chaotic. Few chaotic tops are classified as regular,
 and their number decreases as the integration time increases.
 
-    python -m validation.studies.chaos_verdicts --families 15
+    python -m validation.studies.chaos_classification --families 15
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def compute_curves(families: int) -> np.ndarray:
 
 def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m validation.studies.chaos_verdicts",
+        prog="python -m validation.studies.chaos_classification",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
