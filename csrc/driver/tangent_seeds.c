@@ -75,9 +75,10 @@ static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
         dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
     return vdd_scale(own, v_dd(com, none));
 }
-/* Adds the column of the tangent matrix, and returns its seed, for a parameter on which lever = mass * gravity * com
- * depends. On a support at rest, d(lever) / d(parameter) = weight * com. On a shaken support the
- * derivative is mass * com * k, where k is the acceleration or a derivative of the acceleration. */
+/* Adds the column of the tangent matrix for a parameter on which lever = mass * gravity * com
+ * depends, and returns its seed. On a support at rest, d(lever) / d(parameter) = weight * com. On a
+ * shaken support the derivative is mass * com * k, where k is the acceleration or a derivative of
+ * the acceleration. */
 static kr_seed *seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);

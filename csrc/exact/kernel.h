@@ -174,9 +174,9 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
     return f;
 }
-/* Returns the state at `time`, which is the initial time plus `span`. The caller must transform the
- * attitude with the map `frame` of the solution. For a torque-free body (`euler`), the momentum is
- * constant, and the functions alpha and beta have the same phase. */
+/* Returns the state at `time`, which is the initial time plus `span`. The attitude is not in the
+ * user's frame: the caller must apply the map `frame` of the solution to it. For a torque-free body
+ * (`euler`), the momentum is constant, and the functions alpha and beta have the same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = theta_factors(e, dual, euler, span);

@@ -248,8 +248,9 @@ static double log2_step(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_size(s, n)) / n, (log2_tol - log2_size(s, n - 1)) / n);
 }
-/* Returns log2 of the tolerance relative to the smallest angular velocity on the slow manifold. */
-static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
+/* Returns log2 of the absolute tolerance: the relative tolerance times the smallest angular
+ * velocity on the slow manifold. */
+static double log2_absolute_tolerance(const kr_taylor *p, const slow_axes *slow)
 {
     return p->log2_tol + log2(least_size(p->series, slow));
 }
@@ -365,7 +366,8 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
                              ? deep_expand(p->series, slow, order, off, 0x1p-96, &wait)
                              : plain_expand(p->series, slow, order, off, 0x1p-48, &wait);
     if (is_found) {
-        end_step(p, motion, kernel, slow, strong ? relative_tolerance(p, strong) : p->log2_tol);
+        end_step(p, motion, kernel, slow,
+                 strong ? log2_absolute_tolerance(p, strong) : p->log2_tol);
         return 1;
     }
     if (!strong) p->try_slow = clock + PATIENCE * wait / p->rate;
@@ -461,7 +463,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     if (!strong) p->settling = 0.0;
     reset_rate(p, motion);
     if (is_damped) *log2_tol = tolerance_of_transient(p, undamped);
-    if (strong) *log2_tol = fmin(*log2_tol, relative_tolerance(p, strong));
+    if (strong) *log2_tol = fmin(*log2_tol, log2_absolute_tolerance(p, strong));
     return 0;
 }
 /* If the angular velocity exceeds 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)), squares of the

@@ -31,8 +31,8 @@ typedef struct LOCAL(moving_path) {
     number q[4];
     int has_friction, is_held;
 } LOCAL(moving_path);
-/* Taylor series of one tangent, with `cross`, c x theta, and `apex_change`, theta x a + d. `turn_by`
- * and `push_by` are the inhomogeneous terms of theta' and N'. */
+/* Taylor series of one tangent, with `cross`, c x theta, and `apex_change`, theta x a + d.
+ * `turn_by` and `push_by` are the inhomogeneous terms of theta' and N'. */
 typedef struct LOCAL(moving_deviation) {
     LOCAL(series) turn, push, cross, apex_change, turn_by, push_by;
     number apex[3];

@@ -143,7 +143,7 @@ static inline int kr_taylor_is_deep(const kr_motion *motion)
 }
 /* An instruction set that is included in the build. The arrays `plain` and `headless` contain
  * KR_ORDERS kernels each; the kernels in `headless` do not compute the heading. The array `deep`
- * contains KR_DEPTHS kernels, which compute states with 20 and 30 digits. The function `product`
+ * contains one kernel for each extended precision, 20 and 30 digits. The function `product`
  * multiplies two power series (see kr_step_polynomial). */
 typedef struct kr_isa {
     const char *name;

@@ -372,7 +372,7 @@ def find_refusal(scene, method):
 def test_refusals_of_methods_name_the_true_reason(name, gravity):
     """Check that a support that turns about e3 is never the stated reason, in contrast to others.
 
-    Methods without the property `turning` apply to such supports if they apply at rest.
+    A method without the property `turning` applies to such a support if it applies at rest.
     """
     still = make_scene(name).replace(gravity=gravity)
     for method, properties in kr.methods.items():

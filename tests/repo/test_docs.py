@@ -79,7 +79,7 @@ def test_the_index_of_the_header_has_every_function():
 
 
 def read_table_rows(page, word):
-    """Return the rows of the tables of `page` that contain `word`, as lists of cells."""
+    """Return the table rows of `page` that contain `word`, each as a list of cells."""
     lines = (DOCS / page).read_text().splitlines()
     return [line.strip("| ").split(" | ") for line in lines if line[:1] == "|" and word in line]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Erratum:
     """An erratum.
 
-    `text` is the numerical error of the formula as printed, and `right` is the error after the
-    correction. The text `measure` explains how both numerical errors are measured.
+    `printed_error` is the numerical error of the formula as printed, and `corrected_error` that of
+    the corrected formula. `measure` describes how the two errors are measured.
     """
 
     number: int
@@ -16,8 +16,8 @@ class Erratum:
     says: str
     is_right: str
     measure: str
-    text: float
-    right: float
+    printed_error: float
+    corrected_error: float
 
 
 def register_erratum(number, place, statement, is_right, measure):
@@ -25,8 +25,8 @@ def register_erratum(number, place, statement, is_right, measure):
 
     def make_erratum(compute):
         def compute_erratum():
-            text, right = map(float, compute())
-            return Erratum(number, place, statement, is_right, measure, text, right)
+            printed, corrected = map(float, compute())
+            return Erratum(number, place, statement, is_right, measure, printed, corrected)
 
         return compute_erratum
 

@@ -411,7 +411,7 @@ class Run:
 
     @property
     def checkpoint(self) -> bytes:
-        """The complete state of the run, from which kreisel.resume continues bit for bit."""
+        """The complete state of the run; a resumed run gives bitwise identical results."""
         head = {
             "scene": self.scene.to_toml(),
             "method": self.method,
@@ -478,7 +478,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
     Raises ValueError if the checkpoint is damaged, or was written by a different version of kreisel
     or on a different type of machine. Raises OSError if the file cannot be read, and TypeError if
-    `checkpoint` is neither bytes nor a path. Warns if this processor rounds the series differently.
+    `checkpoint` is neither bytes nor a path. Warns if this processor rounds otherwise.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
