@@ -119,6 +119,10 @@ def test_lists_are_printed_as_plain_text(console_calls):
         (("markup", False), ("highlight", False))
     }
     assert "order      4" in [text for _, text in console_calls]
+    assert "with       rotors" in [text for _, text in console_calls]
+    console_calls.clear()
+    call("methods exact")
+    assert "kind       closed form" in [text for _, text in console_calls]
 
 
 def test_documents_end_with_one_line_break(monkeypatch):

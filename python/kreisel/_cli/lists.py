@@ -81,6 +81,8 @@ def _format_method_order(method: Method) -> str:
 
 
 def _format_method_properties(method: Method) -> str:
+    if method.exact:
+        return "closed form"
     kinds = ("adaptive", "symplectic", "reversible", "implicit", "algebraic")
     return ", ".join(kind for kind in kinds if getattr(method, kind))
 
