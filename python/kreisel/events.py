@@ -45,7 +45,7 @@ from ._model.scene import Ensemble, Scene
 from ._options.methods import FALLBACK
 from ._results.path import Events, Path
 from ._utils.errors import unknown_name_message
-from ._utils.validation import Array, as_float, as_int, as_three_floats, check_type, short_repr
+from ._utils.validation import Array, as_float, as_int, as_three_floats, short_repr, validate_type
 from .quaternion import turn
 
 __all__ = [
@@ -113,7 +113,7 @@ class Event:
 
     def value(self, path: Path) -> Array:
         """Return the values of the event function at all states of a path."""
-        check_type("path", path, Path)
+        validate_type("path", path, Path)
         return terms_value(path.scene._block, path.states, list(self.terms))
 
 
@@ -263,7 +263,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     moments, because it has no separatrix. Also raises ValueError if the support moves, or if a
     torque-free body has a rotor.
     """
-    check_type("scene", scene, Scene)
+    validate_type("scene", scene, Scene)
     if scene._is_shaken or any(scene.turning):
         hint = "find the highest points of the apex by kr.events.nutation()"
         refuse_disturbances(

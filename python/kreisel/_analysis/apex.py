@@ -14,7 +14,7 @@ from .._model.scene import Scene
 from .._results.path import Path
 from .._solve.exact import Exact, exact
 from .._utils.counts import format_count
-from .._utils.validation import Array, check_type
+from .._utils.validation import Array, validate_type
 from .turns import Waves
 
 _LEVEL = 1e-9  # approximate error of the height in a solution with a tolerance of 1e-10
@@ -231,7 +231,7 @@ def apex(path: Path) -> Apex:
     If the centre of mass coincides with the fixed point, return the curve traced by the third
     principal axis.
     """
-    check_type("path", path, Path)
+    validate_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 

@@ -26,7 +26,7 @@ from .._solve.solve import solve
 from .._utils.atomic_io import atomic_write
 from .._utils.html import format_html_table
 from .._utils.quantity_attributes import MethodName
-from .._utils.validation import Numbers, as_int, as_positive, check_type, short_repr
+from .._utils.validation import Numbers, as_int, as_positive, short_repr, validate_type
 from ..quaternion import attitude_error
 from ..scenes import name_of
 
@@ -197,7 +197,7 @@ def compare(
     run fails, the reason is stored in the field `failure` of the table row. Ctrl-C raises
     kreisel.CompareInterrupted, whose attribute `table` contains the completed runs.
     """
-    check_type("scene", scene, Scene)
+    validate_type("scene", scene, Scene)
     step_sizes, tolerances = (
         _validate_steps_or_tols("steps", steps),
         _validate_steps_or_tols("tols", tols),

@@ -36,8 +36,8 @@ from .._utils.validation import (
     ReadOnlyArrays,
     as_int,
     as_unit_name,
-    check_type,
     freeze_arrays,
+    validate_type,
 )
 from ..quaternion import multiply, turn
 from .torus_rates import compute_torus_rates
@@ -144,7 +144,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     support that shakes or turns about an axis other than e3. For a torque-free body, the support
     must not turn, and the rotor must be aligned with the axis of symmetry.
     """
-    check_type("path", path, Path)
+    validate_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
     if count > len(t) >= _FEWEST:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")

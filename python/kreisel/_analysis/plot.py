@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from .._results.path import Path
-from .._utils.validation import check_type, short_repr
+from .._utils.validation import short_repr, validate_type
 from .difference import compute_angle_between_paths
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def plot(
     """
     paths, axes = _validate_plot_paths_and_axes(path, more, axes)
     for i, one in enumerate(paths):
-        check_type(f"path[{i}]", one, Path)
+        validate_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
         raise ValueError(
             f"path must be one path or a list of up to {MOST} paths, not of {len(paths)}"

@@ -14,7 +14,7 @@ from .._model.environment import refuse_disturbances
 from .._results.path import Path
 from .._utils.counts import format_count
 from .._utils.html import format_picture_as_html
-from .._utils.validation import Array, Vector, as_float, as_positive, as_unit_name, check_type
+from .._utils.validation import Array, Vector, as_float, as_positive, as_unit_name, validate_type
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -130,13 +130,13 @@ class Rod:
         from .._plot.panels import create_axes_in_new_figure
         from .._plot.solids import (
             ORANGE,
-            check_axes_type,
             compute_twist_free_normals,
             draw_start_and_scale_bar,
             draw_tube,
+            validate_axes_type,
         )
 
-        target = create_axes_in_new_figure() if axes is None else check_axes_type(axes)
+        target = create_axes_in_new_figure() if axes is None else validate_axes_type(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         view = as_float("elevation", elevation), as_float("azimuth", azimuth)
         unit = as_unit_name("length_unit", length_unit)
@@ -175,7 +175,7 @@ def rod(path: Path) -> Rod:
         >>> rod.centre.shape, bool(rod.stiffness[0] == rod.stiffness[1])
         ((101, 3), True)
     """
-    check_type("path", path, Path)
+    validate_type("path", path, Path)
     if path.scene._has_damping:
         raise ValueError("Kirchhoff's analogy has no rod for a damped top")
     refuse_disturbances(path.scene, "Kirchhoff's analogy has no rod for a top")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from .._model.scene import Ensemble, Scene
 from .._results.path import Error
 from .._utils.errors import unknown_name_message, warn_user
-from .._utils.validation import as_int, check_type, short_repr
+from .._utils.validation import as_int, short_repr, validate_type
 from .fit_result import Fit, build_fit_from_search
 from .levenberg_marquardt import LossName
 from .parameters import FreeName, FreeParameters, expand_free_names
@@ -164,7 +164,7 @@ def _validate_start_scenes(scene: object) -> list[Scene]:
             raise ValueError("scene is an ensemble without members")
         flat = scene.reshape(-1) if hasattr(scene, "reshape") else scene
         return list(flat)
-    return [check_type("scene", scene, Scene)]
+    return [validate_type("scene", scene, Scene)]
 
 
 def _validate_records(records: object) -> tuple[Record, ...]:
@@ -175,5 +175,5 @@ def _validate_records(records: object) -> tuple[Record, ...]:
     if not record_tuple:
         raise ValueError("records is empty: give at least one kreisel.Record")
     for i, record in enumerate(record_tuple):
-        check_type(f"records[{i}]", record, Record)
+        validate_type(f"records[{i}]", record, Record)
     return record_tuple

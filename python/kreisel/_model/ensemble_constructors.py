@@ -28,10 +28,10 @@ from .broadcasting import (
 from .ensemble_data import (
     EnsembleBase,
     S,
-    check_body_type,
     compute_common_top_shape,
     compute_start_momenta,
     make_invalid_member_error,
+    validate_body_type,
 )
 from .environment import EnvironmentArguments, validate_ensemble_environment
 from .euler_angles import (
@@ -78,7 +78,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         >>> kr.Ensemble.from_euler(body, [(0, 1, 0), (0, 2, 0)], rates=(0, 0, 5)).shape
         (2,)
         """
-        bodies, in_degrees = check_body_type(body), as_bool("degrees", degrees)
+        bodies, in_degrees = validate_body_type(body), as_bool("degrees", degrees)
         angle_parameter, rate_parameter = (
             validate_parameter("angles", angles, (3,)),
             validate_parameter("rates", rates, (3,)),
@@ -176,7 +176,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         >>> tops.shape, tops.axes
         ((2, 3), ('spin', 'tilt'))
         """
-        bodies, in_degrees = check_body_type(body), as_bool("degrees", degrees)
+        bodies, in_degrees = validate_body_type(body), as_bool("degrees", degrees)
         one: Any = partial(cls._one.spinning, degrees=in_degrees)
         parameters = [validate_parameter("spin", spin), validate_tilts(tilt, in_degrees)]
         rate, angle = (convert_array_to_radians(each.values, in_degrees) for each in parameters)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, statuses
 from .._core import Tops as CoreTops
-from .._utils.validation import Array, check_type, short_repr
+from .._utils.validation import Array, short_repr, validate_type
 from ..quaternion import unit
 from .batch import BatchBase
 from .bodies import Bodies
@@ -64,7 +64,7 @@ class EnsembleBase(BatchBase[S]):
         arguments = dict(
             zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True)
         )
-        bodies, start = check_body_type(body), select_momentum_parameter(arguments)
+        bodies, start = validate_body_type(body), select_momentum_parameter(arguments)
         attitude_parameter, q = validate_attitudes(attitude, attitude_xyzw)
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         environment_parameters, columns = validate_ensemble_environment(environment)
@@ -137,7 +137,7 @@ class EnsembleBase(BatchBase[S]):
             )
         for k, scene in enumerate(members):
             index = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
-            check_type(f"scenes{index}", scene, cls._one)
+            validate_type(f"scenes{index}", scene, cls._one)
         rows = np.frombuffer(b"".join(scene._block for scene in members)).reshape(*shape, 34)
         columns = {
             "momentum": rows[..., 21:24],
@@ -257,7 +257,7 @@ def _count_value_dimensions(name: str) -> int:
     return int(name not in ("gravity", "friction"))
 
 
-def check_body_type(body: object) -> Body | Bodies:
+def validate_body_type(body: object) -> Body | Bodies:
     """Return `body` if it is a Body or Bodies; raise TypeError otherwise."""
     if isinstance(body, Body | Bodies):
         return body

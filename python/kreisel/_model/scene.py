@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from .._core import scene_horizon
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import make_frozen_class_decorator
-from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
+from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, validate_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
 from .environment import EnvironmentArguments
@@ -103,7 +103,7 @@ class Scene:
         shaking: ArrayLike | None = None,
         friction: float | None = None,
     ) -> None:
-        check_type("body", body, Body)
+        validate_type("body", body, Body)
         arguments = {} if momentum is None else {"momentum": momentum}
         if velocity is not None:
             arguments["velocity"] = velocity
@@ -302,7 +302,7 @@ class Scene:
         >>> round(float(kr.solve(scene, [0.0]).nutation[0]), 12)
         1.047197551197
         """
-        check_type("body", body, Body)
+        validate_type("body", body, Body)
         in_degrees = as_bool("degrees", degrees)
         angle_vector, rate_vector = (
             convert_vector_to_radians("angles", angles, in_degrees),
@@ -356,7 +356,7 @@ class Scene:
         >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
         True
         """
-        i1, i3 = find_symmetry_moments_of_body(check_type("body", body, Body))
+        i1, i3 = find_symmetry_moments_of_body(validate_type("body", body, Body))
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
         angle = validate_tilt_angle(tilt, in_degrees)

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import cosine, sine
-from .._utils.validation import Array, as_float, as_int, check_type, short_repr
+from .._utils.validation import Array, as_float, as_int, short_repr, validate_type
 from .._utils.validation import as_finite_array as array_of
 from ..quaternion import turn_back
 from .body import Body
@@ -159,7 +159,7 @@ def starts(
     >>> [round(float(kr.solve(top, [0.0]).energy[0]), 12) for top in tops]
     [2.0, 2.0, 2.0]
     """
-    check_type("body", body, Body)
+    validate_type("body", body, Body)
     if any(body.rotor):
         raise ValueError(
             "starts does not support a body with a rotor: the energy surface depends on the rotor"

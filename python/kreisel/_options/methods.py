@@ -13,7 +13,7 @@ from .._model.environment import list_disturbances
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message as unknown_name
 from .._utils.quantity_attributes import MethodName
-from .._utils.validation import check_type, short_repr
+from .._utils.validation import short_repr, validate_type
 
 # flags of methods that apply to some bodies only
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
@@ -139,7 +139,7 @@ class Method:
 
         The attribute `tops` describes the bodies to which this integration method applies.
         """
-        return method_applies(self.name, check_type("body", body, Body)._block)
+        return method_applies(self.name, validate_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to `scene`.
@@ -148,7 +148,7 @@ class Method:
         solution. Only taylor applies to tops with damping or friction, and to supports that are
         shaken or turn about another axis than e3.
         """
-        plain = check_type("scene", scene, Scene)._has_only_gravity
+        plain = validate_type("scene", scene, Scene)._has_only_gravity
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
 
 

@@ -65,7 +65,7 @@ def get_quantity_derivative_shape(name: str) -> tuple[int, ...]:
     return (3,) if name == "q" else QUANTITIES[name].shape
 
 
-def check_quantity_name(name: object) -> str:
+def validate_quantity_name(name: object) -> str:
     """Return `name`. Raise ValueError if no quantity of the state has this name."""
     if not isinstance(name, str) or name not in QUANTITIES:
         raise ValueError(unknown_name_message("quantity", str(name), QUANTITIES))

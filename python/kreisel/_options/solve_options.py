@@ -13,7 +13,7 @@ from .._core import tangents as TANGENTS
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message
 from .._utils.quantity_attributes import QuantityName
-from .._utils.validation import as_int, as_positive, check_type, short_repr
+from .._utils.validation import as_int, as_positive, short_repr, validate_type
 from .closed_form_choice import prefers_closed_form
 from .methods import EXACT, FALLBACK, Method, has_torus_closed_form, methods, resolve_method
 from .quantities import HEADING_DEPENDENT, RECORDABLE, count_quantity_components
@@ -146,7 +146,7 @@ def validate_solve_options(
     `requested_method` is the name of the method given by the user. `t` contains the requested
     times, or is None if they are unknown. Raises TypeError or ValueError for an invalid argument.
     """
-    top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
+    top = scene if type(scene) is Scene else validate_type("scene", scene, Scene)
     resolved_method = resolve_method(
         FALLBACK if method == "auto" and digits is not None else method, top
     )

@@ -18,9 +18,9 @@ from .solids import (
     BLUE,
     FAINT,
     ORANGE,
-    check_axes_type,
     project_to_view,
     set_equal_scale_and_hide_frame,
+    validate_axes_type,
 )
 
 with optional_dependency("'kreisel[plot]'"):
@@ -154,7 +154,7 @@ def _validate_chart_axes(axes: Iterable[Axes], paths: int) -> FigureAxes:
             f"{len(picture)}"
         )
     for one in picture:
-        check_axes_type(one)
+        validate_axes_type(one)
     return picture
 
 

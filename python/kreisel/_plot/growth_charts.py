@@ -17,7 +17,7 @@ from .panels import (
     format_axis_label,
     format_time_axis_label,
 )
-from .solids import FAINT, check_axes_type
+from .solids import FAINT, validate_axes_type
 
 with optional_dependency("'kreisel[plot]'"):
     from matplotlib.axes import Axes
@@ -58,7 +58,7 @@ def classify_tops_by_chaos(indicator: IndicatorWithClasses) -> npt.NDArray[np.in
 
 def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, unit: str) -> Axes:
     """Plot a chaos indicator over time, in colours for regular, chaotic and uncertain tops."""
-    chart = create_axes_in_new_figure() if axes is None else check_axes_type(axes)
+    chart = create_axes_in_new_figure() if axes is None else validate_axes_type(axes)
     curves = indicator.curve.reshape(-1, indicator.t.size)
     lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops_by_chaos(indicator)
     visible = np.where(curves > lowest, curves, np.nan)
@@ -99,7 +99,7 @@ def draw_chaos_indicator_map(
     indicator: IndicatorWithClasses, tops: Ensemble, axes: Axes | None, unit: str
 ) -> Axes:
     """Plot the final values of an indicator over two parameters; dots mark borderline cases."""
-    chart = create_axes_in_new_figure() if axes is None else check_axes_type(axes)
+    chart = create_axes_in_new_figure() if axes is None else validate_axes_type(axes)
     values = indicator.curve[..., -1]
     (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
     scale: Normalize = Normalize()

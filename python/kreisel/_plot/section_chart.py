@@ -8,7 +8,7 @@ import numpy.typing as npt
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
 from .panels import CLASSES, apply_chart_style, create_axes_in_new_figure
-from .solids import check_axes_type
+from .solids import validate_axes_type
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -33,7 +33,7 @@ def draw_section_points(
     top      (e,) the index of the top of each point
     classes  for each top, the index of its class in CLASSES; None: a colour for each top
     """
-    chart = create_axes_in_new_figure(5.2, 4.4) if axes is None else check_axes_type(axes)
+    chart = create_axes_in_new_figure(5.2, 4.4) if axes is None else validate_axes_type(axes)
     x, y = points
     size = float(np.clip(_INK / max(len(x), 1), _SMALLEST, _LARGEST))
     if classes is None:

@@ -35,7 +35,7 @@ def project_to_view(
     return horizontal, z * np.cos(e) + distance * np.sin(e), z * np.sin(e) - distance * np.cos(e)
 
 
-def check_axes_type(axes: object) -> Axes:
+def validate_axes_type(axes: object) -> Axes:
     """Return `axes` if it is a matplotlib Axes; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
         raise TypeError(

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
 from .panels import apply_chart_style, create_axes_in_new_figure, format_axis_label
-from .solids import BLUE, ORANGE, check_axes_type
+from .solids import BLUE, ORANGE, validate_axes_type
 
 with optional_dependency("'kreisel[plot]'"):
     from matplotlib.axes import Axes
@@ -37,7 +37,7 @@ class SpectralLines(Protocol):
 
 def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -> Axes:
     """Plot the amplitude of each spectral line against its frequency, and return the axes."""
-    chart = create_axes_in_new_figure(6.4, 3.4) if axes is None else check_axes_type(axes)
+    chart = create_axes_in_new_figure(6.4, 3.4) if axes is None else validate_axes_type(axes)
     strengths = np.abs(spectrum.amplitudes)
     is_present = strengths > 0.0
     lines, strengths = spectrum.lines[is_present], strengths[is_present]

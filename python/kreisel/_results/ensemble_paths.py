@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from .._options.quantities import LOW, RECORDABLE, check_quantity_name
+from .._options.quantities import LOW, RECORDABLE, validate_quantity_name
 from .._utils.counts import format_count
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
@@ -137,7 +137,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         Raises AttributeError if the paths store no tangents, and ValueError for an unknown name.
         """
         self._get_tangents_or_raise()
-        name, bits = check_quantity_name(quantity), self._options.solve.tangent_bit_mask
+        name, bits = validate_quantity_name(quantity), self._options.solve.tangent_bit_mask
         return self._reshape_to_ensemble(
             compute_quantity_derivatives(name, self.tops, self._buffers, bits)
         )

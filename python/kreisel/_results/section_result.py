@@ -16,7 +16,14 @@ from .._utils.counts import format_count
 from .._utils.errors import suggest_name, unknown_name_message
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes
-from .._utils.validation import Array, as_bool, as_unit_name, check_type, freeze_array, short_repr
+from .._utils.validation import (
+    Array,
+    as_bool,
+    as_unit_name,
+    freeze_array,
+    short_repr,
+    validate_type,
+)
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
 from .indexing import find_flat_index
@@ -141,7 +148,7 @@ class Section(EnsembleResult, QuantityAttributes):
         is not installed.
         """
         if indicator is not None:
-            check_type("indicator", indicator, Indicator)
+            validate_type("indicator", indicator, Indicator)
             is_one = self.size == 1 and not indicator.status.shape  # both of a single scene
             if indicator.status.shape != self.shape and not is_one:
                 raise ValueError(

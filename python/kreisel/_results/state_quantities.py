@@ -12,7 +12,12 @@ from numpy.typing import ArrayLike
 from .._core import derivatives, modified_energy, modified_energy4, values
 from .._model.scene import Scene
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, QuantityDescription, check_quantity_name
+from .._options.quantities import (
+    QUANTITIES,
+    RECORDABLE,
+    QuantityDescription,
+    validate_quantity_name,
+)
 from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
@@ -263,7 +268,7 @@ class PathBase(QuantityAttributes):
         if self._tangent_data is None:
             hint = TANGENT_ATTRIBUTES["derivative"]
             raise AttributeError(f"this path has no derivatives: {hint}")
-        name, data = check_quantity_name(quantity), self._tangent_data
+        name, data = validate_quantity_name(quantity), self._tangent_data
         block = self.scene._block
         return freeze_array(
             derivatives(name, block, self.states, data.parameter_bit_mask, data.high)

@@ -42,8 +42,8 @@ from .._utils.validation import (
     as_finite_array,
     as_float,
     as_int,
-    check_type,
     short_repr,
+    validate_type,
 )
 from .exact_ensemble import (
     ExactEnsemble,
@@ -449,7 +449,7 @@ def exact(
         return make_exact_ensemble_of_list(scene)
     if isinstance(scene, Ensemble) and map is None and step is None:
         return make_exact_ensemble(scene)
-    top = check_type("scene", scene, Scene)
+    top = validate_type("scene", scene, Scene)
     if methods[EXACT].suits(top):
         refuse_turning_support(top)
     if map is not None:

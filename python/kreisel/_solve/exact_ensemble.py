@@ -40,7 +40,7 @@ from .._results.ensemble_buffers import LANES, Codes
 from .._results.ensemble_paths import Paths
 from .._results.executor import DivisibleTask, Job, WorkerPool
 from .._results.run_ensemble import run_ensemble
-from .._utils.validation import Array, Numbers, as_finite_array, check_type, freeze_array
+from .._utils.validation import Array, Numbers, as_finite_array, freeze_array, validate_type
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,7 +306,7 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
 def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
     """Return the closed-form solutions for a list of scenes."""
     for i, scene in enumerate(scenes):
-        check_type(f"scene[{i}]", scene, Scene)
+        validate_type(f"scene[{i}]", scene, Scene)
     if not scenes:
         raise ValueError("a list of scenes must not be empty")
     return make_exact_ensemble(Ensemble.of(scenes), "scene")

@@ -22,7 +22,7 @@ from .._results.executor import WorkerPool
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section
 from .._results.turn_times import estimate_turn_durations
-from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
+from .._utils.validation import Array, as_finite_array, as_int, short_repr, validate_type
 from ..events import Event, nutation, refuse_kinetic, to_core_events, validate_events
 
 _TURNS = 1024.0  # the default of max_wait, in estimated turns of a top
@@ -75,7 +75,7 @@ def section(
     that are crossed by every motion.
     """
     ensemble = (
-        Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
+        Ensemble.of([tops]) if isinstance(tops, Scene) else validate_type("tops", tops, Ensemble)
     )
     waits, options = validate_section_arguments(
         ensemble, event, n, max_wait, tol, digits, max_steps

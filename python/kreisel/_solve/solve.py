@@ -20,7 +20,7 @@ from .._results.path import Path
 from .._results.recorder import record_path
 from .._results.requests import try_to_solve_in_core
 from .._utils.quantity_attributes import MethodName, QuantityName
-from .._utils.validation import Array, Numbers, check_type
+from .._utils.validation import Array, Numbers, validate_type
 from .exact import record_exact_path_with_tangents
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, validate_run_options
@@ -197,7 +197,7 @@ def _validate_special_solve_options(
         refuse_ensemble_arguments(scene, **others)
     if method == GEOMETRIC:
         exclusions = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
-        check_type("scene", scene, Scene)
+        validate_type("scene", scene, Scene)
         return validate_geometric_method_options(error, max_steps, want, exclusions)
     if error is not None:
         raise make_error_tolerance_refusal(method)

@@ -26,7 +26,7 @@ from .._results.executor import WorkerPool
 from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
 from .._utils.quantity_attributes import MethodName, QuantityName
-from .._utils.validation import Array, Numbers, check_type
+from .._utils.validation import Array, Numbers, validate_type
 from ..events import refuse_kinetic, to_core_events, validate_events
 from .run import EventSpec
 from .step_search import (
@@ -92,7 +92,7 @@ def reduce(
     check() method of the result raises kreisel.Error for the first top whose computation failed.
     """
     if type(tops) is not Ensemble:
-        check_type("tops", tops, Ensemble)
+        validate_type("tops", tops, Ensemble)
     controls = step, tol, digits, max_steps, None, reductions, every
     options = validate_ensemble_options(tops, method, *controls)
     if not options.reductions:
@@ -230,6 +230,6 @@ def refuse_ensemble_arguments(scene: object, **arguments: object) -> None:
 
     Raises TypeError if `scene` is not a kreisel.Scene.
     """
-    check_type("scene", scene, Scene)
+    validate_type("scene", scene, Scene)
     names = [name for name, value in arguments.items() if value is not None]
     raise ValueError(f"{' and '.join(names)}: only for a kreisel.Ensemble, not for a single scene")

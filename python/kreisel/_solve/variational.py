@@ -23,7 +23,7 @@ from .._results.path import Path, build_path_from_core_result, format_progress, 
 from .._results.recorder import report_final_time
 from .._results.tangent_data import TangentData
 from .._utils.errors import unknown_name_message
-from .._utils.validation import Numbers, check_type, short_repr
+from .._utils.validation import Numbers, short_repr, validate_type
 from .torus_tangents import check_torus_tangent_names
 
 TangentName = Literal[
@@ -94,7 +94,7 @@ def validate_tangent_options(
     `controls` contains the arguments step, tol, digits and max_steps. Raises ValueError if an
     argument in `exclusions` is given, or if the method cannot compute the tangents.
     """
-    top, names = check_type("scene", scene, Scene), validate_tangent_names(tangents)
+    top, names = validate_type("scene", scene, Scene), validate_tangent_names(tangents)
     refuse_arguments_with_tangents(exclusions)
     method_name = FALLBACK if method == "auto" else method
     options = validate_solve_options(top, method_name, *controls, requested_method=method)

@@ -25,7 +25,7 @@ from .._model.scene import Ensemble, Scene
 from .._model.variation import scatter, vary
 from .._options.ensemble_options import format_index, unravel_index
 from .._utils.errors import make_frozen_class_decorator
-from .._utils.validation import as_bool, as_int, check_type, short_repr
+from .._utils.validation import as_bool, as_int, short_repr, validate_type
 from .start_parameters import FLAGS, validate_sweep_parameter
 from .start_table import read_parameters_of_tops
 
@@ -164,7 +164,7 @@ class Source:
         >>> source[3] == kr.scenes.thesis.scatter(10, seed=7, attitude=0.01)[3]
         True
         """
-        check_type("scene", scene, Scene)
+        validate_type("scene", scene, Scene)
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         scatter(Ensemble, scene, 1, key, momentum, attitude, gravity)
         deviations = {"momentum": momentum, "attitude": attitude, "gravity": gravity}
@@ -208,7 +208,7 @@ class Source:
     @classmethod
     def of(cls, tops: Ensemble) -> Source:
         """Return a source of tops for a sweep, created from an ensemble."""
-        check_type("tops", tops, Ensemble)
+        validate_type("tops", tops, Ensemble)
         if not tops.size:
             raise ValueError("an empty ensemble cannot be swept")
         columns: dict[str, npt.NDArray[Any]] = dict(tops._columns)
@@ -332,7 +332,7 @@ def _validate_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, BatchParameter], dict[str, bool]]:
     """Validate the arguments, and divide them into numerical parameters and Boolean flags."""
-    check_type("scene", scene, Scene)
+    validate_type("scene", scene, Scene)
     parameters: dict[str, BatchParameter] = {}
     flags: dict[str, bool] = {}
     for name, value in arguments.items():

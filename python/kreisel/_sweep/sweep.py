@@ -14,7 +14,7 @@ from .._options.solve_options import Progress, validate_progress_callback
 from .._solve.run import EventSpec
 from .._utils.errors import warn_user
 from .._utils.quantity_attributes import MethodName, QuantityName
-from .._utils.validation import Numbers, check_type, short_repr
+from .._utils.validation import Numbers, short_repr, validate_type
 from ..events import Event
 from .plan_file import read_sweep_plan
 from .runner import SweepPartsRunner
@@ -181,7 +181,7 @@ def _make_sweep_plan(
                 f"{os.fspath(tops)} is a whole plan: give no other arguments than folder"
             )
         return read_sweep_plan(Path(tops))
-    source = Source.of(tops) if isinstance(tops, Ensemble) else check_type("tops", tops, Source)
+    source = Source.of(tops) if isinstance(tops, Ensemble) else validate_type("tops", tops, Source)
     return make_sweep_plan(source, build_task_from_arguments(task, arguments), part_size)
 
 

@@ -46,7 +46,7 @@ def short_repr(value: object) -> str:
         return f"{type(value).__name__} with too many digits"
 
 
-def check_type(name: str, value: object, expected: type[_T]) -> _T:
+def validate_type(name: str, value: object, expected: type[_T]) -> _T:
     """Return `value` if it is an instance of `expected`; raise TypeError otherwise."""
     if not isinstance(value, expected):
         is_ensemble = getattr(type(value), "_one", None) is expected
