@@ -180,6 +180,25 @@ static void test_combinations(void)
                 }
         }
 }
+/* The distance of a term from the cell of the torus is the minimum over the cell, which a fine grid
+ * in one coordinate approximates from above; the other coordinate has its best value. */
+static void test_distance_to_cell(void)
+{
+    enum { POINTS = 4000 };
+    for (int i = 0; i < 60; i++) {
+        const double a = uniform(0.5, 1.5), c = uniform(0.5, 1.5),
+                     b = sqrt(a * c) * uniform(-0.8, 0.8), k1 = uniform(-3.0, 3.0),
+                     k2 = uniform(-3.0, 3.0);
+        const double bend[3] = {a, b, c};
+        double least = INFINITY;
+        for (int j = 0; j <= POINTS; j++) {
+            const double y = 2.0 * j / POINTS - 1.0 - k2,
+                         x = fmax(-1.0, fmin(1.0, k1 - b / a * y)) - k1;
+            least = fmin(least, a * x * x + c * y * y + 2.0 * b * x * y);
+        }
+        NEAR(distance_to_cell(bend, k1, k2), least, 1e-6);
+    }
+}
 int main(void)
 {
     test_roots_and_arcs();
@@ -189,5 +208,6 @@ int main(void)
     test_full_arrays();
     test_dual_overflow();
     test_combinations();
+    test_distance_to_cell();
     return check_result();
 }
