@@ -72,6 +72,32 @@ def test_two_outputs_never_share_a_file_nor_replace_the_scene(tmp_path, monkeypa
     assert kr.Scene.from_toml("top") == kr.scenes.thesis and len(os.listdir(tmp_path)) == 2
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "compare top --t 1 --methods rk4 --steps 0.1 --csv top",
+        "view top --save ./top",
+        "view top --save link",
+        "fit record top --csv top",
+        "fit record top --plot record",
+        "fit record top --save record",
+        "resume run --t 2 --csv run",
+        "resume run --t 2 --json link_to_run",
+        "resume run --t 2 --save run --csv run",
+    ],
+)
+def test_no_output_replaces_an_input(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    kr.scenes.thesis.to_toml("top")
+    kr.start(kr.scenes.thesis).save("run")
+    (tmp_path / "record").write_text("t,spin\n0,1\n1,1\n2,1\n")
+    (tmp_path / "link").symlink_to("top")
+    (tmp_path / "link_to_run").symlink_to("run")
+    contents = {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)}
+    assert "is the same file" in join_lines(call(words, code=2))
+    assert {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)} == contents
+
+
 def test_several_outputs_may_go_to_one_device():
     call("solve thesis --t 1 --csv /dev/null --json /dev/null --save /dev/null")
 

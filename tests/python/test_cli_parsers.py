@@ -302,16 +302,16 @@ def test_a_lack_of_memory_is_a_usage_error(error, text):
 
 def test_a_file_may_not_be_written_twice(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    places = output_files.parse_output_files([("--csv", "a"), ("--json", None), ("--npz", "b")])
+    places = output_files.parse_output_files([("--csv", "a"), ("--json", None), ("--npz", "b")], ())
     assert places == [("--csv", "a"), ("--npz", "b.npz")]
     assert [place.is_stdout for place in places] == [False, False]
     assert output_files.parse_output_files([("--csv", "-")], ("-",)) == [("--csv", "-")]
     with pytest.raises(parsers.UsageError, match=r"^--csv a: a is the same file$"):
         output_files.parse_output_files([("--csv", "a")], ("-", "a"))
     with pytest.raises(parsers.UsageError, match=r"^--json a: --csv a is the same file$"):
-        output_files.parse_output_files([("--csv", "a"), ("--json", "a")])
+        output_files.parse_output_files([("--csv", "a"), ("--json", "a")], ("b",))
     with pytest.raises(parsers.UsageError, match=r"^--save writes \.html, not \.csv: a\.csv$"):
-        output_files.parse_output_files([("view --save", "a.csv")])
+        output_files.parse_output_files([("view --save", "a.csv")], ())
 
 
 # Fits

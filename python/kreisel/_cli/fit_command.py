@@ -13,7 +13,6 @@ from .._fit.fit_result import Fit
 from .._fit.levenberg_marquardt import LossName
 from .._fit.parameters import FREE, FreeName
 from .._fit.records import INSTRUMENT, InstrumentName, Record
-from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write
 from .output_files import FILE, parse_output_files
 from .parsers import (
@@ -59,7 +58,7 @@ def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] |
 
 @click.command()
 @click.argument("record", type=click.Path())
-@click.argument("scene", type=a_scene, shell_complete=A_SCENE)
+@click.argument("scene", type=str, shell_complete=A_SCENE)
 @click.option(
     "--free",
     type=parse_name_list,
@@ -107,7 +106,7 @@ def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] |
 @click.option("--plot", type=click.Path(), help="Draw data and residuals: .png, .svg or .pdf.")
 def fit(
     record: str,
-    scene: Scene,
+    scene: str,
     free: list[str],
     columns: tuple[str, ...],
     time: str,
@@ -127,7 +126,8 @@ def fit(
     If the fit is interrupted, the best fit found so far is printed.
     """
     places = [("fit --save", save), ("--csv", csv_file), ("fit --plot", plot)]
-    parse_output_files(places, (record,))
+    top = a_scene(scene)
+    parse_output_files(places, (record, scene))
     interruption: FitInterrupted | None = None
     with convert_errors_to_usage_errors(_OPTIONS):
         instrument_names = cast(list[InstrumentName], [word for word in instrument if word])
@@ -136,7 +136,7 @@ def fit(
         )
         try:
             result: Fit | None = estimate(
-                scene, measurements, cast(list[FreeName], free), loss=loss, pieces=pieces
+                top, measurements, cast(list[FreeName], free), loss=loss, pieces=pieces
             )
         except FitInterrupted as error:
             result, interruption = error.fit, error

@@ -45,27 +45,35 @@ class OutputDestination(NamedTuple):
 
 
 def parse_output_files(
-    places: list[tuple[str, str | None]], inputs: tuple[str, ...] = ()
+    places: list[tuple[str, str | None]],
+    inputs: tuple[str, ...],
+    options_that_may_replace_inputs: tuple[str, ...] = (),
 ) -> list[OutputDestination]:
     """Validate the requested output files and return them.
 
-    `places` lists each option with its file name, which is None if the option was not given. Raises
-    UsageError if a file cannot be written, if its extension belongs to another format, or if the
-    same file is used twice.
+    `places` lists each option with its file name, which is None if the option was not given.
+    `inputs` are the names of the files that the command reads. Raises UsageError if a file cannot
+    be written, if its extension belongs to another format, if the same file is used twice, or if it
+    is an input that its option may not replace.
     """
     destinations = [
         _append_npz_extension(OutputDestination(option, file))
         for option, file in places
         if file is not None
     ]
-    owners = {_resolve_output_path(file): file for file in inputs if file != "-"}
+    input_files = {_resolve_output_path(file): file for file in inputs if file != "-"}
+    owners: dict[str, str] = {}
     for place in destinations:
         if not place.is_stdout:
             _check_output_is_writable(place.file)
         path = _resolve_output_path(place.file)
-        if path in owners and not _is_device_file(place.file):
-            raise UsageError(f"{place.option} {place.file}: {owners[path]} is the same file")
-        owners[path] = f"{place.option} {place.file}"
+        owner = owners.get(path)
+        if owner is None and place.option not in options_that_may_replace_inputs:
+            owner = input_files.get(path)
+        if owner is not None and not _is_device_file(place.file):
+            option = place.option.split()[-1]
+            raise UsageError(f"{option} {place.file}: {owner} is the same file")
+        owners[path] = f"{place.option.split()[-1]} {place.file}"
     return destinations
 
 

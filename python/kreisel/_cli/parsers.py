@@ -67,10 +67,13 @@ def _read_scene_argument(word: str) -> Scene:
     except FileNotFoundError:
         raise click.BadParameter(
             f"there is no file or named scene {word!r}; {suggest_name(word, about)}",
+            ctx=click.get_current_context(silent=True),
             param_hint="SCENE",
         ) from None
     except (OSError, TypeError, ValueError) as error:
-        raise click.BadParameter(str(error), param_hint="SCENE") from None
+        raise click.BadParameter(
+            str(error), ctx=click.get_current_context(silent=True), param_hint="SCENE"
+        ) from None
 
 
 def method(name: str) -> str:

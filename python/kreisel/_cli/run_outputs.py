@@ -81,10 +81,17 @@ def add_output_options(command: _Command) -> _Command:
 
 
 class RunOutputs:
-    """The outputs of a run, to which the path is written in chunks."""
+    """The outputs of a run, to which the path is written in chunks.
+
+    `file` is the name of the file from which the scene or the run is read.
+    """
 
     def __init__(
-        self, options: OutputFileOptions, inputs: tuple[str, ...], events: tuple[str, ...]
+        self,
+        options: OutputFileOptions,
+        file: str,
+        events: tuple[str, ...],
+        options_that_may_replace_file: tuple[str, ...] = (),
     ) -> None:
         if options["events_file"] and not events:
             raise UsageError("--events-csv needs --events")
@@ -96,7 +103,8 @@ class RunOutputs:
                 ("--events-csv", options["events_file"]),
                 ("--save", options["save_file"]),
             ],
-            inputs,
+            (file,),
+            options_that_may_replace_file,
         )
         self.files = {place.option: place.file for place in places}
         self._shows = not any(place.is_stdout for place in places)

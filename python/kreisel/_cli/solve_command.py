@@ -120,7 +120,7 @@ def solve(scene: str, t: time_option.TimeSequence, **words: Unpack[_SolveCommand
     the method geometric.
     """
     top, stops = a_scene(scene), StopSignalHandler(t.end)
-    outputs = RunOutputs(words, (scene,), words["events"])
+    outputs = RunOutputs(words, scene, words["events"])
     with convert_errors_to_usage_errors(_OPTIONS):
         events = parse_event_option(top, words["events"])
         if words["method"] == "geometric" or words["error"] is not None:
@@ -169,7 +169,7 @@ def resume(run: str, t: time_option.TimeSequence, **words: Unpack[_ResumeCommand
     with convert_errors_to_usage_errors(_OPTIONS):
         top = _read_run_checkpoint(run, words["max_steps"])
         event_names = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
-        outputs = RunOutputs(words, (), event_names)
+        outputs = RunOutputs(words, run, event_names, options_that_may_replace_file=("--save",))
         _run_and_write_outputs(
             _iterate_path_pieces(top, t, words["every"], outputs, stops), top, outputs, stops
         )
