@@ -19,7 +19,8 @@ from . import compare_command, fit_command, lists, pages, solve_command, sweep_c
 _CODES = """\b
 Exit codes
   0    done
-  1    a run failed, or a file could not be written; results so far are kept
+  1    a run failed, or a file could not be written; results so far are kept;
+       or a package that the command needs is not installed
   2    invalid arguments; nothing was computed
   130  stopped by Ctrl-C or SIGTERM; results so far are kept"""
 
