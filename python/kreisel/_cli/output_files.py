@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import os
 from pathlib import Path as File
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import click
 
 from .._utils.atomic_io import check_file_is_writable
 from .parsers import UsageError
 
-FILE = click.Path(allow_dash=True)
+
+class _FileName(click.Path):
+    """The type of a file name; /dev/stdout is standard output, as - is."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | bytes | os.PathLike[str]:
+        file = super().convert(value, param, ctx)
+        return "-" if file == "/dev/stdout" else file
+
+
+FILE = _FileName(allow_dash=True)
 _ENDINGS = {
     "--csv": (".csv",),
     "--events-csv": (".csv",),
@@ -77,6 +88,20 @@ def parse_output_files(
     return destinations
 
 
+def choose_picture_format(file: str) -> str:
+    """Return the format of a picture, which is that of its file name, or "png" for a device.
+
+    Raises UsageError if the file name does not end with a known format.
+    """
+    endings = _ENDINGS["fit --plot"]
+    ending = File(file).suffix.lower()
+    if ending in endings:
+        return ending.removeprefix(".")
+    if file == "-" or (File(file).exists() and not File(file).is_file()):
+        return "png"
+    raise UsageError(f"--plot writes {', '.join(endings[:-1])} or {endings[-1]}, not {file}")
+
+
 def _append_npz_extension(place: OutputDestination) -> OutputDestination:
     """Add the extension .npz to the file name of an archive if it is missing.
 
@@ -88,7 +113,7 @@ def _append_npz_extension(place: OutputDestination) -> OutputDestination:
 
 
 def _resolve_output_path(file: str) -> str:
-    return "-" if file in ("-", "/dev/stdout") else os.path.realpath(file)
+    return "-" if file == "-" else os.path.realpath(file)
 
 
 def _is_device_file(file: str) -> bool:

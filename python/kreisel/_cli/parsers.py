@@ -117,6 +117,15 @@ A_SCENE = make_name_completer(about, files=True)
 
 
 @contextmanager
+def convert_missing_package_errors() -> Iterator[None]:
+    """Return a context manager that converts the error for a missing package to one line."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise click.ClickException(str(error)) from None
+
+
+@contextmanager
 def convert_errors_to_usage_errors(options: Collection[str]) -> Iterator[None]:
     """Return a context manager that converts exceptions to command-line errors.
 
