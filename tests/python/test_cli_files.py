@@ -156,6 +156,35 @@ def test_full_standard_output_causes_no_traceback(words):
 
 
 @pytest.mark.parametrize(
+    "words, stream, code, message",
+    [
+        ("solve nosuch --t 1", 1, 2, "there is no file or named scene 'nosuch'"),
+        ("solve cusps --t 1 --csv -", 1, 2, "--csv -: standard output is closed"),
+        ("compare cusps --t 1 --csv -", 1, 2, "--csv -: standard output is closed"),
+        ("view cusps --save -", 1, 2, "--save -: standard output is closed"),
+        ("solve cusps --t 1 --csv a.csv", 1, 0, ""),
+        ("solve - --t 1", 0, 2, "standard input is closed"),
+        ("resume - --t 1", 0, 2, "standard input is closed"),
+        ("solve cusps --t 1 --csv a.csv", 0, 0, ""),
+        ("solve cusps --t 1 --csv a.csv", 2, 0, ""),
+        ("solve nosuch --t 1", 2, 2, ""),
+    ],
+)
+def test_closed_streams_cause_no_traceback(tmp_path, words, stream, code, message):
+    shell_line = f'exec "$@" {stream}>&-'
+    result = subprocess.run(
+        ["/bin/sh", "-c", shell_line, "sh", *KREISEL, *words.split()],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=tmp_path,
+    )
+    assert result.returncode == code and message in result.stderr
+    assert result.stderr.count("\n") == (1 if message else 0)
+    assert (tmp_path / "a.csv").exists() == (code == 0)
+
+
+@pytest.mark.parametrize(
     "words",
     [
         "scenes",

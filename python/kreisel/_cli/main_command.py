@@ -101,8 +101,10 @@ def drop_unwritable_stdout() -> None:
     """Redirect standard output to the null device if its buffer cannot be flushed.
 
     Without this redirection of standard output, the interpreter would report the same error again
-    on exit.
+    on exit. Does nothing if the process was started without a standard output.
     """
+    if sys.stdout is None:
+        return
     try:
         sys.stdout.flush()
     except OSError:

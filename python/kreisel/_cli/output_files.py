@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path as File
 from typing import Any, NamedTuple
 
@@ -75,6 +76,8 @@ def parse_output_files(
     input_files = {_resolve_output_path(file): file for file in inputs if file != "-"}
     owners: dict[str, str] = {}
     for place in destinations:
+        if place.is_stdout and sys.stdout is None:
+            raise UsageError(f"{place.option.split()[-1]} -: standard output is closed")
         if not place.is_stdout:
             _check_output_is_writable(place.file)
         path = _resolve_output_path(place.file)

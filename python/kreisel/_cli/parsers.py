@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
+from typing import BinaryIO
 
 import click
 from click.shell_completion import CompletionItem
@@ -61,7 +62,7 @@ def _read_scene_argument(word: str) -> Scene:
     try:
         if word == "-":
             return call_with_error_prefix(
-                "standard input", lambda: parse_scene_toml(read_limited_text(sys.stdin.buffer))
+                "standard input", lambda: parse_scene_toml(read_limited_text(get_binary_stdin()))
             )
         return Scene.from_toml(word)
     except FileNotFoundError:
@@ -74,6 +75,16 @@ def _read_scene_argument(word: str) -> Scene:
         raise click.BadParameter(
             str(error), ctx=click.get_current_context(silent=True), param_hint="SCENE"
         ) from None
+
+
+def get_binary_stdin() -> BinaryIO:
+    """Return standard input as a stream of bytes.
+
+    Raises OSError if the process was started without a standard input.
+    """
+    if sys.stdin is None:
+        raise OSError("standard input is closed")
+    return sys.stdin.buffer
 
 
 def method(name: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from typing import Unpack
 
@@ -27,6 +26,7 @@ from .parsers import (
     QUANTITIES,
     UsageError,
     convert_errors_to_usage_errors,
+    get_binary_stdin,
     make_name_completer,
     method,
     parse_name_list,
@@ -264,7 +264,7 @@ def _read_run_checkpoint(file: str, max_steps: int | None) -> Run:
     """Read a saved run from a file, or from standard input if `file` is -."""
     try:
         if file == "-":
-            data = sys.stdin.buffer.read(_LONGEST)
+            data = get_binary_stdin().read(_LONGEST)
         else:
             with open(file, "rb") as stream:
                 data = stream.read(_LONGEST)
