@@ -1,5 +1,6 @@
 """Tests of the output files of the command-line program."""
 
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from cli_helpers import call, join_lines, make_raiser
 from internals import cli, view
+from kreisel._cli.outputs import CsvOutput
 
 KREISEL = [sys.executable, "-m", "kreisel"]
 ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that fails after 100000 steps
@@ -225,6 +227,34 @@ def test_a_disk_that_fills_up_keeps_earlier_rows(tmp_path, monkeypatch):
     assert "No space left on device" in output
     rows = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
     assert len(rows) == 1 << 14 and np.array_equal(rows[:, 0], np.arange(1 << 14) * 0.01)
+
+
+def test_all_outputs_end_with_the_last_piece_of_a_csv_file_that_fails(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    append, calls = CsvOutput.receive_path_piece, []
+
+    def fail_at_second_piece(self, piece):
+        calls.append(piece)
+        if len(calls) > 1:
+            raise OSError(28, "No space left on device")
+        append(self, piece)
+
+    monkeypatch.setattr(CsvOutput, "receive_path_piece", fail_at_second_piece)
+    times = "0:1000:0.01 --method taylor"
+    files = "--csv a.csv --events-csv e.csv --json a.json --save run"
+    call(f"solve asymmetric --t {times} --events nutation {files}", code=1)
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    last = float((tmp_path / "a.csv").read_text().splitlines()[-1].split(",")[0])
+    data = json.loads((tmp_path / "a.json").read_text())
+    assert data["t"][-1] == last == kr.resume("run").t
+
+    def read_event_times(file):
+        return [line.split(",")[1] for line in (tmp_path / file).read_text().splitlines()[1:]]
+
+    call("resume run --t 1000 --events-csv rest.csv")
+    call("solve asymmetric --t 1000 --method taylor --events nutation --events-csv all.csv")
+    assert read_event_times("e.csv") + read_event_times("rest.csv") == read_event_times("all.csv")
 
 
 def test_a_failed_rename_keeps_the_other_outputs(tmp_path, monkeypatch):

@@ -124,16 +124,22 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def create_path_outputs(self) -> list[PathPieceReceiver]:
-        """Create the output objects to which the states of the run are written."""
-        outputs: list[PathPieceReceiver] = [self._met] if self._met else []
-        if self._shows:
-            outputs.append(self._summary)
-        if self.needs_whole_path:
-            outputs.append(self._collector)
+        """Create the output objects to which the states of the run are written.
+
+        The CSV file is the first output, because only it can fail to receive a piece; all other
+        outputs must then end with the same piece as the CSV file.
+        """
+        outputs: list[PathPieceReceiver] = []
         if "--csv" in self.files:
             outputs.append(
                 CsvOutput(self.files["--csv"], self._build_angle_output_options(), self._open)
             )
+        if self._met:
+            outputs.append(self._met)
+        if self._shows:
+            outputs.append(self._summary)
+        if self.needs_whole_path:
+            outputs.append(self._collector)
         return outputs
 
     def discard_output_files(self) -> None:
@@ -178,7 +184,7 @@ class RunOutputs:
             )
 
     def _write_events(self) -> None:
-        if self._met and "--events-csv" in self.files:
+        if self._met and self._met.parts and "--events-csv" in self.files:
             write_bytes(
                 self.files["--events-csv"], encode_table_as_csv(self._met.build_event_table())
             )
