@@ -274,6 +274,8 @@ def test_names_are_completed_by_their_beginning():
         ("steps=[0.1, 0.2] is too long", "steps=[0.1, 0.2] is too long"),
         ("t is wrong, and tol too", "--t is wrong, and tol too"),
         ("give tol or leave step", "give --tol or leave --step"),
+        ("max_steps must be at least 0", "--max-steps must be at least 0"),
+        ("give max_steps or leave out max_steps", "give --max-steps or leave out --max-steps"),
         ("tol=(1, 2)", "--tol 1,2"),
         ("give t as a list", "give --t as a grid, as in --t 0:10:0.01"),
     ],

@@ -163,7 +163,14 @@ def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
         plain = re.sub(r"[\[\]()' ]", "", match[2]).rstrip(",")
         return f"--{match[1].replace('_', '-')} {plain}"
 
+    def format_argument_as_option(match: re.Match[str]) -> str:
+        return f"{match[1]}--{match[2].replace('_', '-')}"
+
     text = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_assignment_as_option, message)
     text = text.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
-    text = re.sub(rf"\b(give|leave out|leave) ({alternatives})\b", r"\1 --\2", text)
-    return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", text)
+    text = re.sub(
+        rf"\b(give |leave out |leave )({alternatives})\b", format_argument_as_option, text
+    )
+    return re.sub(
+        rf"^()({alternatives})(?= (?:is|needs|must|and) )", format_argument_as_option, text
+    )
