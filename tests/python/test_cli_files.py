@@ -1,5 +1,6 @@
 """Tests of the output files of the command-line program."""
 
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from cli_helpers import call, join_lines, make_raiser
 from internals import cli, view
+from kreisel._cli.outputs import CsvOutput
 
 KREISEL = [sys.executable, "-m", "kreisel"]
 ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that fails after 100000 steps
@@ -72,6 +74,32 @@ def test_two_outputs_never_share_a_file_nor_replace_the_scene(tmp_path, monkeypa
     assert kr.Scene.from_toml("top") == kr.scenes.thesis and len(os.listdir(tmp_path)) == 2
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "compare top --t 1 --methods rk4 --steps 0.1 --csv top",
+        "view top --save ./top",
+        "view top --save link",
+        "fit record top --csv top",
+        "fit record top --plot record",
+        "fit record top --save record",
+        "resume run --t 2 --csv run",
+        "resume run --t 2 --json link_to_run",
+        "resume run --t 2 --save run --csv run",
+    ],
+)
+def test_no_output_replaces_an_input(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    kr.scenes.thesis.to_toml("top")
+    kr.start(kr.scenes.thesis).save("run")
+    (tmp_path / "record").write_text("t,spin\n0,1\n1,1\n2,1\n")
+    (tmp_path / "link").symlink_to("top")
+    (tmp_path / "link_to_run").symlink_to("run")
+    contents = {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)}
+    assert "is the same file" in join_lines(call(words, code=2))
+    assert {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)} == contents
+
+
 def test_several_outputs_may_go_to_one_device():
     call("solve thesis --t 1 --csv /dev/null --json /dev/null --save /dev/null")
 
@@ -130,6 +158,35 @@ def test_full_standard_output_causes_no_traceback(words):
 
 
 @pytest.mark.parametrize(
+    "words, stream, code, message",
+    [
+        ("solve nosuch --t 1", 1, 2, "there is no file or named scene 'nosuch'"),
+        ("solve cusps --t 1 --csv -", 1, 2, "--csv -: standard output is closed"),
+        ("compare cusps --t 1 --csv -", 1, 2, "--csv -: standard output is closed"),
+        ("view cusps --save -", 1, 2, "--save -: standard output is closed"),
+        ("solve cusps --t 1 --csv a.csv", 1, 0, ""),
+        ("solve - --t 1", 0, 2, "standard input is closed"),
+        ("resume - --t 1", 0, 2, "standard input is closed"),
+        ("solve cusps --t 1 --csv a.csv", 0, 0, ""),
+        ("solve cusps --t 1 --csv a.csv", 2, 0, ""),
+        ("solve nosuch --t 1", 2, 2, ""),
+    ],
+)
+def test_closed_streams_cause_no_traceback(tmp_path, words, stream, code, message):
+    shell_line = f'exec "$@" {stream}>&-'
+    result = subprocess.run(
+        ["/bin/sh", "-c", shell_line, "sh", *KREISEL, *words.split()],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=tmp_path,
+    )
+    assert result.returncode == code and message in result.stderr
+    assert result.stderr.count("\n") == (1 if message else 0)
+    assert (tmp_path / "a.csv").exists() == (code == 0)
+
+
+@pytest.mark.parametrize(
     "words",
     [
         "scenes",
@@ -170,6 +227,34 @@ def test_a_disk_that_fills_up_keeps_earlier_rows(tmp_path, monkeypatch):
     assert "No space left on device" in output
     rows = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
     assert len(rows) == 1 << 14 and np.array_equal(rows[:, 0], np.arange(1 << 14) * 0.01)
+
+
+def test_all_outputs_end_with_the_last_piece_of_a_csv_file_that_fails(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    append, calls = CsvOutput.receive_path_piece, []
+
+    def fail_at_second_piece(self, piece):
+        calls.append(piece)
+        if len(calls) > 1:
+            raise OSError(28, "No space left on device")
+        append(self, piece)
+
+    monkeypatch.setattr(CsvOutput, "receive_path_piece", fail_at_second_piece)
+    times = "0:1000:0.01 --method taylor"
+    files = "--csv a.csv --events-csv e.csv --json a.json --save run"
+    call(f"solve asymmetric --t {times} --events nutation {files}", code=1)
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    last = float((tmp_path / "a.csv").read_text().splitlines()[-1].split(",")[0])
+    data = json.loads((tmp_path / "a.json").read_text())
+    assert data["t"][-1] == last == kr.resume("run").t
+
+    def read_event_times(file):
+        return [line.split(",")[1] for line in (tmp_path / file).read_text().splitlines()[1:]]
+
+    call("resume run --t 1000 --events-csv rest.csv")
+    call("solve asymmetric --t 1000 --method taylor --events nutation --events-csv all.csv")
+    assert read_event_times("e.csv") + read_event_times("rest.csv") == read_event_times("all.csv")
 
 
 def test_a_failed_rename_keeps_the_other_outputs(tmp_path, monkeypatch):

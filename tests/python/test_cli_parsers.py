@@ -278,6 +278,8 @@ def test_names_are_completed_by_their_beginning():
         ("steps=[0.1, 0.2] is too long", "steps=[0.1, 0.2] is too long"),
         ("t is wrong, and tol too", "--t is wrong, and tol too"),
         ("give tol or leave step", "give --tol or leave --step"),
+        ("max_steps must be at least 0", "--max-steps must be at least 0"),
+        ("give max_steps or leave out max_steps", "give --max-steps or leave out --max-steps"),
         ("tol=(1, 2)", "--tol 1,2"),
         ("give t as a list", "give --t as a grid, as in --t 0:10:0.01"),
     ],
@@ -306,16 +308,16 @@ def test_a_lack_of_memory_is_a_usage_error(error, text):
 
 def test_a_file_may_not_be_written_twice(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    places = output_files.parse_output_files([("--csv", "a"), ("--json", None), ("--npz", "b")])
+    places = output_files.parse_output_files([("--csv", "a"), ("--json", None), ("--npz", "b")], ())
     assert places == [("--csv", "a"), ("--npz", "b.npz")]
     assert [place.is_stdout for place in places] == [False, False]
     assert output_files.parse_output_files([("--csv", "-")], ("-",)) == [("--csv", "-")]
     with pytest.raises(parsers.UsageError, match=r"^--csv a: a is the same file$"):
         output_files.parse_output_files([("--csv", "a")], ("-", "a"))
     with pytest.raises(parsers.UsageError, match=r"^--json a: --csv a is the same file$"):
-        output_files.parse_output_files([("--csv", "a"), ("--json", "a")])
+        output_files.parse_output_files([("--csv", "a"), ("--json", "a")], ("b",))
     with pytest.raises(parsers.UsageError, match=r"^--save writes \.html, not \.csv: a\.csv$"):
-        output_files.parse_output_files([("view --save", "a.csv")])
+        output_files.parse_output_files([("view --save", "a.csv")], ())
 
 
 # Fits

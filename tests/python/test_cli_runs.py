@@ -49,6 +49,17 @@ def test_a_resumed_run_has_the_same_bits(tmp_path, options, times):
     assert kr.resume(run).t == at_once[-1, 0]
 
 
+def test_a_resumed_run_counts_turns_from_its_first_state(tmp_path):
+    line, run = "solve asymmetric --want spin_angle --csv -", tmp_path / "run"
+    whole = rows(call(f"{line} --t 0:50:0.05 --unwrap"))
+    call(f"{line} --t 20 --save", run)
+    rest = rows(call(f"resume {run} --t 0:50:0.05 --unwrap --csv -"))
+    assert rest[0, 1] == rows(call(f"{line} --t 0:50:0.05"))[-len(rest), 1]
+    turns = (whole[-len(rest) :, 1] - rest[:, 1]) / (2.0 * np.pi)
+    assert np.round(turns[0]) != 0.0 and turns == pytest.approx(np.round(turns[0]), abs=1e-12)
+    assert "counts whole turns from the first state" in join_lines(call("resume --help"))
+
+
 def test_a_resumed_run_continues_every(tmp_path):
     run, options = tmp_path / "run", "--every 3 --csv -"
     first = rows(call(f"solve thesis --t 1 --method rk4 --step 0.1 {options} --save", run))
@@ -72,6 +83,8 @@ def test_resume_with_one_time_returns_the_state_at_this_time(tmp_path):
         ("resume {run} --t 5", "has already reached t = 5.0"),
         ("resume {run} --t 0:4:1", "has already reached t = 5.0"),
         ("resume {run} --t -9", "goes back"),
+        ("resume {run} --t 9 --max-steps -1", "Error: --max-steps must be at least 0"),
+        ("solve thesis --t 9 --max-steps -1", "Error: --max-steps must be at least 0"),
         ("resume {run} --t 9 --every 2", "every needs a method of fixed step"),
         ("resume {run} --t 9 --csv {run}/a", "there is no folder"),
         ("resume {toml} --t 9", "is not a saved run"),

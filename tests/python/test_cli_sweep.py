@@ -166,6 +166,19 @@ def test_status_of_a_sweep_without_failures_counts_none(plan):
     assert "1 of 5 parts" in told and "failed" not in told
 
 
+@pytest.mark.parametrize("words", ["plan.toml --folder runs", "status old"])
+def test_a_missing_pyarrow_is_reported_in_one_line(plan, monkeypatch, words):
+    call("sweep plan.toml --folder old --parts 0:0")
+    for name in [name for name in sys.modules if name.startswith("pyarrow")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delitem(sys.modules, "kreisel._sweep.parquet", raising=False)
+    monkeypatch.delattr("kreisel._sweep.parquet", raising=False)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    output = call(f"sweep {words}", code=1)
+    assert output.startswith("Error: this needs pyarrow") and output.count("\n") == 1
+    assert not (plan / "runs").exists()
+
+
 def test_an_error_of_a_worker_takes_one_line(plan, monkeypatch):
     monkeypatch.setattr(sweep_command, "run_sweep", make_raiser(RuntimeError("part 3 failed")))
     assert call("sweep plan.toml --folder runs", code=1) == "Error: part 3 failed\n"

@@ -162,6 +162,27 @@ def test_tables_have_the_names_of_the_axes_and_units():
     assert frame["tilt"].tolist() == np.tile(np.linspace(0.1, 1, 3), 4).tolist()
 
 
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {"spin": [1.0, 5.0, 9.0]},
+        {"spin": [1.0, 5.0, 9.0], "gravity": [1.0, 2.0, 3.0]},
+        {"spin": [[1.0], [5.0]], "tilt": [0.1, 0.2]},
+        {"body_velocity": [[1.0, 2.0, 3.0], [3.0, 2.0, 1.0]]},
+    ],
+)
+def test_a_parameter_named_like_a_quantity_gets_a_suffix(parameters):
+    pytest.importorskip("xarray")
+    tops, name = kr.scenes.asymmetric.vary(**parameters), next(iter(parameters))
+    paths = kr.solve(tops, [0.0, 1.0], want=(name, "energy"))
+    data, renamed_dims = paths.to_xarray(), {"spin": "spin_given"}
+    assert np.array_equal(data[name].values, getattr(paths, name))
+    assert np.array_equal(np.ravel(data[f"{name}_given"].values), np.ravel(parameters[name]))
+    dims = [renamed_dims.get(axis, axis) for axis in tops.axes]
+    assert data["energy"].dims == (*dims, "time") and name not in data.coords
+    assert name in paths.to_xarray("energy").coords
+
+
 @pytest.mark.parametrize("degrees", [False, True])
 def test_varied_parameters_have_units(degrees):
     top, angle = kr.scenes.sleeping, "deg" if degrees else "rad"

@@ -187,6 +187,16 @@ def test_a_file_into_which_nothing_is_written_stays(tmp_path):
     assert file.read_text() == "old" and os.listdir(tmp_path) == ["rows.csv"]
 
 
+def test_a_pipe_without_a_file_name_is_written():
+    read_end, write_end = os.pipe()
+    name = f"/dev/fd/{write_end}"  # the name that a shell gives for >(command)
+    atomic_io.check_file_is_writable(name)
+    atomic_io.atomic_write(name, b"rows")
+    os.close(write_end)
+    with open(read_end, "rb") as pipe:
+        assert pipe.read() == b"rows"
+
+
 def test_a_pipe_that_must_not_be_written_is_refused(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe")
     atomic_io.check_file_is_writable(tmp_path / "pipe")

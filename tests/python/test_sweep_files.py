@@ -162,6 +162,11 @@ def test_a_start_named_like_a_result_gets_a_suffix(tmp_path):
         tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0])
     )
     assert sweep["spin_given"].tolist() == [1, 2] and sweep["spin"].shape == (2, 1)
+    grid = sweep.to_xarray()
+    assert grid["spin"].dims == ("spin_given", "time") and "spin_given" in grid.coords
+    assert np.array_equal(grid["spin"].values, sweep["spin"])
+    assert grid["spin_given"].values.tolist() == [1, 2]
+    assert {"spin_given", "spin"} <= set(sweep.to_pandas())
 
 
 def test_a_partial_sweep_has_the_rows_of_its_parts(tmp_path):

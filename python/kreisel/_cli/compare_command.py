@@ -9,7 +9,6 @@ from rich.table import Table as Grid
 
 from .._analysis.compare import CompareInterrupted, Table
 from .._analysis.compare import compare as compare_methods
-from .._model.scene import Scene
 from .._utils.quantity_attributes import MethodName
 from . import time_option
 from .output_files import FILE, parse_output_files
@@ -29,7 +28,7 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 
 
 @click.command()
-@click.argument("scene", type=a_scene, shell_complete=A_SCENE)
+@click.argument("scene", type=str, shell_complete=A_SCENE)
 @click.option(
     "--t",
     type=time_option.parse_times,
@@ -68,7 +67,7 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 )
 @click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
 def compare(
-    scene: Scene,
+    scene: str,
     t: time_option.TimeSequence,
     methods: list[MethodName] | None,
     steps: list[float] | None,
@@ -82,11 +81,12 @@ def compare(
     If the comparison is interrupted, the results obtained so far are printed.
     """
     interruption: CompareInterrupted | None = None
-    parse_output_files([("--csv", csv_file)])
+    top = a_scene(scene)
+    parse_output_files([("--csv", csv_file)], (scene,))
     with convert_errors_to_usage_errors(_OPTIONS):
         words = methods, steps or (), tols or (), truth, repeats
         try:
-            table = compare_methods(scene, t.to_solve_argument(), *words)
+            table = compare_methods(top, t.to_solve_argument(), *words)
         except CompareInterrupted as error:
             table, interruption = error.table, error
     if csv_file == "-":

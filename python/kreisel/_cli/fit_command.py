@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import os
+import io
+from importlib import import_module
 from typing import cast
 
 import click
@@ -13,13 +14,13 @@ from .._fit.fit_result import Fit
 from .._fit.levenberg_marquardt import LossName
 from .._fit.parameters import FREE, FreeName
 from .._fit.records import INSTRUMENT, InstrumentName, Record
-from .._model.scene import Scene
-from .._utils.atomic_io import atomic_write
-from .output_files import FILE, parse_output_files
+from .output_files import FILE, choose_picture_format, parse_output_files
+from .outputs import write_bytes
 from .parsers import (
     A_SCENE,
     UsageError,
     convert_errors_to_usage_errors,
+    convert_missing_package_errors,
     make_list_completer,
     parse_name_list,
     parse_number_list,
@@ -59,7 +60,7 @@ def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] |
 
 @click.command()
 @click.argument("record", type=click.Path())
-@click.argument("scene", type=a_scene, shell_complete=A_SCENE)
+@click.argument("scene", type=str, shell_complete=A_SCENE)
 @click.option(
     "--free",
     type=parse_name_list,
@@ -104,10 +105,12 @@ def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] |
 )
 @click.option("--save", type=FILE, help="Write the fitted scene as TOML.")
 @click.option("--csv", "csv_file", type=FILE, help="Write the parameters as a table.")
-@click.option("--plot", type=click.Path(), help="Draw data and residuals: .png, .svg or .pdf.")
+@click.option(
+    "--plot", type=FILE, help="Draw data and residuals: .png, .svg or .pdf; standard output is PNG."
+)
 def fit(
     record: str,
-    scene: Scene,
+    scene: str,
     free: list[str],
     columns: tuple[str, ...],
     time: str,
@@ -127,7 +130,10 @@ def fit(
     If the fit is interrupted, the best fit found so far is printed.
     """
     places = [("fit --save", save), ("--csv", csv_file), ("fit --plot", plot)]
-    parse_output_files(places, (record,))
+    top = a_scene(scene)
+    parse_output_files(places, (record, scene))
+    if plot is not None:
+        _check_plot_can_be_drawn(plot)
     interruption: FitInterrupted | None = None
     with convert_errors_to_usage_errors(_OPTIONS):
         instrument_names = cast(list[InstrumentName], [word for word in instrument if word])
@@ -136,7 +142,7 @@ def fit(
         )
         try:
             result: Fit | None = estimate(
-                scene, measurements, cast(list[FreeName], free), loss=loss, pieces=pieces
+                top, measurements, cast(list[FreeName], free), loss=loss, pieces=pieces
             )
         except FitInterrupted as error:
             result, interruption = error.fit, error
@@ -146,6 +152,13 @@ def fit(
         raise interruption
     if result is not None and not result.has_converged:
         raise click.exceptions.Exit(_NOT_CONVERGED)
+
+
+def _check_plot_can_be_drawn(file: str) -> None:
+    """Raise an error before the fit if the format is unknown, or matplotlib is not installed."""
+    choose_picture_format(file)
+    with convert_missing_package_errors():
+        import_module("kreisel._plot.fit_charts")
 
 
 def _read_measurement_record(
@@ -175,17 +188,17 @@ def _write_fit_results(
     result: Fit, save: str | None, csv_file: str | None, plot: str | None
 ) -> None:
     """Write the results to the given files; print a summary if none of them is standard output."""
-    if "-" not in (save, csv_file):
+    if "-" not in (save, csv_file, plot):
         click.echo(str(result))
     if save is not None:
-        text = result.to_toml()
-        click.echo(text, nl=False) if save == "-" else atomic_write(save, text.encode())
+        write_bytes(save, result.to_toml().encode())
     if csv_file is not None:
         rows = [
             f"{name},{result.values[name]!r},{result.error[name]!r},{unit}\n"
             for name, unit in zip(result.names, result.units, strict=True)
         ]
-        table = "parameter,value,error,unit\n" + "".join(rows)
-        click.echo(table, nl=False) if csv_file == "-" else atomic_write(csv_file, table.encode())
+        write_bytes(csv_file, ("parameter,value,error,unit\n" + "".join(rows)).encode())
     if plot is not None:
-        result.plot().figure.savefig(os.fspath(plot))
+        picture = io.BytesIO()  # savefig would leave an incomplete file on a full disk
+        result.plot().figure.savefig(picture, format=choose_picture_format(plot))
+        write_bytes(plot, picture.getvalue())

@@ -19,7 +19,8 @@ from . import compare_command, fit_command, lists, pages, solve_command, sweep_c
 _CODES = """\b
 Exit codes
   0    done
-  1    a run failed, or a file could not be written; results so far are kept
+  1    a run failed, or a file could not be written; results so far are kept;
+       or a package that the command needs is not installed
   2    invalid arguments; nothing was computed
   130  stopped by Ctrl-C or SIGTERM; results so far are kept"""
 
@@ -100,8 +101,10 @@ def drop_unwritable_stdout() -> None:
     """Redirect standard output to the null device if its buffer cannot be flushed.
 
     Without this redirection of standard output, the interpreter would report the same error again
-    on exit.
+    on exit. Does nothing if the process was started without a standard output.
     """
+    if sys.stdout is None:
+        return
     try:
         sys.stdout.flush()
     except OSError:

@@ -152,7 +152,9 @@ class EventCollector:
         return lists
 
     def print_output(self) -> None:
-        """Print a table of the first few events of the run to standard output."""
+        """Print a table of the first few events, unless no piece of the run was received."""
+        if not self.parts:
+            return
         table = self.build_event_table()
         names = ("event", "t", "direction")
         rows = list(zip(*(table[name] for name in names), strict=True))
@@ -184,9 +186,10 @@ class RunSummaryPrinter:
             self._size = max(self._size, size)
 
     def print_output(self) -> None:
-        """Print the summary to standard output."""
+        """Print the summary to standard output, unless no piece was received."""
         path = self._last
-        assert path is not None  # every run has a state
+        if path is None:
+            return
         stats = path.stats
         steps = format_count(stats.steps, "step")
         evaluations = format_count(stats.evaluations, "evaluation")

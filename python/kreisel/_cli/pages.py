@@ -8,7 +8,6 @@ from pathlib import Path as File
 
 import click
 
-from .._model.scene import Scene
 from .._view import open_viewer
 from .._view import view as open_view
 from .output_files import FILE, parse_output_files
@@ -19,18 +18,19 @@ _REPORT = "validation.__main__"
 
 
 @click.command()
-@click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
+@click.argument("scene", type=str, default="thesis", shell_complete=A_SCENE)
 @click.option("--save", "file", type=FILE, help="Write the viewer to a file instead of opening it.")
-def view(scene: Scene, file: str | None) -> None:
+def view(scene: str, file: str | None) -> None:
     """Open an interactive viewer of the scene in a browser.
 
     The viewer shows the moving top, lets you change it, and compares methods. The viewer is a
     single, self-contained HTML file. Its location is printed. If no browser is available, save the
     page with --save and open it on another computer.
     """
-    parse_output_files([("view --save", file)])
+    top = a_scene(scene)
+    parse_output_files([("view --save", file)], (scene,))
     with convert_errors_to_usage_errors(()):
-        page = open_view(scene, open=False)
+        page = open_view(top, open=False)
     text = page.html
     if file == "-":
         click.echo(text, nl=False)

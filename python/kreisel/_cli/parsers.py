@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
+from typing import BinaryIO
 
 import click
 from click.shell_completion import CompletionItem
@@ -61,16 +62,29 @@ def _read_scene_argument(word: str) -> Scene:
     try:
         if word == "-":
             return call_with_error_prefix(
-                "standard input", lambda: parse_scene_toml(read_limited_text(sys.stdin.buffer))
+                "standard input", lambda: parse_scene_toml(read_limited_text(get_binary_stdin()))
             )
         return Scene.from_toml(word)
     except FileNotFoundError:
         raise click.BadParameter(
             f"there is no file or named scene {word!r}; {suggest_name(word, about)}",
+            ctx=click.get_current_context(silent=True),
             param_hint="SCENE",
         ) from None
     except (OSError, TypeError, ValueError) as error:
-        raise click.BadParameter(str(error), param_hint="SCENE") from None
+        raise click.BadParameter(
+            str(error), ctx=click.get_current_context(silent=True), param_hint="SCENE"
+        ) from None
+
+
+def get_binary_stdin() -> BinaryIO:
+    """Return standard input as a stream of bytes.
+
+    Raises OSError if the process was started without a standard input.
+    """
+    if sys.stdin is None:
+        raise OSError("standard input is closed")
+    return sys.stdin.buffer
 
 
 def method(name: str) -> str:
@@ -114,6 +128,15 @@ A_SCENE = make_name_completer(about, files=True)
 
 
 @contextmanager
+def convert_missing_package_errors() -> Iterator[None]:
+    """Return a context manager that converts the error for a missing package to one line."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise click.ClickException(str(error)) from None
+
+
+@contextmanager
 def convert_errors_to_usage_errors(options: Collection[str]) -> Iterator[None]:
     """Return a context manager that converts exceptions to command-line errors.
 
@@ -140,7 +163,14 @@ def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
         plain = re.sub(r"[\[\]()' ]", "", match[2]).rstrip(",")
         return f"--{match[1].replace('_', '-')} {plain}"
 
+    def format_argument_as_option(match: re.Match[str]) -> str:
+        return f"{match[1]}--{match[2].replace('_', '-')}"
+
     text = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_assignment_as_option, message)
     text = text.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
-    text = re.sub(rf"\b(give|leave out|leave) ({alternatives})\b", r"\1 --\2", text)
-    return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", text)
+    text = re.sub(
+        rf"\b(give |leave out |leave )({alternatives})\b", format_argument_as_option, text
+    )
+    return re.sub(
+        rf"^()({alternatives})(?= (?:is|needs|must|and) )", format_argument_as_option, text
+    )

@@ -81,10 +81,17 @@ def add_output_options(command: _Command) -> _Command:
 
 
 class RunOutputs:
-    """The outputs of a run, to which the path is written in chunks."""
+    """The outputs of a run, to which the path is written in chunks.
+
+    `file` is the name of the file from which the scene or the run is read.
+    """
 
     def __init__(
-        self, options: OutputFileOptions, inputs: tuple[str, ...], events: tuple[str, ...]
+        self,
+        options: OutputFileOptions,
+        file: str,
+        events: tuple[str, ...],
+        options_that_may_replace_file: tuple[str, ...] = (),
     ) -> None:
         if options["events_file"] and not events:
             raise UsageError("--events-csv needs --events")
@@ -96,7 +103,8 @@ class RunOutputs:
                 ("--events-csv", options["events_file"]),
                 ("--save", options["save_file"]),
             ],
-            inputs,
+            (file,),
+            options_that_may_replace_file,
         )
         self.files = {place.option: place.file for place in places}
         self._shows = not any(place.is_stdout for place in places)
@@ -116,16 +124,22 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def create_path_outputs(self) -> list[PathPieceReceiver]:
-        """Create the output objects to which the states of the run are written."""
-        outputs: list[PathPieceReceiver] = [self._met] if self._met else []
-        if self._shows:
-            outputs.append(self._summary)
-        if self.needs_whole_path:
-            outputs.append(self._collector)
+        """Create the output objects to which the states of the run are written.
+
+        The CSV file is the first output, because only it can fail to receive a piece; all other
+        outputs must then end with the same piece as the CSV file.
+        """
+        outputs: list[PathPieceReceiver] = []
         if "--csv" in self.files:
             outputs.append(
                 CsvOutput(self.files["--csv"], self._build_angle_output_options(), self._open)
             )
+        if self._met:
+            outputs.append(self._met)
+        if self._shows:
+            outputs.append(self._summary)
+        if self.needs_whole_path:
+            outputs.append(self._collector)
         return outputs
 
     def discard_output_files(self) -> None:
@@ -170,7 +184,7 @@ class RunOutputs:
             )
 
     def _write_events(self) -> None:
-        if self._met and "--events-csv" in self.files:
+        if self._met and self._met.parts and "--events-csv" in self.files:
             write_bytes(
                 self.files["--events-csv"], encode_table_as_csv(self._met.build_event_table())
             )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from typing import Unpack
 
@@ -16,7 +15,7 @@ from .._results.path import Path
 from .._solve.run import Run, start
 from .._solve.run import resume as resume_run
 from .._solve.solve import solve as solve_scene
-from .._utils.validation import Array
+from .._utils.validation import Array, as_int
 from ..events import MAKERS
 from . import time_option
 from .event_option import parse_event_option
@@ -27,6 +26,7 @@ from .parsers import (
     QUANTITIES,
     UsageError,
     convert_errors_to_usage_errors,
+    get_binary_stdin,
     make_name_completer,
     method,
     parse_name_list,
@@ -120,7 +120,7 @@ def solve(scene: str, t: time_option.TimeSequence, **words: Unpack[_SolveCommand
     the method geometric.
     """
     top, stops = a_scene(scene), StopSignalHandler(t.end)
-    outputs = RunOutputs(words, (scene,), words["events"])
+    outputs = RunOutputs(words, scene, words["events"])
     with convert_errors_to_usage_errors(_OPTIONS):
         events = parse_event_option(top, words["events"])
         if words["method"] == "geometric" or words["error"] is not None:
@@ -163,13 +163,17 @@ def resume(run: str, t: time_option.TimeSequence, **words: Unpack[_ResumeCommand
     """Continue a saved RUN; the results are bitwise identical to those of an uninterrupted run.
 
     RUN is a file written by --save. Times up to the saved state are ignored, so --t can be the same
-    as for the whole run. --save can overwrite the file RUN.
+    as for the whole run. --save can overwrite the file RUN. Two outputs differ from those of an
+    uninterrupted run: --unwrap counts whole turns from the first state of this command, and events
+    are called event 1, event 2 and so on, in the order of --events.
     """
     stops = StopSignalHandler(t.end)
     with convert_errors_to_usage_errors(_OPTIONS):
+        if words["max_steps"] is not None:
+            as_int("max_steps", words["max_steps"], 0)
         top = _read_run_checkpoint(run, words["max_steps"])
         event_names = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
-        outputs = RunOutputs(words, (), event_names)
+        outputs = RunOutputs(words, run, event_names, options_that_may_replace_file=("--save",))
         _run_and_write_outputs(
             _iterate_path_pieces(top, t, words["every"], outputs, stops), top, outputs, stops
         )
@@ -264,7 +268,7 @@ def _read_run_checkpoint(file: str, max_steps: int | None) -> Run:
     """Read a saved run from a file, or from standard input if `file` is -."""
     try:
         if file == "-":
-            data = sys.stdin.buffer.read(_LONGEST)
+            data = get_binary_stdin().read(_LONGEST)
         else:
             with open(file, "rb") as stream:
                 data = stream.read(_LONGEST)

@@ -101,7 +101,7 @@ def _convert_sweep_errors_to_cli_errors() -> Iterator[None]:
         yield
     except (FileExistsError, FileNotFoundError) as error:
         raise UsageError(str(error)) from None
-    except RuntimeError as error:
+    except (ModuleNotFoundError, RuntimeError) as error:
         raise click.ClickException(str(error)) from None
 
 

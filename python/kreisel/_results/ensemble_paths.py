@@ -221,8 +221,10 @@ class Paths(EnsembleResult, QuantityAttributes):
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        The varying parameters, `status` and `reached` are stored as coordinates of the Dataset. In
-        other respects, the Dataset has the same form as that returned by Path.to_xarray.
+        The varying parameters, `status` and `reached` are stored as coordinates of the Dataset. A
+        parameter with the name of a quantity in the Dataset is called, for example, spin_given, and
+        so is its dimension. In other respects, the Dataset has the same form as that returned by
+        Path.to_xarray.
         """
         from .ensemble_tables import build_state_dataset
 

@@ -27,8 +27,12 @@ def build_state_dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     """Build a Dataset from quantities at all states of an ensemble."""
     with optional_dependency(TABLES):
         import xarray as xr
-    axes = paths.tops.axes
-    coordinates, variables = _build_dataset_coordinates(paths), {}
+    names = _name_parameters_apart_from_quantities(paths.tops, rows)
+    axes, variables = tuple(names.get(axis, axis) for axis in paths.tops.axes), {}
+    coordinates: dict[str, Variable] = {
+        names.get(name, name): (tuple(names.get(dim, dim) for dim in dims), values, attributes)
+        for name, (dims, values, attributes) in _build_dataset_coordinates(paths).items()
+    }
     has_own_times = paths.t.ndim > 1
     for quantity, values in rows:
         inner = _get_component_dimension_labels(quantity)
@@ -42,6 +46,15 @@ def build_state_dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     dimensions = (*axes, "time") if has_own_times else ("time",)
     coordinates[time] = (dimensions, np.array(paths.t), _make_unit_attributes(TIME))
     return xr.Dataset(variables, coordinates, _list_run_attributes(paths))
+
+
+def _name_parameters_apart_from_quantities(tops: Ensemble, rows: QuantityRows) -> dict[str, str]:
+    """Return other names for those parameters and dimensions that are also names of quantities.
+
+    In xarray, a variable with the name of a dimension must have only this dimension.
+    """
+    quantity_names = {quantity.name for quantity, _ in rows}
+    return {name: f"{name}_given" for name in (*tops.axes, *tops.coords) if name in quantity_names}
 
 
 def build_reduction_dataset(result: EnsembleResult, reductions: Reduced) -> Dataset:

@@ -278,28 +278,34 @@ class SweepResult:
 
         The dimensions are those of the sweep; if states are stored, there is an additional
         dimension `time`. The varying parameters, `status` and `reached` are stored as coordinates.
-        For tops in missing parts, numbers are NaN, integers such as `status` are -1, and truth
-        values are False. The Dataset contains the number of events of each top, but not the events
-        themselves. Raises ImportError if xarray is not installed.
+        A parameter with the name of a stored quantity is called, for example, spin_given, and so is
+        its dimension. For tops in missing parts, numbers are NaN, integers such as `status` are -1,
+        and truth values are False. The Dataset contains the number of events of each top, but not
+        the events themselves. Raises ImportError if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
         table, source = self._read_all_columns(), self._store.plan.source
         names = list(table)
+        parameters = {
+            f"{axis}_given" if f"{axis}_given" in table else axis: axis for axis in self.axes
+        }
+        axes = tuple(parameters)
         starts = names[1 : names.index(_STATUS[0])]
         variables: dict[str, Any] = {}
         coordinates: dict[str, Any] = {}
         for name, values in table.items():
             unit = {"units": self.units[name]}
-            if name in self.axes and name in source._varied:
-                coordinates[name] = ((name,), source._varied[name].values.reshape(-1), unit)
+            parameter = parameters.get(name, "")
+            if parameter in source._varied:
+                coordinates[name] = ((name,), source._varied[parameter].values.reshape(-1), unit)
             elif name == "t":
                 coordinates["time"] = (("time",), self._store.plan.times, unit)
-            elif name in (*starts, *_STATUS, *self.axes):
-                coordinates[name] = (self.axes, values, unit)
+            elif name in (*starts, *_STATUS, *axes):
+                coordinates[name] = (axes, values, unit)
             elif name != "top":
                 inner = ("time",) * (values.ndim - len(self.shape))
-                variables[name] = ((*self.axes, *inner), values, unit)
+                variables[name] = ((*axes, *inner), values, unit)
         return xr.Dataset(variables, coordinates, {"plan": self.hash})
 
     def _read_all_columns(self) -> dict[str, Column]:

@@ -48,8 +48,8 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[BlockAppender]:
     device or a pipe, no temporary file is used.
     """
     file, name = Path(os.path.realpath(path)), os.fspath(path)
-    if file.exists() and not file.is_file():  # a device or a pipe cannot be replaced by a rename
-        with open(file, "wb", buffering=0) as stream:
+    if _is_device_or_pipe(path):  # it cannot be replaced by a rename
+        with open(path, "wb", buffering=0) as stream:
             yield BlockAppender(stream.fileno(), name)
         return
     new = _make_temp_path(file)
@@ -96,18 +96,26 @@ def check_file_is_writable(path: str | os.PathLike[str]) -> None:
     file = Path(os.path.realpath(path))
     if file.is_dir():
         raise IsADirectoryError(f"{os.fspath(path)} is a folder")
-    if not file.parent.is_dir():
-        raise FileNotFoundError(f"{os.fspath(path)}: there is no folder {file.parent}")
-    if file.exists() and not file.is_file():
-        if not os.access(file, os.W_OK):
+    if _is_device_or_pipe(path):
+        if not os.access(path, os.W_OK):
             raise PermissionError(f"{os.fspath(path)} must not be written")
         return
+    if not file.parent.is_dir():
+        raise FileNotFoundError(f"{os.fspath(path)}: there is no folder {file.parent}")
     new = _make_temp_path(file)
     try:
         os.close(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
     except OSError as error:
         raise type(error)(f"{os.fspath(path)} cannot be written: {error.strerror}") from None
     new.unlink(missing_ok=True)
+
+
+def _is_device_or_pipe(path: str | os.PathLike[str]) -> bool:
+    """Return True if `path` exists and is not a regular file.
+
+    `path` must not be resolved, because a pipe such as /dev/stdout has no other name.
+    """
+    return Path(path).exists() and not Path(path).is_file()
 
 
 def _make_temp_path(file: Path) -> Path:
