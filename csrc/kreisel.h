@@ -627,11 +627,11 @@ KR_API void kr_worker_free(kr_worker *worker);
 typedef struct kr_exact {
     /* Period of the nutation [T], or INFINITY if the nutation is constant. */
     double period;
-    /* Mean rates of the Euler angles [T^-1]: of the axis about the vertical, and of the body about
-     * the axis. For a free body, the momentum replaces the vertical, and the axis is the principal
-     * axis that circulates about the momentum, at an acute angle to it. (In a symmetric body,
-     * this is the axis whose moment differs from the others.) Jumps by half a turn, when an axis
-     * passes through a pole, are not included. */
+    /* Mean rates of the Euler angles [T^-1]: of the apex about the vertical, and of the body about
+     * the apex. For a free body, the momentum replaces the vertical, and the apex is replaced by
+     * the principal axis that circulates about the momentum, at an acute angle to it. (In a
+     * symmetric body, this is the axis whose moment differs from the others.) Jumps by half a turn,
+     * when an axis passes through a pole, are not included. */
     double precession, spin;
     double private_[70];
 } kr_exact;
