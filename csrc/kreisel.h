@@ -506,8 +506,8 @@ typedef struct kr_term {
 /* Returns the sum of n terms factor * first * second at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* If the function g is the spin, an event also occurs when friction stops the spin. Values of g
- * below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
+/* If g is a multiple of the spin, an event also occurs when friction stops the spin, but none when
+ * the top then slides. Values of g below 2^-50 times its terms (2^-40 initially) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
