@@ -506,8 +506,8 @@ typedef struct kr_term {
 /* Returns the sum of n terms factor * first * second at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* If the function g is the spin, an event also occurs when friction stops the spin. Values of g
- * below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
+/* If g is a multiple of the spin, an event also occurs when friction stops the spin, but none when
+ * the top then slides. Values of g below 2^-50 times its terms (2^-40 initially) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -627,11 +627,11 @@ KR_API void kr_worker_free(kr_worker *worker);
 typedef struct kr_exact {
     /* Period of the nutation [T], or INFINITY if the nutation is constant. */
     double period;
-    /* Mean rates of the Euler angles [T^-1]: of the axis about the vertical, and of the body about
-     * the axis. For a free body, the momentum replaces the vertical, and the axis is the principal
-     * axis that circulates about the momentum, at an acute angle to it. (In a symmetric body,
-     * this is the axis whose moment differs from the others.) Jumps by half a turn, when an axis
-     * passes through a pole, are not included. */
+    /* Mean rates of the Euler angles [T^-1]: of the apex about the vertical, and of the body about
+     * the apex. For a free body, the momentum replaces the vertical, and the apex is replaced by
+     * the principal axis that circulates about the momentum, at an acute angle to it. (In a
+     * symmetric body, this is the axis whose moment differs from the others.) Jumps by half a turn,
+     * when an axis passes through a pole, are not included. */
     double precession, spin;
     double private_[70];
 } kr_exact;

@@ -66,6 +66,8 @@ typedef struct kr_step_polynomial {
     /* Nonzero while friction holds the top: 1 or -1, the sign of the spin before the top
      * stopped. */
     double held;
+    /* With dry friction: the sign of the spin in this step, or 0 while friction holds the top. */
+    double sliding;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
      * more. The array elements before the start of b and beyond the ends of a and b must be
      * zero. */

@@ -360,6 +360,15 @@ static int is_stop(const kr_event *e)
     return (t->first == KR_COMPONENT_ONE || t->second == KR_COMPONENT_ONE) &&
            one != KR_COMPONENT_ONE && kr_component_of(one).quantity == KR_QUANTITY_spin;
 }
+int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event)
+{
+    return piece->held != 0.0 && is_stop(event);
+}
+int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event)
+{
+    if (piece->sliding == 0.0 || !is_stop(event)) return 0;
+    return (piece->sliding > 0.0) == (event->terms->factor > 0.0) ? 1 : -1;
+}
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                         double c[])
 {
@@ -368,9 +377,10 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const step_view v = {top, p->rate, p->order, p->x, p->w, p->product};
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
-    if (p->held != 0.0 && is_stop(e)) {
+    if (kr_event_is_held(p, e)) {
         /* While the top is held by friction, its spin is zero. The value stored here has the
-         * opposite sign to the spin before the stop, so that the stop is found as an event. */
+         * opposite sign to the spin before the stop, so that the stop is found as an event. The
+         * search discards this sign at the end of the step. */
         c[0] = -p->held * term_factor(top, p->rate, e->terms);
         return 0;
     }

@@ -14,6 +14,12 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
  * share. The array c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
+/* Returns 1 if the event function is a multiple of the spin, which is zero in this step because
+ * friction has stopped the top. */
+int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event);
+/* Returns the sign of an event function that is a multiple of the spin, in a step in which friction
+ * acts on a sliding top. Returns 0 for all other steps and event functions. */
+int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event);
 /* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero.
  * Until a first sign is known, the larger threshold KR_TERMS_START is used instead, because an
  * event function may be exactly zero at the initial state. */

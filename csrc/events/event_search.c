@@ -82,7 +82,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     while (!own->sign && kr_search_next_sign_change(&search))
         if (search.side * search.sought >= 0) own->sign = turn * search.side;
     own->next = piece->begin + search.root * (piece->end - piece->begin);
-    own->side = search.side;
+    /* A held top may slide in either direction next, which is not an event. */
+    own->side = kr_event_is_held(piece, event) ? 0 : search.side;
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
@@ -97,6 +98,10 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
         const double since = time_since_start(top, top->requested) - piece->begin;
         own->side = 0;
         own->mark = fmax(0.0, since / (piece->end - piece->begin));
+    } else if (own->side == 0) {
+        /* After friction has held the top, the sign of the spin is known before the spin exceeds
+         * the noise. */
+        own->side = kr_event_side_by_friction(piece, event);
     }
     own->searched = top->steps;
     find_next_sign_change(top, piece, event, own);

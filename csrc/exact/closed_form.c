@@ -43,8 +43,10 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     if (kr_scene_excludes_exact(scene, own) || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
-    kr_exact_form made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own, top.half_turn)
-                                                 : lagrange_closed_form(&top.own, top.half_turn);
+    const int is_free = top.own.lever.hi == 0.0;
+    kr_exact_form made = is_free ? euler_closed_form(&top.own, top.half_turn)
+                                 : lagrange_closed_form(&top.own, top.half_turn);
+    if (!is_free && top.behind) made.spin = opposite_spin(made.spin);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* For extreme moments of inertia, the rates of the phases may exceed the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
@@ -73,12 +75,12 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     /* Beside a rotor, powers of a much smaller momentum would underflow. Such a momentum moves the
      * apex at no time that doubles resolve. */
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
-    const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
+    const int below = top.own.lever.hi < 0.0;
     if (below) top.own = seen_from_below(&top.own);
     kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
-    r.critical_spin += (behind ? -2.0 : 2.0) * top.half_turn.hi;
-    if (below != behind) flip_turning(&r);
+    r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;
+    if (below != top.behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);
     memcpy(out, &r, sizeof r);
     return KR_OK;

@@ -173,6 +173,12 @@ static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide secon
     exact->precession = (first + second) + (wind1 + wind2) * nu;
     exact->spin = (first - second) + (wind1 - wind2) * nu;
 }
+/* Converts the mean spin about the third internal axis to the mean spin about the apex, for an apex
+ * opposite to this axis. The mean precession rates of both directions are equal. */
+static inline wide opposite_spin(wide spin)
+{
+    return 0.0 - spin; /* a zero spin stays a positive zero */
+}
 /* Returns I1, the mean of the two equal principal moments. */
 static inline dd equal_moment(const exact_top *top)
 {

@@ -11,6 +11,7 @@
 /* A top in internal axes and units, and the data for converting results to the user's units. */
 typedef struct described_top {
     exact_top own;
+    int behind;   /* nonzero if the apex is opposite to the third internal axis */
     dd half_turn; /* half of -rotor / I3, the change of the rate of the spin by the rotor */
     kr_quat axes; /* internal axes -> frame of description */
     kr_units units;
@@ -64,6 +65,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     kr_quat tilt;
     if (status != KR_OK) return status;
     exact_top *own = &top->own;
+    top->behind = w.com.z < 0.0;
     own->inertia = v_scale(1.0 / top->units.moment, w.inertia);
     const kr_vec3 m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
     own->m = v3(drop_tiny_momentum(m.x), drop_tiny_momentum(m.y), drop_tiny_momentum(m.z));

@@ -342,6 +342,7 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
     if (KR_HAS_SUPPORTS && s->linear > 1.0) {
         piece.is_disturbed = 1;
         piece.held = s->holds != 0.0 ? p->before_hold : 0.0;
+        piece.sliding = kr_support_sliding(s);
         kr_support_slopes(motion, piece.slope_x, piece.slope_w);
     }
     return piece;

@@ -237,8 +237,9 @@ def stopped(**more: Unpack[_More]) -> Event:
     """Find the times at which the spin vanishes, for example because dry friction stops it.
 
     The spin is the angular velocity about the axis through the fixed point and the apex. Unless
-    friction stops the top, the events are instants at which the spin changes its sign. The
-    arguments are the same as for kreisel.events.crossing.
+    friction stops the top, the events are instants at which the spin changes its sign. If friction
+    later lets a stopped top slide again, this is not an event. The arguments are the same as for
+    kreisel.events.crossing.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)

@@ -259,6 +259,61 @@ static void test_sliding(void)
     reversed.start = end;
     NEAR(distance(state_at(0.0, &reversed, taylor(), back), s.start), 0.0, 1e-14);
 }
+/* Returns a top that friction stops three times until t = 20. It then slides backward, in the same
+ * direction as before the stop, and stays held. */
+static kr_scene slipping_top(void)
+{
+    const kr_scene s = {.body = {1.0, {3.0, 2.0, 4.0}, {0.5, 0.0, 0.6}, {1, 0, 0, 0}, 0, {0, 0, 0}},
+                        .gravity = 2.0,
+                        .friction = 1.0,
+                        .start = {0.0, {1, 0, 0, 0}, {0.8, -2.0, 1.5}}};
+    return s;
+}
+/* Writes the stops after t = `begin` that a dense sequence of states shows, each to within `width`,
+ * and their directions. Returns their number. */
+static int sample_stops(const kr_scene *s, double begin, double width, double *t, int *direction)
+{
+    kr_top *top = make(s, taylor(), kr_config_default());
+    int n = 0, last = 0;
+    for (double at = begin; at < 20.0; at += width) {
+        double spin;
+        IS(kr_top_advance(top, at) == KR_OK);
+        const kr_state now = kr_top_state(top);
+        kr_quantity_values(kr_quantity_find("spin"), s, 1, &now, &spin);
+        const int sign = fabs(spin) < 1e-13 ? 0 : spin > 0.0 ? 1 : -1;
+        if (last != 0 && sign != last) {
+            t[n] = at - 0.5 * width;
+            direction[n++] = -last;
+        }
+        last = sign;
+    }
+    kr_top_free(top);
+    return n;
+}
+/* A top that friction releases has no event, in whichever direction it slides, and wherever the
+ * search begins: while the top slides, while friction holds it, or at the release. */
+static void test_release(void)
+{
+    static const double begins[] = {0.0, 2.0, 7.0, 7.8, 9.5, 11.0, 12.19617518, 12.5};
+    const kr_scene s = slipping_top();
+    const kr_term turned = term(-2.0, "1", "spin"), spin = term(1.0, "spin", "1");
+    double found[MANY], stops[MANY];
+    int direction[MANY];
+    for (int i = 0; i < 3 * 8; i++) {
+        const double begin = begins[i / 3];
+        const int n = sample_stops(&s, begin, 1.0 / 512.0, stops, direction);
+        kr_event event = {.terms = i % 2 ? &turned : &spin, .count = 1};
+        kr_event_hit hits[MANY];
+        kr_top *top = make(&s, taylor(), (kr_config){.digits = i % 3 * 8});
+        IS(kr_top_advance(top, begin) == KR_OK && kr_top_watch(top, 1, &event) == KR_OK);
+        IS(seek_all(top, 20.0, found, hits) == n && n > 0);
+        for (int k = 0; k < n; k++) {
+            NEAR(found[k], stops[k], 1.0 / 1024.0);
+            IS(hits[k].direction == (i % 2 ? -1 : 1) * direction[k]);
+        }
+        kr_top_free(top);
+    }
+}
 /* Checkpoints and new starts continue the shaking and the friction. */
 static void test_continuation(void)
 {
@@ -426,6 +481,7 @@ int main(void)
     test_sliding();
     test_stop_at_the_end_of_a_step();
     test_events_of_a_stopping_top();
+    test_release();
     test_least_friction();
     test_continuation();
     const kr_scene moving = moved(TURNING | SHAKING);

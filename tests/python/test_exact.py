@@ -3,6 +3,7 @@
 import copy
 import math
 import pickle
+from dataclasses import replace
 
 import kreisel as kr
 import numpy as np
@@ -79,6 +80,45 @@ def test_rates_agree_with_the_motion_of_the_axis(name):
     azimuth = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
     assert abs(axis[-1, 2] - axis[0, 2]) < 1e-13
     assert azimuth[-1] - azimuth[0] == pytest.approx(top.precession * top.period, rel=1e-12)
+
+
+SPHERE = (1.1, 1.1, 1.1)
+BODIES_WITH_APEX = {
+    "third axis": kr.Body(1.2, (1.3, 1.3, 0.7), (0, 0, 0.4), unphysical=True),
+    "first axis": kr.Body(1.2, (0.7, 1.3, 1.3), (0.4, 0, 0), unphysical=True),
+    "second axis": kr.Body(1.2, (1.3, 0.7, 1.3), (0, 0.4, 0), unphysical=True),
+    "rotor": kr.Body(1.2, (1.3, 1.3, 0.7), (0, 0, 0.4), unphysical=True, rotor=(0, 0, 0.6)),
+    "tensor": SCENES["turned"].body,
+    "spherical": kr.Body(1.2, SPHERE, (0.3, 0.2, -0.1), unphysical=True),
+    "spherical, one axis": kr.Body(1.2, SPHERE, (0, 0, 0.4), unphysical=True),
+}
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("gravity", [1.3, -1.3])
+@pytest.mark.parametrize("name", BODIES_WITH_APEX)
+def test_the_spin_is_the_mean_rate_of_the_spin_angle(name, gravity, side):
+    body = BODIES_WITH_APEX[name]
+    body = replace(body, com=tuple(side * x for x in body.com))
+    scene = kr.Scene(
+        body, body_velocity=(0.9, 0.4, -1.5), attitude=TILTED.attitude, gravity=gravity
+    )
+    top = kr.exact(scene)
+    t = np.linspace(0.0, 20.0 * top.period, 40001)
+    spun, turned = (
+        (np.unwrap(angles)[-1] - angles[0]) / t[-1]
+        for angles in (top(t).spin_angle, top(t).precession_angle)
+    )
+    assert (top.spin, top.precession) == (pytest.approx(spun), pytest.approx(turned))
+    assert kr.exact([scene, scene]).spin[1] == top.spin
+    back = np.linspace(0.0, -40.0 * top.period, 8001)
+    for times, method in ((back, "taylor"), (back, "exact"), (-back, "taylor")):
+        assert kr.frequencies(kr.solve(scene, times, method)).spin == pytest.approx(spun)
+    turntable = kr.solve(scene.replace(turning=(0, 0, 0.3)), -back, "taylor")
+    assert kr.frequencies(turntable).spin == pytest.approx(spun)
+    if not any(body.rotor):
+        map_spin = kr.exact(scene, map="bobenko_suris", step=1e-4).spin
+        assert map_spin == pytest.approx(spun, rel=1e-3)
 
 
 def test_closed_forms_take_no_steps():

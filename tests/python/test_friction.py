@@ -59,6 +59,60 @@ def test_the_spin_of_a_symmetric_top_in_closed_form(damping):
         assert end.t[-1] == pytest.approx(stop, rel=1e-13) and abs(end.spin[-1]) < 1e-14
 
 
+SLIPPING = kr.Scene(
+    kr.Body(1.0, (3.0, 2.0, 4.0), (0.5, 0.0, 0.6), unphysical=True),
+    momentum=(0.8, -2.0, 1.5),
+    gravity=2.0,
+    friction=1.0,
+)
+
+
+@pytest.fixture(scope="module")
+def stops_and_releases():
+    """The times at which the spin of SLIPPING ends, to 0.001, and at which friction lets it go."""
+    path = kr.solve(SLIPPING, np.linspace(0.0, 20.0, 20001))
+    is_held = np.abs(path.spin) < 1e-13
+    stops = path.t[1:][~is_held[:-1] & is_held[1:]]
+    releases = path.t[:-1][is_held[:-1] & ~is_held[1:]]
+    assert len(stops) == 3 and len(releases) == 2
+    spins = np.interp((stops[1] - 0.1, releases[1] + 0.1), path.t, path.spin)
+    assert np.all(spins < 0.0)  # after the second release, the top slides as before its stop
+    return stops, releases
+
+
+@pytest.mark.parametrize("digits", [None, 20, 30])
+def test_a_release_by_friction_is_no_event(stops_and_releases, digits):
+    stops = pytest.approx(stops_and_releases[0], abs=1e-3)
+    stopped = kr.events.stopped
+    path = kr.solve(SLIPPING, 20, digits=digits, events=stopped(where={"1": 1.0}))
+    assert path.events.t == stops
+    directions = np.sign([kr.solve(SLIPPING, [t - 1e-3]).spin[0] for t in path.events.t])
+    assert np.array_equal(path.events.direction, -directions)
+    for direction in (1, -1):
+        chosen = kr.solve(SLIPPING, 20, digits=digits, events=stopped(direction=direction))
+        assert np.array_equal(chosen.events.t, path.events.t[path.events.direction == direction])
+    end = kr.solve(SLIPPING, 30, digits=digits, events=stopped(max_count=3, terminal=True))
+    assert end.t[-1] == path.events.t[2]
+    members = kr.solve(kr.Ensemble.of([SLIPPING] * 2), [20.0], digits=digits, events=stopped())
+    assert np.array_equal(members[1].events.t, path.events.t)
+    section = kr.section(SLIPPING, stopped(), n=3, digits=digits)
+    assert np.array_equal(np.ravel(section.t), path.events.t)
+
+
+def test_events_of_a_continued_motion_equal_those_of_the_whole_motion(stops_and_releases):
+    stops, releases = stops_and_releases
+    whole = kr.solve(SLIPPING, 20, events=kr.events.stopped()).events.t
+    begins = np.sort(np.concatenate((0.5 * (stops[:2] + releases), releases + 0.2)))
+    states = kr.solve(SLIPPING, begins)
+    for i, begin in enumerate(begins):
+        rest = kr.solve(states.scene_at(i), 20.0 - begin, events=kr.events.stopped()).events.t
+        assert rest + begin == pytest.approx(whole[whole > begin], abs=1e-9)
+        run = kr.start(SLIPPING, events=kr.events.stopped())
+        run.to([begin])
+        run.change(gravity=SLIPPING.gravity)
+        assert run.to(20.0).events.t == pytest.approx(whole[whole > begin], abs=1e-9)
+
+
 def test_a_stopped_top_is_a_spherical_pendulum():
     top = SPUN.replace(friction=0.5)
     stop = kr.solve(top, 20.0, events=[kr.events.stopped(terminal=True)])

@@ -276,8 +276,7 @@ def _choose_space_and_body_axes(path: Path) -> tuple[Array, Array]:
     if not path.m[0].any() and not (path.scene.gravity and com.any()):
         return np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0))  # at rest
     if path.scene.gravity and com.any():
-        side = -1.0 if path.scene.body.kind == "lagrange" and com.sum() < 0.0 else 1.0
-        return np.array((0.0, 0.0, 1.0)), side * com / np.linalg.norm(com)
+        return np.array((0.0, 0.0, 1.0)), com / np.linalg.norm(com)
     momentum = path.frame @ path.m[0]
     rotor = np.array(path.scene.body.principal_rotor)
     if rotor.any():

@@ -89,12 +89,12 @@ class Exact(_ClosedFormBase):
     spin        the mean rate of the body about the axis, as the mean rate of the Euler angle
                 spin_angle; the precession is not included [T^-1]
 
-    For a symmetric body, the nutation refers to the axis of symmetry. For a free asymmetric body,
-    the nutation refers to the principal axis about which the momentum precesses in the body frame.
-    The principal axis is oriented so that it makes an acute angle with the angular momentum. The
-    nutation of a free asymmetric body has half the period of body_velocity, the angular velocity in
-    the body frame. The period of body_velocity is denoted by T in Landau and Lifshitz, Mechanics,
-    section 37.
+    For a heavy top, the axis is the apex. For a free symmetric body, it is the axis of symmetry.
+    For a free asymmetric body, it is the principal axis about which the momentum precesses in the
+    body frame. The axis of a free body is oriented so that it makes an acute angle with the angular
+    momentum. The nutation of a free asymmetric body has half the period of body_velocity, the
+    angular velocity in the body frame. The period of body_velocity is denoted by T in Landau and
+    Lifshitz, Mechanics, section 37.
 
     If the axis of the body passes exactly through the vertical, the precession angle jumps by half
     a turn. The mean rate `precession` does not include jumps of the precession angle by half a
