@@ -41,7 +41,7 @@ def verb_of(words):
         ({"threads": 1.5}, TypeError, "threads must be a whole number"),
         ({"executor": 3}, TypeError, "executor must be one of concurrent.futures"),
         ({"progress": 3}, TypeError, "progress must be a function"),
-        ({"events": [3]}, TypeError, "events must be a list"),
+        ({"events": [3]}, TypeError, "events must be an event"),
         ({"events": [kr.events.loop()], "method": "rk4"}, ValueError, "rk4"),
         ({"reductions": {"nutatio": "max"}}, ValueError, "did you mean 'nutation'"),
         ({"reductions": {"q_low": "max"}}, ValueError, "unknown quantity in reductions"),

@@ -167,7 +167,7 @@ def test_a_run_shows_its_events():
     path = run.to(3.0)
     assert path.plan.kept == run.plan.kept and path.want == ("energy",)
     assert kr.start(GENERAL).events is None and len(kr.start(GENERAL).to(1.0).events) == 0
-    with pytest.raises(TypeError, match="events must be a list"):
+    with pytest.raises(TypeError, match="events must be an event"):
         kr.start(GENERAL, events="nutation")
 
 

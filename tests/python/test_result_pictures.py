@@ -47,7 +47,7 @@ def test_a_section_is_drawn_over_any_components():
     assert axes.get_xlabel() == "nutation [rad]"
 
 
-def test_a_section_shows_verdicts_on_chaos():
+def test_a_section_shows_classifications_of_chaos():
     axes = SECTION.plot(indicator=CURVES)
     colours = axes.collections[0].get_facecolors()[:, :3]
     for i in range(5):
@@ -471,7 +471,7 @@ def test_the_map_of_a_growth_begins_at_one(largest, top):
     (dots,) = axes.lines
     assert dots.get_xydata().tolist() == [[1.0, 0.5], [0.5, 1.0]]
     assert (dots.get_markersize(), dots.get_markeredgewidth()) == (1.5, 0.0)
-    assert axes.get_title() == "dots: verdict in doubt" and axes.title.get_fontsize() == 9
+    assert axes.get_title() == "dots: classification in doubt" and axes.title.get_fontsize() == 9
     assert axes.figure.axes[1].get_ylabel() == "MEGNO, t = 10" and field.get_rasterized()
     assert not axes.xaxis.get_tick_params()["gridOn"] and axes.xaxis.label.get_fontsize() == 9
 

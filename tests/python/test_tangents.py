@@ -128,7 +128,7 @@ def test_unsupported_requests_for_tangents_are_refused():
         kr.solve(scene, 1.0, tangents=3)
     with pytest.raises(ValueError, match="tangents is empty"):
         kr.solve(scene, 1.0, tangents=[])
-    with pytest.raises(AttributeError, match="solve with tangents='start'"):
+    with pytest.raises(AttributeError, match="solve with tangents with respect to 'start'"):
         _ = kr.solve(scene, 1.0).tangents
     with pytest.raises(AttributeError, match="conditioning"):
         _ = kr.solve(scene, 1.0, **every).conditioning
