@@ -106,7 +106,7 @@ def test_conditioning_is_the_effect_of_rounding_errors_on_the_attitude():
     undamped = kr.solve(scene, t, tangents=ALL[:-1])  # a damping of zero is not rounded
     assert undamped.conditioning == pytest.approx(path.conditioning, rel=1e-14)
     damped = kr.solve(scene.replace(damping=0.1), t, tangents=ALL[:-1])
-    with pytest.raises(AttributeError, match="damping"):
+    with pytest.raises(AttributeError, match="all parameters that are not 0"):
         _ = damped.conditioning
     start = kr.solve(scene, [0.0], tangents=ALL)  # one rounding in each of three half angles
     assert start.conditioning == pytest.approx([6.0 * 2.0**-53], rel=1e-12)
@@ -128,7 +128,7 @@ def test_unsupported_requests_for_tangents_are_refused():
         kr.solve(scene, 1.0, tangents=3)
     with pytest.raises(ValueError, match="tangents is empty"):
         kr.solve(scene, 1.0, tangents=[])
-    with pytest.raises(AttributeError, match="solve with tangents with respect to 'start'"):
+    with pytest.raises(AttributeError, match="solve with tangents='start'"):
         _ = kr.solve(scene, 1.0).tangents
     with pytest.raises(AttributeError, match="conditioning"):
         _ = kr.solve(scene, 1.0, **every).conditioning
