@@ -19,6 +19,21 @@ from ._utils.validation import Array, Quaternion, R, as_finite_array, as_float_l
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
+__all__ = [
+    "attitude_error",
+    "conjugate",
+    "conventions",
+    "from_rotation",
+    "multiply",
+    "turn",
+    "turn_back",
+]
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return sorted(__all__)
+
 
 def multiply(a: tuple[R, R, R, R], b: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
     """Return the product of two quaternions, that is, the rotation b followed by the rotation a."""

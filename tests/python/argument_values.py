@@ -83,7 +83,7 @@ FUNCTIONS = ["apex_z", {"m_x": 2.0, "apex_z*apex_z": 1, "1": -0.5}]
 FILES = ["top.npz", "top.toml", "top.run", "top.csv", "top.html", "new"]
 
 RIGHT = {
-    **dict.fromkeys(["attitude", "attitude_xyzw", "q", "a", "b", "given"], ATTITUDES),
+    **dict.fromkeys(["attitude", "attitude_xyzw", "q", "a", "b"], ATTITUDES),
     **dict.fromkeys(
         ["com", "pivot", "by", "normal", "v", "point", "momentum", "velocity", "impulse"], VECTORS
     ),
@@ -94,7 +94,7 @@ RIGHT = {
     **dict.fromkeys(["energy", "vertical", "speed", "within", "offset", "nutation"], SIZES),
     **dict.fromkeys(["thickness", "elevation", "azimuth"], SIZES),
     **dict.fromkeys(["unphysical", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
-    **dict.fromkeys(["back", "open", "last", "terminal"], FLAGS),
+    **dict.fromkeys(["back", "open", "terminal"], FLAGS),
     **dict.fromkeys(
         ["n", "every", "max_count", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS
     ),
@@ -232,9 +232,6 @@ PARTICULAR = {  # values of parameters whose meaning differs from call to call
     "Source.__getitem__.key": [0, -1, slice(1, 3), slice(None)],
     "SweepResult.__getitem__.name": ["status", "nutation_min", "top"],
     "SweepResult.part.i": [0, 1],
-    "quaternion.unit.name": ["attitude"],
-    "quaternion.from_xyzw.name": ["attitude"],
-    "quaternion.from_xyzw.value": ATTITUDES,
 }
 
 

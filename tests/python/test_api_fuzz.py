@@ -45,8 +45,6 @@ IDIOMS |= {"end": IndexError, "get_scene": KeyError, "message": IndexError, "par
 PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}
 # parameters with which a run may take hours if they are large
 LIMITED = {"pieces": 3, "max_evaluations": 30, "repeats": 3, "n": 50, "fps": 10, "size": 64}
-# parameters that only label a value in error messages
-LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}
 # more parameters with which a run may take hours
 SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}
 
@@ -110,7 +108,7 @@ def is_inexpensive(name, word, value):
 def draw_arguments(draw, name, parameters):
     """Draw random arguments for a call; those of at most two parameters may be invalid."""
     args, kwargs = [], {}
-    names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
+    names = [p.name for p in parameters]
     odd = draw(up_to_two(*names))
     for p in parameters:
         if p.kind is p.VAR_KEYWORD:

@@ -194,6 +194,7 @@ class Exact(_ClosedFormBase):
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
+        """Return the path at the times `t` [T], a number or a list in any order."""
         states = self._try_to_compute_states(t, self.scene._resolvable_horizon)
         if states is None:
             states = self._try_to_compute_states(self._validate_evaluation_times(t), math.inf)
@@ -316,6 +317,7 @@ class ExactTorus(Exact):
         return np.column_stack([pairs, times])
 
     def __call__(self, t: Numbers, *, tangents: TangentSpec | None = None) -> Path:
+        """Return the path at the times `t` [T], with `tangents` as in kreisel.solve if given."""
         if tangents is None:
             return super().__call__(t)
         names = validate_tangent_names(tangents)
@@ -406,6 +408,7 @@ class ExactMap(_ClosedFormBase):
     step: float
 
     def __call__(self, k: Numbers) -> Path:
+        """Return the path after `k` steps of the method, a whole number or a list in any order."""
         numbers = as_finite_array("k", k, "a whole number or a list of them")
         if numbers.ndim > 1:
             raise ValueError(

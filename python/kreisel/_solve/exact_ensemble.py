@@ -90,6 +90,11 @@ class ExactEnsemble:
         return tuple(get_member_by_flat_index(self.tops, i) for i in range(self.tops.size))
 
     def __call__(self, t: Numbers) -> Array:
+        """Return the states at the times `t` [T]: (*shape, k, 8) numbers t, q and m.
+
+        `t` is a list of k times for all tops, or an array (*shape, k) with the times of each. For a
+        single number, the result has the shape (*shape, 8).
+        """
         n, shape = self.tops.size, self.tops.shape
         times = as_finite_array(
             "t", t, "a number, a list of times, or an array of times of each top"
