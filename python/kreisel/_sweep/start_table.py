@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,8 @@ def _read_start_table_columns(file: str, ending: str) -> dict[str, npt.NDArray[n
         import pyarrow.csv as text
         import pyarrow.parquet as parquet
     try:
-        table = parquet.read_table(file) if ending == ".parquet" else text.read_csv(file)
+        with pa.OSFile(os.fsencode(file)) as stream:  # pyarrow refuses a str that is not UTF-8
+            table = parquet.read_table(stream) if ending == ".parquet" else text.read_csv(stream)
     except pa.ArrowInvalid as error:
         raise ValueError(f"{file} cannot be read: {error}") from None
     for name in table.column_names:
