@@ -73,3 +73,30 @@ def test_a_plot_that_fills_the_disk_leaves_the_old_file(folder, monkeypatch):
     assert "No space left on device: 'a.svg'" in output
     assert (folder / "a.svg").read_text() == "old"
     assert sorted(os.listdir(folder)) == ["a.svg", "record.csv"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--sigma body_velocity=1 --sigma body_velocity=2", "--sigma body_velocity=2"),
+        ("--column spin=a --column nutation=b --column spin=c", "--column spin=c"),
+    ],
+)
+def test_a_quantity_given_twice_is_refused(folder, fit_calls, words, message):
+    output = call(f"fit record.csv asymmetric {words}", code=2)
+    assert message in output and "is already given" in output and not fit_calls
+
+
+def test_a_record_may_be_a_pipe(folder):
+    table = (folder / "record.csv").read_bytes()
+    read_end, write_end = os.pipe()
+    with open(write_end, "wb") as pipe:
+        pipe.write(table)
+    output = call(f"fit /dev/fd/{read_end} asymmetric --free velocity --sigma 1")
+    os.close(read_end)
+    assert output == call(FIT)
+
+
+def test_the_number_of_evaluations_is_checked(folder):
+    output = call(f"{FIT} --max-evaluations 0", code=2)
+    assert "--max-evaluations must be at least 1" in output

@@ -279,6 +279,7 @@ def test_names_are_completed_by_their_beginning():
         ("t is wrong, and tol too", "--t is wrong, and tol too"),
         ("give tol or leave step", "give --tol or leave --step"),
         ("max_steps must be at least 0", "--max-steps must be at least 0"),
+        ("raise max_steps", "raise --max-steps"),
         ("give max_steps or leave out max_steps", "give --max-steps or leave out --max-steps"),
         ("tol=(1, 2)", "--tol 1,2"),
         ("give t as a list", "give --t as a grid, as in --t 0:10:0.01"),
@@ -395,7 +396,7 @@ def test_a_fit_that_has_not_converged_ends_with_an_exit_code(has_converged, code
     assert result.exit_code == code and result.stdout == "summary\n"
     assert calls[0] == ("a.csv", None, "t", (), [], False, None)
     words = (kr.scenes.cusps, None, ["start", "moments"])
-    assert calls[1] == (words, {"loss": "linear", "pieces": None})
+    assert calls[1] == (words, {"loss": "linear", "pieces": None, "max_evaluations": 500})
 
 
 def test_a_missing_record_is_a_usage_error(monkeypatch):

@@ -12,6 +12,9 @@ from functools import partial
 
 import kreisel as kr
 import numpy as np
+import pyarrow as pa
+import pyarrow.csv as text
+import pyarrow.parquet as parquet
 import pytest
 from cli_helpers import call, join_lines, make_raiser
 from distributed import LocalCluster
@@ -177,6 +180,25 @@ def test_a_missing_pyarrow_is_reported_in_one_line(plan, monkeypatch, words):
     output = call(f"sweep {words}", code=1)
     assert output.startswith("Error: this needs pyarrow") and output.count("\n") == 1
     assert not (plan / "runs").exists()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names need not be UTF-8 on Linux only")
+def test_a_folder_whose_name_is_not_utf_8_is_written_and_read(plan):
+    folder = os.fsdecode(b"lat\xfcn")
+    os.mkdir(folder)
+    for options in ([], ["--workers", "1"]):
+        call(f"sweep plan.toml --folder {folder}/runs", *options)
+        output = call(f"sweep status {folder}/runs")
+        assert "5 of 5 parts" in output and "failed: " in output
+    result = kr.read_sweep(f"{folder}/runs")
+    assert result["spin"].shape == (12, 25)
+    for ending in ("parquet", "csv"):
+        starts = os.path.join(folder, f"starts.{ending}")
+        write = parquet.write_table if ending == "parquet" else text.write_csv
+        with open(starts, "wb") as file:
+            write(pa.table({"spin": [1.0, 2.0]}), file)
+        tops = kr.Source.columns(kr.scenes.asymmetric, starts)
+        assert tops[0:2].coords["spin"].tolist() == [1.0, 2.0]
 
 
 def test_an_error_of_a_worker_takes_one_line(plan, monkeypatch):

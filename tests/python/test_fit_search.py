@@ -369,12 +369,11 @@ COLUMNS = "--column body_velocity=wx,wy,wz --time time --sigma 0.02"
 
 
 @pytest.mark.filterwarnings("default")  # a warning must appear as a line of the output
-def test_the_command_returns_1_if_the_fit_does_not_converge(files, monkeypatch):
-    monkeypatch.setattr(
-        fit_command, "estimate", lambda *given, **words: kr.fit(*given, **words, max_evaluations=1)
-    )
-    told = call(f"fit {files / 'toss.csv'} {files / 'top.toml'} {COLUMNS}", code=1)
-    assert "Warning: " in told and "Fit of 9 parameters" in told
+def test_the_command_returns_1_if_the_fit_does_not_converge(files):
+    words = f"{COLUMNS} --free start,moments,com --max-evaluations 3"
+    told = call(f"fit {files / 'toss.csv'} {files / 'top.toml'} {words}", code=1)
+    assert "Warning: the fit did not converge" in told and "Fit of 12 parameters" in told
+    assert "raise --max-evaluations or" in told
 
 
 @pytest.mark.parametrize("has_result", [True, False])

@@ -301,7 +301,14 @@ def test_columns_of_files_are_parameters(tmp_path):
     odd = tmp_path / "odd.parquet"
     for table, columns in {
         "unknown column 'gravty'; did you mean 'gravity'": {"gravty": down},
-        "unknown column 'momentum_x'": {"momentum_x": down, "gravity": down},
+        "'momentum_x' is a component of momentum, .* missing: momentum_y, momentum_z$": {
+            "momentum_x": down,
+            "gravity": down,
+        },
+        "'angles_2' is a component of angles, .* column is missing: angles_1$": {
+            "angles_2": down,
+            "angles_0": down,
+        },
         "'gravity' has missing values": {"gravity": [1.0, None]},
         r"odd\.parquet: its column 'gravity' must be numbers, not string": {"gravity": ["a", "b"]},
         "gravity must be finite": {"gravity": [1.0, np.nan]},

@@ -14,6 +14,7 @@ from .._fit.fit_result import Fit
 from .._fit.levenberg_marquardt import LossName
 from .._fit.parameters import FREE, FreeName
 from .._fit.records import INSTRUMENT, InstrumentName, Record
+from .._model.scene import Scene
 from .output_files import FILE, choose_picture_format, parse_output_files
 from .outputs import write_bytes
 from .parsers import (
@@ -27,7 +28,7 @@ from .parsers import (
 )
 from .parsers import find_or_read_scene as a_scene
 
-_OPTIONS = ("free", "sigma", "loss", "pieces", "point")
+_OPTIONS = ("free", "sigma", "loss", "pieces", "point", "max_evaluations")
 _NOT_CONVERGED = 1  # exit code
 
 
@@ -43,6 +44,8 @@ def _parse_quantity_columns(options: tuple[str, ...]) -> dict[str, str | list[st
     columns: dict[str, str | list[str]] = {}
     for words in options:
         quantity, value = _split_quantity_and_value("--column", words)
+        if quantity in columns:
+            raise UsageError(f"--column {words}: {quantity} is already given")
         columns[quantity] = value.split(",") if "," in value else value
     return columns or None
 
@@ -52,8 +55,13 @@ def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] |
     try:
         if len(options) == 1 and "=" not in options[0]:
             return float(options[0])
-        pairs = (_split_quantity_and_value("--sigma", words) for words in options)
-        return {quantity: float(value) for quantity, value in pairs} or None
+        deviations: dict[str, float] = {}
+        for words in options:
+            quantity, value = _split_quantity_and_value("--sigma", words)
+            if quantity in deviations:
+                raise UsageError(f"--sigma {words}: {quantity} is already given")
+            deviations[quantity] = float(value)
+        return deviations or None
     except ValueError:
         raise UsageError(f"--sigma {' '.join(options)}: the value must be a number") from None
 
@@ -103,6 +111,13 @@ def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] |
 @click.option(
     "--pieces", type=int, help="Number of pieces of a chaotic motion; default: as needed."
 )
+@click.option(
+    "--max-evaluations",
+    type=int,
+    default=500,
+    show_default=True,
+    help="The largest number of paths that one search computes.",
+)
 @click.option("--save", type=FILE, help="Write the fitted scene as TOML.")
 @click.option("--csv", "csv_file", type=FILE, help="Write the parameters as a table.")
 @click.option(
@@ -120,6 +135,7 @@ def fit(
     degrees: bool,
     loss: LossName,
     pieces: int | None,
+    max_evaluations: int,
     save: str | None,
     csv_file: str | None,
     plot: str | None,
@@ -134,24 +150,40 @@ def fit(
     parse_output_files(places, (record, scene))
     if plot is not None:
         _check_plot_can_be_drawn(plot)
-    interruption: FitInterrupted | None = None
     with convert_errors_to_usage_errors(_OPTIONS):
         instrument_names = cast(list[InstrumentName], [word for word in instrument if word])
         measurements = _read_measurement_record(
             record, _parse_quantity_columns(columns), time, sigma, instrument_names, degrees, point
         )
-        try:
-            result: Fit | None = estimate(
-                top, measurements, cast(list[FreeName], free), loss=loss, pieces=pieces
-            )
-        except FitInterrupted as error:
-            result, interruption = error.fit, error
+        result, interruption = _fit_until_interrupted(
+            top, measurements, cast(list[FreeName], free), loss, pieces, max_evaluations
+        )
     if result is not None:
         _write_fit_results(result, save, csv_file, plot)
     if interruption:
         raise interruption
     if result is not None and not result.has_converged:
         raise click.exceptions.Exit(_NOT_CONVERGED)
+
+
+def _fit_until_interrupted(
+    scene: Scene,
+    record: Record,
+    free: list[FreeName],
+    loss: LossName,
+    pieces: int | None,
+    max_evaluations: int,
+) -> tuple[Fit | None, FitInterrupted | None]:
+    """Return the fit and, if it was interrupted, also this exception."""
+    try:
+        return (
+            estimate(
+                scene, record, free, loss=loss, pieces=pieces, max_evaluations=max_evaluations
+            ),
+            None,
+        )
+    except FitInterrupted as error:
+        return error.fit, error
 
 
 def _check_plot_can_be_drawn(file: str) -> None:

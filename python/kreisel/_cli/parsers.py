@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import click
 from click.shell_completion import CompletionItem
@@ -140,16 +140,29 @@ def convert_missing_package_errors() -> Iterator[None]:
 def convert_errors_to_usage_errors(options: Collection[str]) -> Iterator[None]:
     """Return a context manager that converts exceptions to command-line errors.
 
-    In the error messages, Python arguments are replaced by command-line options.
+    In the messages of errors and warnings, Python arguments are replaced by command-line options.
     """
     try:
-        yield
+        with _replace_arguments_in_warnings(options):
+            yield
     except (TypeError, ValueError) as error:
         raise UsageError(replace_arguments_by_options(str(error), options)) from None
     except MemoryError as error:
         raise UsageError(
             replace_arguments_by_options(str(error), options) or "it needs more memory"
         ) from None
+
+
+@contextmanager
+def _replace_arguments_in_warnings(options: Collection[str]) -> Iterator[None]:
+    with warnings.catch_warnings():
+        show = warnings.showwarning
+
+        def show_with_options(message: Warning | str, *words: Any, **more: Any) -> None:
+            show(replace_arguments_by_options(str(message), options), *words, **more)
+
+        warnings.showwarning = show_with_options
+        yield
 
 
 def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
@@ -169,7 +182,7 @@ def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
     text = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_assignment_as_option, message)
     text = text.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
     text = re.sub(
-        rf"\b(give |leave out |leave )({alternatives})\b", format_argument_as_option, text
+        rf"\b(give |raise |leave out |leave )({alternatives})\b", format_argument_as_option, text
     )
     return re.sub(
         rf"^()({alternatives})(?= (?:is|needs|must|and) )", format_argument_as_option, text

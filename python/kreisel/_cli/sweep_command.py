@@ -169,6 +169,9 @@ def status(folder: str) -> None:
     with convert_errors_to_usage_errors(_OPTIONS), _convert_sweep_errors_to_cli_errors():
         result = read_sweep(folder, partial=True)
         parts_by_state, numbers = result._verify_existing_parts()
+        failure_count = sum(
+            int(np.count_nonzero(result.part(i)["status"])) for i in parts_by_state[DONE]
+        )
     click.echo(_format_sweep_summary(result, parts_by_state[DONE]))
     if missing_count := result.parts - len(numbers):
         click.echo(
@@ -179,9 +182,6 @@ def status(folder: str) -> None:
         if state != DONE:
             count = format_count(len(parts), "part")
             click.echo(f"{state}: {count}, {_format_ranges(_group_into_ranges(parts))}")
-    failure_count = sum(
-        int(np.count_nonzero(result.part(i)["status"])) for i in parts_by_state[DONE]
-    )
     if failure_count:
         click.echo(f"failed: {format_count(failure_count, 'top')}, whose status is not 0")
     file_count = sum(1 for _ in Path(folder).glob(".*.new"))
@@ -194,9 +194,9 @@ def status(folder: str) -> None:
 
 def _format_sweep_summary(result: SweepResult, done: list[int]) -> str:
     size = sum(file.stat().st_size for file in Path(result.folder).glob("part-*"))
-    tops = format_count(result.size, "top")
+    tops, folder = format_count(result.size, "top"), click.format_filename(result.folder)
     return (
-        f"{result.folder}: {len(done)} of {result.parts} parts, {tops} in all, "
+        f"{folder}: {len(done)} of {result.parts} parts, {tops} in all, "
         f"{1e-6 * size:.3g} MB; plan {result.hash[:16]}"
     )
 

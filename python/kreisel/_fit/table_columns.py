@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,9 +42,9 @@ def _read_csv_rows(name: str) -> list[list[str]]:
         try:
             head = text.readline()
             delimiter = max(_DELIMITERS, key=head.count)
-            text.seek(0)
+            lines = chain([head], text)  # a pipe cannot be read again from its beginning
             return [
-                row for row in csv.reader(text, delimiter=delimiter) if any(map(str.strip, row))
+                row for row in csv.reader(lines, delimiter=delimiter) if any(map(str.strip, row))
             ]
         except (UnicodeDecodeError, csv.Error) as error:
             raise ValueError(f"{name} is not a CSV file in UTF-8: {error}") from None

@@ -7,6 +7,7 @@ the eight bytes of each double are stored in separate streams.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -130,7 +131,10 @@ def decode_part_from_parquet(
     """
     column_names = None if names is None else list(names)
     try:
-        with parquet.ParquetFile(file, page_checksum_verification=True) as source:
+        with (
+            pa.OSFile(os.fsencode(file)) as stream,  # pyarrow refuses a str that is not UTF-8
+            parquet.ParquetFile(stream, page_checksum_verification=True) as source,
+        ):
             description = _parse_sweep_part_metadata(source.metadata.metadata)
             if any(description.get(name) != value for name, value in expected.items()):
                 raise ValueError(f"it is not part {expected['part']} of this plan")

@@ -26,7 +26,7 @@ import numpy as np
 
 from .._model.scene import Scene, build_scene_from_table
 from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
-from .._utils.errors import unknown_name_message
+from .._utils.errors import suggest_name, unknown_name_message
 from .._utils.validation import as_float, as_int, short_repr
 from ..events import MAKERS, Event
 from ..scenes import about, get_scene
@@ -111,7 +111,12 @@ def _check_argument_names(name: str, arguments: Mapping[str, Any], candidates: l
 
 def _build_scene_of_plan(value: object, folder: Path) -> Scene:
     if isinstance(value, str):
-        return get_scene(value) if value in about else Scene.from_toml(folder / value)
+        try:
+            return get_scene(value) if value in about else Scene.from_toml(folder / value)
+        except FileNotFoundError:
+            raise ValueError(
+                f"there is no file or named scene {value!r}; {suggest_name(value, about)}"
+            ) from None
     return build_scene_from_table(dict(require_toml_table("scene", value)))
 
 

@@ -184,7 +184,7 @@ class Source:
         """Return a source that takes its tops from the rows of a table.
 
         Each column contains a parameter of Scene.vary, such as gravity, or one of its components,
-        such as momentum_x or angles_0.
+        such as momentum_x or angles_0. A parameter must have all its components.
 
         file  the name of a .parquet or .csv file
 

@@ -47,6 +47,22 @@ def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
     return BatchParameter(name, values, value_shape)
 
 
+def list_component_groups(name: str) -> list[tuple[str, list[str]]]:
+    """Return the parameters that have a component `name`, with the names of all their components.
+
+    A parameter occurs several times if its value can have several shapes.
+    """
+    groups = []
+    for parameter, endings in _ENDINGS.items():
+        shapes: list[Shape] = [(len(endings),)] if endings else []
+        shapes += [(3, 3)] if parameter == "inertia" else []
+        for shape in shapes:
+            names = list_parameter_component_names(parameter, shape)
+            if name in names:
+                groups.append((parameter, names))
+    return groups
+
+
 def list_parameter_component_names(name: str, value: Shape) -> list[str]:
     """Return the names of the components of a parameter, such as momentum_x.
 

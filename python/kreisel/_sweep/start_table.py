@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,11 @@ import numpy.typing as npt
 from .._utils.errors import unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .start_parameters import PARAMETERS, list_parameter_component_names
+from .start_parameters import (
+    PARAMETERS,
+    list_component_groups,
+    list_parameter_component_names,
+)
 
 PARQUET = "'kreisel[sweep]'"
 _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
@@ -33,7 +39,8 @@ def _read_start_table_columns(file: str, ending: str) -> dict[str, npt.NDArray[n
         import pyarrow.csv as text
         import pyarrow.parquet as parquet
     try:
-        table = parquet.read_table(file) if ending == ".parquet" else text.read_csv(file)
+        with pa.OSFile(os.fsencode(file)) as stream:  # pyarrow refuses a str that is not UTF-8
+            table = parquet.read_table(stream) if ending == ".parquet" else text.read_csv(stream)
     except pa.ArrowInvalid as error:
         raise ValueError(f"{file} cannot be read: {error}") from None
     for name in table.column_names:
@@ -61,10 +68,21 @@ def _join_vector_components(
                 parts = [remainder.pop(one) for one in names]
                 parameters[name] = np.stack(parts, axis=-1).reshape(-1, *value)
     if remainder:
-        candidates = [
-            one for name in PARAMETERS for one in list_parameter_component_names(name, ())
-        ]
-        raise ValueError(
-            f"{file}: {unknown_name_message('column', next(iter(remainder)), candidates)}"
-        )
+        raise ValueError(f"{file}: {_describe_unused_column(next(iter(remainder)), columns)}")
     return {name: np.asarray(values) for name, values in parameters.items()}
+
+
+def _describe_unused_column(name: str, columns: Collection[str]) -> str:
+    """Return the reason why a column is not a parameter, nor a component of a whole parameter."""
+    absent = [
+        (parameter, [one for one in names if one not in columns])
+        for parameter, names in list_component_groups(name)
+    ]
+    if absent:
+        parameter, names = min(absent, key=lambda group: len(group[1]))
+        missing = "columns are" if len(names) > 1 else "column is"
+        return (
+            f"the column {name!r} is a component of {parameter}, whose other {missing} missing: "
+            f"{', '.join(names)}"
+        )
+    return unknown_name_message("column", name, PARAMETERS)
