@@ -68,8 +68,8 @@ def fit(
     velocity relative to the support. The reported errors are first-order standard deviations. The
     errors are enlarged if the residuals are correlated or larger than expected from the given
     standard deviations. Along directions in parameter space that the data do not determine, the
-    parameters keep the values of the initial guess. The attribute `unidentified` of the fit
-    describes the combinations of parameters that the data do not determine.
+    parameters remain near the values of the initial guess, and their errors are infinite. The
+    attribute `unidentified` of the fit describes these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np

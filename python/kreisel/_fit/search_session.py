@@ -13,7 +13,14 @@ from .._solve.solve import solve
 from .._utils.validation import Array
 from .aliasing import list_spin_aliases_of_point
 from .initial_guess import Guess, guess_parameters_from_records
-from .levenberg_marquardt import LossName, Minimum, SearchSettings, compute_cost, minimize_cost
+from .levenberg_marquardt import (
+    WEAKEST,
+    LossName,
+    Minimum,
+    SearchSettings,
+    compute_cost,
+    minimize_cost,
+)
 from .multiple_shooting import (
     SegmentStartStates,
     ShootingModel,
@@ -24,7 +31,13 @@ from .multiple_shooting import (
 from .noise import MEDIAN, estimate_initial_sigmas, estimate_sigmas_from_residuals
 from .parameters import FitPoint, FreeParameters
 from .records import Record, slice_record
-from .residuals import STEPS_MOST, ResidualEvaluation, ResidualModel, ResidualRows
+from .residuals import (
+    STEPS_MOST,
+    ResidualEvaluation,
+    ResidualModel,
+    ResidualRows,
+    SubspaceModel,
+)
 from .rotations import compute_rotation_quaternions, multiply_quaternions, rotation_matrix
 from .uncertainty import classify_fit_directions
 
@@ -73,24 +86,6 @@ class BestFit(NamedTuple):
     cost: float
     has_converged: bool
     pieces: tuple[tuple[float, FitPoint], ...] = ()
-
-
-class SubspaceModel:
-    """A least-squares model restricted to a subspace of the parameter space."""
-
-    def __init__(self, model: ResidualModel, projection: Array) -> None:
-        self._model, self._allowed, self.evaluations = model, projection, 0
-        self.size = model.size
-        self.estimate_parameter_scales = model.estimate_parameter_scales
-        self.add_step_within_bounds = model.add_step_within_bounds
-        self.compute_distances_to_lower_bounds = model.compute_distances_to_lower_bounds
-
-    def evaluate_residuals(self, point: FitPoint) -> ResidualEvaluation:
-        evaluations = self._model.evaluations
-        residuals, jacobian = self._model.evaluate_residuals(point)
-        self.evaluations += self._model.evaluations - evaluations
-        self._model.evaluations = evaluations  # the session counts the paths of parts separately
-        return ResidualEvaluation(residuals, jacobian @ self._allowed)
 
 
 class SearchSession:
@@ -290,7 +285,7 @@ class SearchSession:
         def store_minimum(minimum: Minimum) -> None:
             self._store_minimum_if_best(minimum, model)
 
-        return SearchSettings(self.loss, limit, ftol, store_minimum)
+        return SearchSettings(self.loss, limit, ftol, store_minimum, weakest=WEAKEST)
 
     def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
         """Report the cost of a fit to all records, and store the fit if it is the best."""
@@ -371,7 +366,9 @@ class SearchSession:
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
-            settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum)
+            settings = SearchSettings(
+                self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum, weakest=WEAKEST
+            )
             minimum = minimize_cost(self.model, alias, settings)
             solution = minimum.point
             assert isinstance(solution, FitPoint)
@@ -414,7 +411,11 @@ class SearchSession:
 
     def _fit_point_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
         settings = SearchSettings(
-            self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_cost_of_minimum
+            self.loss,
+            _ROUGH_LIMIT,
+            _ROUGH_FTOL,
+            self._report_cost_of_minimum,
+            weakest=WEAKEST,
         )
         minimum = minimize_cost(part, point, settings)
         self.evaluations += part.evaluations
