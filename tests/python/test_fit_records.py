@@ -193,6 +193,8 @@ def test_unknown_columns_are_refused(tmp_path):
         ("gyro", "start", {"pieces": 11}, "pieces must be at most 10, one for two times"),
         ("gyro", "start", {"max_evaluations": 0}, "max_evaluations must be at least 1"),
         ("few", ("start", "moments"), {}, "3 numbers, fewer than the 9 free parameters"),
+        ("saturated", "velocity", {}, "3 numbers, as many as free parameters, so that sigma"),
+        ("heading", "start", {}, "the sigma of precession_angle cannot be estimated, because"),
         ("momentum", "gravity", {}, "vertical_momentum does not depend on the free parameters"),
     ],
 )
@@ -200,6 +202,8 @@ def test_invalid_fits_are_refused(records, free, words, message):
     records_by_name = {
         "gyro": gyroscope(n=20),
         "few": kr.Record([0.0], {"apex": [[0.0, 0.0, 1.0]]}, 0.1),
+        "saturated": kr.Record([0.5], {"body_velocity": [[0.1, 0.2, 9.0]]}),
+        "heading": [gyroscope(n=20), kr.Record([0.5], {"precession_angle": [0.5]})],
         "late": kr.Record([1000.0, 1000.5], {"apex": [[0.0, 0.0, 1.0]] * 2}, 0.1),
         "momentum": kr.Record(T, {"vertical_momentum": [1.0] * 3}, 0.1),
     }

@@ -333,16 +333,16 @@ def test_noise_is_estimated_from_residuals(parameters, share):
     model = make_model(
         {"nutation": [0.5] * 6 + [np.nan], "apex": values}, parameters, {"nutation": 0.3}
     )
-    residuals = np.linspace(-1.0, 2.0, 28)
+    residuals, nothing = np.linspace(-1.0, 2.0, 28), np.zeros((28, parameters))
     sample = residuals[7:].reshape(7, 3)[:, [0, 2]].ravel()
     old = model.rows[1].sigma
     for loss, factor in (
         ("linear", np.sqrt((sample**2).sum() / (14.0 * share))),
         ("soft", 1.4826 * np.median(np.abs(sample))),
     ):
-        known, found = noise.estimate_sigmas_from_residuals(model, residuals, loss)
+        known, found = noise.estimate_sigmas_from_residuals(model, residuals, nothing, loss)
         assert (known[:6] == 0.3).all() and found == pytest.approx(factor * old)
-    exact = noise.estimate_sigmas_from_residuals(model, 0.0 * residuals, "linear")
+    exact = noise.estimate_sigmas_from_residuals(model, 0.0 * residuals, nothing, "linear")
     assert exact[1] == pytest.approx(1e-12, rel=1e-9, abs=0.0)
 
 
@@ -350,9 +350,74 @@ def test_noise_of_a_series_without_measurements_stays():
     model = make_model({"spin": [1.0, 2.0], "nutation": [np.nan] * 2}, 7)
     for loss in ("linear", "soft"):
         _, nutation = noise.estimate_sigmas_from_residuals(
-            model, np.array((0.3, 0.4, 9.0, 9.0)), loss
+            model, np.array((0.3, 0.4, 9.0, 9.0)), np.zeros((4, 7)), loss
         )
         assert nutation is model.rows[1].sigma
     lone = make_model({"spin": [1.0, np.nan], "nutation": [0.5, 0.5]}, 7, {"nutation": 0.1})
-    found, _ = noise.estimate_sigmas_from_residuals(lone, np.full(4, 0.3), "linear")
+    found, _ = noise.estimate_sigmas_from_residuals(
+        lone, np.full(4, 0.3), np.zeros((4, 7)), "linear"
+    )
     assert found == pytest.approx(lone.rows[0].sigma * 0.3 * np.sqrt(3.0))
+
+
+def make_absorbed_model():
+    """Return a model of two quantities, and a Jacobian matrix that fits mainly the second."""
+    model = make_model({"spin": np.ones(20), "nutation": [0.5] * 4 + [np.nan] * 16}, parameters=3)
+    jacobian = np.zeros((40, 3))
+    jacobian[20, 0] = 100.0
+    jacobian[[0, 21], 1] = 300.0, 400.0  # a share 0.36 of this direction lies in spin
+    jacobian[5, 2] = 0.9  # not determined
+    return model, jacobian
+
+
+def test_parameters_absorb_degrees_of_freedom_of_the_quantities_that_determine_them():
+    model, jacobian = make_absorbed_model()
+    assert noise.compute_degrees_of_freedom(model, jacobian) == pytest.approx([19.64, 2.36])
+    with_gap = np.vstack((jacobian, 1e5 * np.eye(3)[:1]))  # the gap determines the first parameter
+    assert noise.compute_degrees_of_freedom(model, with_gap)[1] == pytest.approx(3.36, abs=1e-5)
+    residuals = np.concatenate((np.full(20, 0.3), np.full(20, 0.5)))
+    found = noise.estimate_sigmas_from_residuals(model, residuals, jacobian, "linear")
+    for rows, one, square, dof in zip(model.rows, found, (1.8, 1.0), (19.64, 2.36), strict=True):
+        # 24 - 3 of the 22 degrees of freedom count, as in chi2 per degree of freedom
+        assert one == pytest.approx(rows.sigma * np.sqrt(square / (dof * 21.0 / 22.0)))
+
+
+@pytest.mark.parametrize(("count", "is_uncertain"), [(2, False), (3, True)])
+def test_sigmas_estimated_from_few_degrees_of_freedom_are_named(count, is_uncertain):
+    model = make_model({"spin": np.ones(20), "nutation": [0.5] * 6 + [np.nan] * 14}, count)
+    jacobian = np.zeros((40, count))
+    jacobian[range(20, 20 + count), range(count)] = 100.0
+    sentences = noise.describe_uncertain_sigmas(model, jacobian)
+    start = "the sigma of nutation is estimated from 3.0 degrees of freedom"
+    assert [sentence.startswith(start) for sentence in sentences] == [True] * is_uncertain
+    noise.refuse_inestimable_sigmas(model, jacobian)
+    given = make_model(
+        {"spin": np.ones(20), "nutation": [0.5] * 6 + [np.nan] * 14}, count, {"nutation": 0.1}
+    )
+    assert noise.describe_uncertain_sigmas(given, jacobian) == ()
+
+
+def test_sigmas_of_numbers_that_are_fitted_exactly_are_refused():
+    model = make_model({"spin": np.ones(20), "nutation": [0.5] * 2 + [np.nan] * 18}, 2)
+    jacobian = np.zeros((40, 2))
+    jacobian[20:22] = 100.0 * np.eye(2)
+    found = noise.estimate_sigmas_from_residuals(model, np.ones(40), jacobian, "linear")
+    assert found[1] is model.rows[1].sigma
+    assert found[0] == pytest.approx(model.rows[0].sigma)
+    with pytest.raises(ValueError, match="the sigma of nutation cannot be estimated, because the"):
+        noise.refuse_inestimable_sigmas(model, jacobian)
+
+
+def test_one_attitude_reading_beside_a_gyroscope_needs_a_sigma():
+    """Check that the free attitude absorbs the heading of the only attitude reading."""
+    scene, t = kr.scenes.asymmetric_regular.replace(attitude=(0.8, 0.6, 0.0, 0.0)), 0.03 * T
+    path, q = kr.solve(scene, t), np.full((40, 4), np.nan)
+    noise_of_gyroscope = 0.02 * np.random.default_rng(4).normal(size=(40, 3))
+    q[20] = multiply_quaternions(path.q[20], np.array((np.cos(0.05), 0.0, np.sin(0.05), 0.0)))
+    values = {"body_velocity": path.body_velocity + noise_of_gyroscope, "q": q}
+    with pytest.warns(UserWarning, match="sigma of q is estimated from .* give sigma"):
+        found = kr.fit(scene, kr.Record(t, values), "start")
+    [sentence] = found.uncertain_sigma
+    assert f"Uncertain: {sentence}." in str(found)
+    found = kr.fit(scene, kr.Record(t, values, {"q": 0.1}), "start")
+    assert found.uncertain_sigma == () and "Uncertain" not in str(found)

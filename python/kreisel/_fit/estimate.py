@@ -10,6 +10,7 @@ from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, check_type, short_repr
 from .fit_result import Fit, build_fit_from_search
 from .levenberg_marquardt import LossName
+from .noise import refuse_inestimable_sigmas
 from .parameters import FreeName, FreeParameters, expand_free_names
 from .records import Record
 from .search_session import SearchSession
@@ -84,11 +85,13 @@ def fit(
         True
 
     Raises TypeError or ValueError for invalid arguments, for fewer measured values than free
-    parameters, and for a quantity that no free parameter affects. Raises kreisel.Error if no motion
+    parameters, for a quantity that no free parameter affects, and for a quantity without sigma
+    whose values the free parameters fit exactly. Raises kreisel.Error if no motion
     can be computed from the initial guesses. Ctrl-C raises kreisel.FitInterrupted (a
     KeyboardInterrupt), whose attribute `fit` is the best fit so far. Warns (UserWarning) if the
     search does not converge, or if no motion fits the measurements. Also warns if the residuals of
-    a soft-loss fit are larger than expected from their standard deviations.
+    a soft-loss fit are larger than expected from their standard deviations, and if few numbers
+    determine an unknown standard deviation.
     """
     guesses = _validate_start_scenes(scene)
     blocks, record_tuple = expand_free_names(free), _validate_records(records)
@@ -128,6 +131,7 @@ def _run_search_sessions(
         if session.best is not None:
             session.refuse_start_held_by_friction()
             session.refuse_insensitive_quantities()
+            refuse_inestimable_sigmas(session.model, session.best.scaled_jacobian)
             best = _select_better_fit(best, build_fit_from_search(session))
     if best is None:
         raise _find_error_of_start_scene(sessions[0])
@@ -140,6 +144,8 @@ def _run_search_sessions(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
             "far; raise max_evaluations or give a guess nearer to the motion"
         )
+    for sentence in best.uncertain_sigma:
+        warn_user(f"{sentence}: give sigma, or add measurements")
     return best
 
 

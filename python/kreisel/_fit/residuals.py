@@ -31,6 +31,8 @@ from .rotations import (
 _STEPS = 4  # a trial may take this many times the steps of the guesses
 STEPS_MOST = 10**6  # steps of a guess, and of a trial before the path of any guess is known
 _FEWEST_STEPS = 1000
+_AGREE = 0.4  # residuals relative to the spread of the data up to which a motion agrees
+_WINDOW = 25  # residuals over which a disagreement is averaged
 
 
 class ResidualEvaluation(NamedTuple):
@@ -412,3 +414,21 @@ def _select_predicted_component(prediction: Prediction, part: int) -> Prediction
     return Prediction(
         prediction.values[:, columns], prediction.by[:, columns], prediction.rate[:, columns]
     )
+
+
+def find_time_of_large_residuals(rows: ResidualRows, trial: ResidualEvaluation, t: Array) -> float:
+    """Return the first time at which the residuals are comparable to the spread of the data."""
+    is_measured = rows.measured_mask.any(axis=1)
+    if not is_measured.any():
+        return np.inf
+    scale = np.hypot(rows.series.typical_value_scale, 3.0 * rows.sigma)
+    relative = np.minimum(
+        np.abs(rows.select_series_residuals(trial.residuals) * rows.sigma / scale), 1.0
+    )
+    order = np.argsort(t[is_measured], kind="stable")
+    error = (relative[is_measured] ** 2).mean(axis=1)[order]
+    width = min(max(len(error) // 50, 3), _WINDOW)
+    if len(error) > width:
+        error = np.convolve(error, np.full(width, 1.0 / width), "valid")
+    indices = np.flatnonzero(np.sqrt(error) > _AGREE)
+    return float(t[is_measured][order][indices[0]]) if indices.size else np.inf

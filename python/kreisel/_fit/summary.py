@@ -63,6 +63,8 @@ class FitLike(Protocol):
     @property
     def excess(self) -> float: ...
     @property
+    def uncertain_sigma(self) -> Sequence[str]: ...
+    @property
     def at_bound(self) -> Sequence[str]: ...
     @property
     def has_converged(self) -> bool: ...
@@ -164,9 +166,7 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
         )
     elif fit.excess:
         sentences.append(describe_residual_excess(fit))
-    sentences += [f"Not identified: {sentence}." for sentence in fit.unidentified]
-    sentences += [f"Ambiguous: {sentence}." for sentence in fit.ambiguous]
-    sentences += [f"At a bound: {sentence}." for sentence in fit.at_bound]
+    sentences += _list_labelled_sentences(fit)
     if fit.residual_correlation > _CORRELATED and fit.inflation > _ENLARGED:
         sentences.append(
             f"Neighbouring residuals are correlated ({fit.residual_correlation:.2f}): the "
@@ -190,3 +190,13 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
             "start."
         )
     return sentences
+
+
+def _list_labelled_sentences(fit: FitLike) -> list[str]:
+    labels = {
+        "Not identified": fit.unidentified,
+        "Ambiguous": fit.ambiguous,
+        "Uncertain": fit.uncertain_sigma,
+        "At a bound": fit.at_bound,
+    }
+    return [f"{label}: {text}." for label, texts in labels.items() for text in texts]
