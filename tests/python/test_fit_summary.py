@@ -123,7 +123,7 @@ def test_a_misfit_is_of_the_size_of_the_values(words, has_misfit):
         ({"at_bound": ("I1",)}, "At a bound: I1."),
         ({"inflation": 1.06}, "Errors were enlarged 1.06 times, because residuals are large"),
         ({"nonlinearity": 0.31}, "Errors are not normally distributed: .* from 1 by 0.31."),
-        ({"missing": (2, 3)}, "5 values were not measured, and are left out."),
+        ({"missing": (2, 3)}, "5 values are left out: not measured, or undefined angles."),
         (
             {"piece_starts": (0.0, 1.0)},
             "The motion consists of 2 joined pieces, each with its own start.$",

@@ -45,7 +45,7 @@ class Fit(ReadOnlyArrays):
     """The result of kreisel.fit. `print(fit)` shows a table. Arrays are read-only.
 
     scene         the fitted scene
-    records       the records
+    records       the records, without angles that are undefined where the apex is vertical
     names         names of the free parameters. The moments are the principal ones; vectors are
                   given in the frame of description, but turning in space
     units         their dimensions in terms of M, L and T; empty for pure numbers and angles [rad]

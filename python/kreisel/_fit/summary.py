@@ -183,7 +183,7 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
             f"chi2 for one sigma differs from 1 by {fit.nonlinearity:.2g}."
         )
     if missing_count := sum(record.missing for record in fit.records):
-        sentences.append(f"{missing_count} values were not measured, and are left out.")
+        sentences.append(f"{missing_count} values are left out: not measured, or undefined angles.")
     if fit.piece_starts:
         sentences.append(
             f"The motion consists of {len(fit.piece_starts)} joined pieces, each with its own "
