@@ -85,8 +85,11 @@ def compute_degrees_of_freedom(model: ResidualModel, scaled_jacobian: Array) -> 
     scaled_jacobian  (m, k) derivatives of the residuals, and of the gaps between pieces, with
                      respect to the parameters in their natural units
     """
-    left, values, _ = np.linalg.svd(scaled_jacobian, full_matrices=False)
-    absorbed = (left[:, values**2 > WEAKEST] ** 2).sum(axis=1)
+    triangle = np.linalg.qr(scaled_jacobian, mode="r")  # fewer rows, for a faster decomposition
+    _, values, vectors = np.linalg.svd(triangle, full_matrices=False)
+    is_seen = values**2 > WEAKEST
+    left = scaled_jacobian @ (vectors[is_seen].T / values[is_seen])
+    absorbed = (left**2).sum(axis=1)
     return [
         float(rows.measured_mask.sum() - absorbed[rows.residual_slice].sum()) for rows in model.rows
     ]
@@ -116,6 +119,8 @@ def _yield_estimated_series(
     model: ResidualModel, scaled_jacobian: Array
 ) -> Iterator[tuple[str, float]]:
     """Yield the names and degrees of freedom of the quantities whose sigma is estimated."""
+    if all(rows.series.sigma is not None for rows in model.rows):
+        return
     dofs = compute_degrees_of_freedom(model, scaled_jacobian)
     for rows, dof in zip(model.rows, dofs, strict=True):
         if rows.series.sigma is None and rows.measured_mask.any():
