@@ -211,7 +211,9 @@ def test_only_unknown_noise_is_estimated_with_the_soft_loss():
         "spin": np.full(60, np.nan),
         "nutation": np.where(t < t[4], path.nutation, np.nan),
     }
-    found = kr.fit(HEAVY, kr.Record(t, values, {"apex": 0.013}), "velocity", loss="soft")
+    record = kr.Record(t, values, {"apex": 0.013})
+    with pytest.warns(UserWarning, match="sigma of nutation is estimated from 1.0 degrees of"):
+        found = kr.fit(HEAVY, record, "velocity", loss="soft")
     assert found.sigma[0]["apex"] == 0.013
     assert found.sigma[0]["nutation"] == pytest.approx(1e-12, rel=1e-9, abs=0.0)  # the least value
     spread = 1.4826 * np.median(np.abs(2.0 * noise[:, 3]))

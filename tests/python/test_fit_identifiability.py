@@ -299,6 +299,35 @@ def test_a_direction_near_a_symmetry_has_its_sentence(angle, is_heading):
     assert is_heading or sentence.startswith("a combination of parameters: +0.")
 
 
+def test_the_symmetries_of_an_upright_top_are_the_same_direction():
+    """Check that a second direction is not taken for the spin angle, which is the heading here."""
+    scene = top(com=(0.0, 0.0, 0.4)).replace(attitude=(np.cos(5e-3), np.sin(5e-3), 0.0, 0.0))
+    parameters = FreeParameters(scene, ("attitude", "gravity"), [])
+    vertical = kr.solve(scene, [0.0]).body_vertical[0]
+    other = np.array((0.0, 0.1, 0.0, 1.0))
+    blind = np.linalg.qr(np.column_stack((np.append(vertical, 0.0), other)))[0]
+    names = ["attitude_x", "attitude_y", "attitude_z", "gravity"]
+    heading, sentence = identifiability.describe_undetermined_directions(
+        parameters, parameters.start, np.ones(4), blind, names
+    )
+    assert heading == HEADING and "gravity" in sentence
+    both = np.column_stack((np.eye(4)[:, :3], other / np.linalg.norm(other)))
+    sentences = identifiability.describe_undetermined_directions(
+        parameters, parameters.start, np.ones(4), np.linalg.qr(both)[0], names
+    )
+    assert sentences[:2] == (HEADING, SPIN_ANGLE)
+
+
+def test_changes_of_moments_are_described_instead_of_second_moments_of_mass():
+    """Check that a change of the density along axis 3 is one of the moments I1 and I2."""
+    parameters = FreeParameters(top(), ("moments",), [])
+    for direction, names in zip(np.eye(3), (("I2", "I3"), ("I1", "I3"), ("I1", "I2")), strict=True):
+        [sentence] = identifiability.describe_undetermined_directions(
+            parameters, parameters.start, np.ones(3), direction[:, None], ["I1", "I2", "I3"]
+        )
+        assert all(f"+0.71 {name}" in sentence for name in names) and sentence.count(" I") == 2
+
+
 def test_directions_without_a_symmetry_are_described_after_the_symmetries():
     parameters = FreeParameters(top(), ("attitude", "gravity"), [])
     names = ["attitude_x", "attitude_y", "attitude_z", "gravity"]

@@ -94,7 +94,7 @@ def test_missing_values_are_left_out_and_counted():
     assert "88 left out" in repr(holes)
     whole = kr.Record(record.t[is_complete], {"body_velocity": values[is_complete]}, SIGMA)
     fit, other = kr.fit(HEAVY, holes), kr.fit(HEAVY, whole)
-    assert "88 values were not measured" in str(fit) and fit.dof == other.dof + 2
+    assert "88 values are left out: not measured" in str(fit) and fit.dof == other.dof + 2
     assert np.isnan(fit.residuals[0]["body_velocity"][7]).all()
     assert abs(fit.values["I1"] / other.values["I1"] - 1.0) < 1e-3
 
@@ -193,6 +193,8 @@ def test_unknown_columns_are_refused(tmp_path):
         ("gyro", "start", {"pieces": 11}, "pieces must be at most 10, one for two times"),
         ("gyro", "start", {"max_evaluations": 0}, "max_evaluations must be at least 1"),
         ("few", ("start", "moments"), {}, "3 numbers, fewer than the 9 free parameters"),
+        ("saturated", "velocity", {}, "3 numbers, as many as free parameters, so that sigma"),
+        ("heading", "start", {}, "the sigma of velocity_x cannot be estimated, because"),
         ("momentum", "gravity", {}, "vertical_momentum does not depend on the free parameters"),
     ],
 )
@@ -200,6 +202,8 @@ def test_invalid_fits_are_refused(records, free, words, message):
     records_by_name = {
         "gyro": gyroscope(n=20),
         "few": kr.Record([0.0], {"apex": [[0.0, 0.0, 1.0]]}, 0.1),
+        "saturated": kr.Record([0.5], {"body_velocity": [[0.1, 0.2, 9.0]]}),
+        "heading": [gyroscope(n=20), kr.Record([0.5], {"velocity_x": [0.5]})],
         "late": kr.Record([1000.0, 1000.5], {"apex": [[0.0, 0.0, 1.0]] * 2}, 0.1),
         "momentum": kr.Record(T, {"vertical_momentum": [1.0] * 3}, 0.1),
     }

@@ -131,22 +131,96 @@ def test_blind_changes_of_further_columns_need_a_part_in_the_parameters(part, co
     assert np.abs(found.blind) == pytest.approx(np.array([[1.0], [0.0]])[:, :count])
 
 
+def make_covariance(natural, factor, weak=None, hidden=None):
+    none = np.zeros((len(natural), 0))
+    weak, hidden = (none if part is None else np.array(part) for part in (weak, hidden))
+    blind = np.column_stack((weak, hidden))
+    return FitCovariance(np.array(natural), np.array(factor), blind, weak, hidden)
+
+
 def test_errors_are_propagated_by_gradients():
-    natural = np.array((2.0, 0.5, 1.0))
-    factor = np.array(((0.1, 0.02), (0.0, 0.3), (0.0, 0.0)))
-    covariance = FitCovariance(natural, factor, np.array([[0.0], [0.0], [1.0]]))
-    gradient = np.array(((1.0, 2.0, 0.0), (0.0, 1.0, 0.04), (0.0, 1.0, 0.06), (0.0, 0.0, 0.0)))
+    natural = np.array((2.0, 0.5, 1.0, 4.0))
+    factor = np.array(((0.1, 0.02), (0.0, 0.3), (0.0, 0.0), (0.0, 0.0)))
+    weak, hidden = [[0.0], [0.0], [1.5], [0.0]], [[0.0], [0.0], [0.0], [1.0]]
+    covariance = make_covariance(natural, factor, weak, hidden)
+    gradient = np.array(
+        ((1.0, 2.0, 0.0, 0.0), (0.0, 1.0, 0.02, 0.01), (0.0, 1.0, 0.04, 0.0), (0.0, 1.0, 0.0, 0.02))
+    )
     found, errors = covariance.propagate_errors(gradient)
     rows = gradient[:2] * natural
-    expected = rows @ (factor @ factor.T + np.diag((0.0, 0.0, 1.0))) @ rows.T
+    expected = rows @ (factor @ factor.T + np.diag((0.0, 0.0, 1.5**2, 1.0))) @ rows.T
     assert found[:2, :2] == pytest.approx(expected)
     assert errors[:2] == pytest.approx(np.sqrt(np.diag(expected)))
-    assert np.isinf(errors[2]) and np.isinf(found[2, 2]) and errors[3] == 0.0
+    assert np.isinf(errors[2:]).all() and np.isinf(found[[2, 3], [2, 3]]).all()
     assert np.isnan(found[2, [0, 1, 3]]).all() and np.isnan(found[[0, 1, 3], 2]).all()
+    assert covariance.propagate_errors(np.zeros((1, 4)))[1].tolist() == [0.0]
     drawn = covariance.draw_random_parameter_changes(np.random.default_rng(3), 4000)
     scatter = np.diag(natural) @ factor @ factor.T @ np.diag(natural)
     assert np.cov(drawn.T) == pytest.approx(scatter, abs=2e-3)
-    assert drawn.shape == (4000, 3) and not drawn[:, 2].any()
+    assert drawn.shape == (4000, 4) and not drawn[:, 2:].any()
+
+
+@pytest.mark.parametrize(
+    ("own", "weak", "is_lost"),
+    [
+        (1e-3, 0.0099, False),  # less than a hundredth of the natural size
+        (1e-3, 0.0101, True),
+        (0.05, 0.049, False),  # less than the error by the determined directions
+        (0.05, 0.051, True),
+        (0.5, 0.099, False),
+        (0.5, 0.101, True),  # more than a tenth of the natural size
+    ],
+)
+def test_errors_by_weak_directions_are_bounded(own, weak, is_lost):
+    covariance = make_covariance((3.0, 2.0), ((own,), (0.0,)), ((weak,), (1.0,)))
+    [error] = covariance.propagate_errors(np.array(((7.0, 0.0),)))[1]
+    assert error == pytest.approx(np.inf if is_lost else 21.0 * np.hypot(own, weak))
+
+
+@pytest.mark.parametrize(
+    ("own", "hidden", "is_lost"),
+    [
+        (1e-6, 0.99e-4, False),  # rounding errors
+        (1e-6, 1.01e-4, True),
+        (1e-3, 2.99e-3, False),  # less than three standard deviations
+        (1e-3, 3.01e-3, True),
+        (0.5, 0.099, False),
+        (0.5, 0.101, True),  # more than a tenth of the natural size
+    ],
+)
+def test_errors_by_hidden_directions_are_bounded(own, hidden, is_lost):
+    covariance = make_covariance((3.0, 2.0), ((own,), (0.0,)), hidden=((hidden,), (1.0,)))
+    [error] = covariance.propagate_errors(np.array(((7.0, 0.0),)))[1]
+    assert error == pytest.approx(np.inf if is_lost else 21.0 * np.hypot(own, hidden))
+
+
+def test_directions_are_weak_or_hidden():
+    jacobian = np.diag((1e6, 2.0, 0.5, 0.25, 1e-4))
+    found = uncertainty.classify_fit_directions(jacobian, np.ones(5), 1.5, 5)
+    assert np.abs(found.factor) == pytest.approx(np.eye(5)[:, :2] * (1.5e-6, 0.75))
+    assert np.abs(found.weak) == pytest.approx(np.eye(5)[:, 2:4] * (3.0, 6.0))
+    assert np.abs(found.hidden) == pytest.approx(np.eye(5)[:, 4:])
+    assert found.blind @ found.blind.T == pytest.approx(np.diag((0.0, 0.0, 1.0, 1.0, 1.0)))
+
+
+def test_a_gyroscope_with_an_unknown_bias_does_not_determine_the_spin():
+    """Check that the search does not follow the noise along the sum of spin and bias."""
+    scene, t = kr.scenes.asymmetric_regular, np.linspace(0.0, 6.0, 150)
+    noise = 0.02 * np.random.default_rng(1018).normal(size=(150, 3))
+    values = kr.solve(scene, t).body_velocity + noise + (0.1, -0.2, 0.05)
+    found = kr.fit(scene, kr.Record(t, {"body_velocity": values}, 0.02, free="bias"))
+    assert found.has_converged and found.chi2 < 1.1 * found.dof
+    bias = "bias[0].body_velocity_"
+    names = ("body_velocity_z", bias + "z", "I1", "I2", "I3")
+    assert all(np.isinf(found.error[name]) for name in names)
+    assert all(np.isinf(error) for _, error in found.moment_ratios.values())
+    assert abs(found.values[bias + "z"]) < 0.232  # the spread of the values, its natural size
+    assert abs(found.values["I3"] - 1.28) < 0.4
+    for name, value in {bias + "x": 0.1, bias + "y": -0.2}.items():
+        assert abs(found.values[name] - value) < 4.0 * found.error[name] < 0.01
+    heading, combination = found.unidentified
+    assert "the heading" in heading and f"{bias}z" in combination
+    assert " I1 " in combination and " I2" in combination and "I3" not in combination
 
 
 class Parabola:
@@ -187,18 +261,18 @@ def test_nonlinearity_is_the_deviation_from_a_parabola(curvature, distance, most
     start = np.array((0.0, 0.3))
     for sign in (1.0, -1.0):
         factor = np.array(((0.0, 0.25 * sign), (0.1, 0.0)))
-        spectrum = FitCovariance(np.array((4.0, 1.0)), factor, np.zeros((2, 0)))
+        spectrum = make_covariance((4.0, 1.0), factor)
         found = uncertainty.measure_cost_nonlinearity(model, start, start, spectrum, 1.0)
         assert found == pytest.approx(expected, abs=1e-12)
 
 
 def test_nonlinearity_is_measured_at_the_enlarged_error():
     """Check the cost (x + c x^2)^2, which is 4 (1 + 2 c)^2 at x = 2."""
-    spectrum = FitCovariance(np.ones(2), np.array(((2.0,), (0.0,))), np.zeros((2, 0)))
+    spectrum = make_covariance((1.0, 1.0), ((2.0,), (0.0,)))
     start = np.zeros(2), np.zeros(2)
     found = uncertainty.measure_cost_nonlinearity(Parabola(0.1), *start, spectrum, 2.0)
     assert found == pytest.approx(1.2**2 - 1.0)
-    none = FitCovariance(np.ones(2), np.zeros((2, 0)), np.eye(2))
+    none = make_covariance((1.0, 1.0), np.zeros((2, 0)), hidden=np.eye(2))
     assert uncertainty.measure_cost_nonlinearity(Parabola(0.1), *start, none, 2.0) == 0.0
 
 
@@ -259,16 +333,16 @@ def test_noise_is_estimated_from_residuals(parameters, share):
     model = make_model(
         {"nutation": [0.5] * 6 + [np.nan], "apex": values}, parameters, {"nutation": 0.3}
     )
-    residuals = np.linspace(-1.0, 2.0, 28)
+    residuals, nothing = np.linspace(-1.0, 2.0, 28), np.zeros((28, parameters))
     sample = residuals[7:].reshape(7, 3)[:, [0, 2]].ravel()
     old = model.rows[1].sigma
     for loss, factor in (
         ("linear", np.sqrt((sample**2).sum() / (14.0 * share))),
         ("soft", 1.4826 * np.median(np.abs(sample))),
     ):
-        known, found = noise.estimate_sigmas_from_residuals(model, residuals, loss)
+        known, found = noise.estimate_sigmas_from_residuals(model, residuals, nothing, loss)
         assert (known[:6] == 0.3).all() and found == pytest.approx(factor * old)
-    exact = noise.estimate_sigmas_from_residuals(model, 0.0 * residuals, "linear")
+    exact = noise.estimate_sigmas_from_residuals(model, 0.0 * residuals, nothing, "linear")
     assert exact[1] == pytest.approx(1e-12, rel=1e-9, abs=0.0)
 
 
@@ -276,9 +350,74 @@ def test_noise_of_a_series_without_measurements_stays():
     model = make_model({"spin": [1.0, 2.0], "nutation": [np.nan] * 2}, 7)
     for loss in ("linear", "soft"):
         _, nutation = noise.estimate_sigmas_from_residuals(
-            model, np.array((0.3, 0.4, 9.0, 9.0)), loss
+            model, np.array((0.3, 0.4, 9.0, 9.0)), np.zeros((4, 7)), loss
         )
         assert nutation is model.rows[1].sigma
     lone = make_model({"spin": [1.0, np.nan], "nutation": [0.5, 0.5]}, 7, {"nutation": 0.1})
-    found, _ = noise.estimate_sigmas_from_residuals(lone, np.full(4, 0.3), "linear")
+    found, _ = noise.estimate_sigmas_from_residuals(
+        lone, np.full(4, 0.3), np.zeros((4, 7)), "linear"
+    )
     assert found == pytest.approx(lone.rows[0].sigma * 0.3 * np.sqrt(3.0))
+
+
+def make_absorbed_model():
+    """Return a model of two quantities, and a Jacobian matrix that fits mainly the second."""
+    model = make_model({"spin": np.ones(20), "nutation": [0.5] * 4 + [np.nan] * 16}, parameters=3)
+    jacobian = np.zeros((40, 3))
+    jacobian[20, 0] = 100.0
+    jacobian[[0, 21], 1] = 300.0, 400.0  # a share 0.36 of this direction lies in spin
+    jacobian[5, 2] = 0.9  # not determined
+    return model, jacobian
+
+
+def test_parameters_absorb_degrees_of_freedom_of_the_quantities_that_determine_them():
+    model, jacobian = make_absorbed_model()
+    assert noise.compute_degrees_of_freedom(model, jacobian) == pytest.approx([19.64, 2.36])
+    with_gap = np.vstack((jacobian, 1e5 * np.eye(3)[:1]))  # the gap determines the first parameter
+    assert noise.compute_degrees_of_freedom(model, with_gap)[1] == pytest.approx(3.36, abs=1e-5)
+    residuals = np.concatenate((np.full(20, 0.3), np.full(20, 0.5)))
+    found = noise.estimate_sigmas_from_residuals(model, residuals, jacobian, "linear")
+    for rows, one, square, dof in zip(model.rows, found, (1.8, 1.0), (19.64, 2.36), strict=True):
+        # 24 - 3 of the 22 degrees of freedom count, as in chi2 per degree of freedom
+        assert one == pytest.approx(rows.sigma * np.sqrt(square / (dof * 21.0 / 22.0)))
+
+
+@pytest.mark.parametrize(("count", "is_uncertain"), [(2, False), (3, True)])
+def test_sigmas_estimated_from_few_degrees_of_freedom_are_named(count, is_uncertain):
+    model = make_model({"spin": np.ones(20), "nutation": [0.5] * 6 + [np.nan] * 14}, count)
+    jacobian = np.zeros((40, count))
+    jacobian[range(20, 20 + count), range(count)] = 100.0
+    sentences = noise.describe_uncertain_sigmas(model, jacobian)
+    start = "the sigma of nutation is estimated from 3.0 degrees of freedom"
+    assert [sentence.startswith(start) for sentence in sentences] == [True] * is_uncertain
+    noise.refuse_inestimable_sigmas(model, jacobian)
+    given = make_model(
+        {"spin": np.ones(20), "nutation": [0.5] * 6 + [np.nan] * 14}, count, {"nutation": 0.1}
+    )
+    assert noise.describe_uncertain_sigmas(given, jacobian) == ()
+
+
+def test_sigmas_of_numbers_that_are_fitted_exactly_are_refused():
+    model = make_model({"spin": np.ones(20), "nutation": [0.5] * 2 + [np.nan] * 18}, 2)
+    jacobian = np.zeros((40, 2))
+    jacobian[20:22] = 100.0 * np.eye(2)
+    found = noise.estimate_sigmas_from_residuals(model, np.ones(40), jacobian, "linear")
+    assert found[1] is model.rows[1].sigma
+    assert found[0] == pytest.approx(model.rows[0].sigma)
+    with pytest.raises(ValueError, match="the sigma of nutation cannot be estimated, because the"):
+        noise.refuse_inestimable_sigmas(model, jacobian)
+
+
+def test_one_attitude_reading_beside_a_gyroscope_needs_a_sigma():
+    """Check that the free attitude absorbs the heading of the only attitude reading."""
+    scene, t = kr.scenes.asymmetric_regular.replace(attitude=(0.8, 0.6, 0.0, 0.0)), 0.03 * T
+    path, q = kr.solve(scene, t), np.full((40, 4), np.nan)
+    noise_of_gyroscope = 0.02 * np.random.default_rng(4).normal(size=(40, 3))
+    q[20] = multiply_quaternions(path.q[20], np.array((np.cos(0.05), 0.0, np.sin(0.05), 0.0)))
+    values = {"body_velocity": path.body_velocity + noise_of_gyroscope, "q": q}
+    with pytest.warns(UserWarning, match="sigma of q is estimated from .* give sigma"):
+        found = kr.fit(scene, kr.Record(t, values), "start")
+    [sentence] = found.uncertain_sigma
+    assert f"Uncertain: {sentence}." in str(found)
+    found = kr.fit(scene, kr.Record(t, values, {"q": 0.1}), "start")
+    assert found.uncertain_sigma == () and "Uncertain" not in str(found)

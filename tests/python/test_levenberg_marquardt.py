@@ -113,6 +113,29 @@ def test_undetermined_directions_have_no_step():
     assert (steps.compute_damped_step(1.0) == 0.0).all()
 
 
+@pytest.mark.parametrize(
+    ("second", "others", "weakest", "step"),
+    [
+        (2.99, 0.0, 1.0, 0.0),  # the cost would fall by 8.94, less than 9
+        (3.01, 0.0, 1.0, -6.02),
+        (3.01, 0.0, 0.24, -6.02),
+        (2.99, 0.0, 0.24, -5.98),  # the eigenvalue 0.25 is larger
+        (5.9, 2.0, 1.0, 0.0),  # the mean square residual is more than 4, and 9 times it is 37.2
+        (6.2, 2.0, 1.0, -12.4),
+    ],
+)
+def test_weak_directions_have_a_step_if_noise_does_not_explain_the_gain(
+    second, others, weakest, step
+):
+    size = 200
+    jacobian, residuals = np.zeros((size, 2)), np.full(size, others)
+    jacobian[0, 0], jacobian[1, 1], residuals[1] = 2.0, 0.5, second
+    evaluation = make_evaluation(jacobian, residuals)
+    steps = lm._DampedSteps(evaluation, np.ones(2), np.full(2, np.inf), False, weakest)
+    expected = (-0.5 * residuals[0], step)
+    assert np.allclose(steps.compute_damped_step(0.0), expected, rtol=1e-12)
+
+
 def find_step(model, damping, cost, limit=100, ftol=0.0, jacobian=((1.0,),), residuals=(1.0,)):
     """Search for a cost-reducing step from a given initial cost, and return the result."""
     evaluation = make_evaluation(jacobian, residuals)

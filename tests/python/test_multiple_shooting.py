@@ -222,8 +222,8 @@ def test_hopeless_gaps_are_not_closed(monkeypatch, cost):
 def test_a_trial_of_segments_allows_gaps(monkeypatch, cost, is_near):
     stages = prescribe_costs(monkeypatch, cost)
     assert multiple_shooting.try_segment_fit(Model(), 0, "linear") is is_near
-    [(gap, _, loss, limit, ftol, report, is_stiff)] = stages
-    assert (gap, loss, limit, ftol, is_stiff) == (0.1, "linear", 40, 1e-5, True)
+    [(gap, _, loss, limit, ftol, report, is_stiff, weakest)] = stages
+    assert (gap, loss, limit, ftol, is_stiff, weakest) == (0.1, "linear", 40, 1e-5, True, 1.0)
     assert report(None) is None
 
 

@@ -11,7 +11,7 @@ from fit_sessions import (
     record_calls,
 )
 from kreisel._fit import search_session
-from kreisel._fit.residuals import ResidualEvaluation
+from kreisel._fit.residuals import ResidualEvaluation, find_time_of_large_residuals
 
 
 def test_degrees_of_freedom_are_measurements_minus_parameters():
@@ -191,7 +191,7 @@ def find_time(relative, t=None, sigma=0.01):
     [rows] = session.model.rows
     scale = np.hypot(np.std(values), 3.0 * sigma)
     trial = ResidualEvaluation(np.asarray(relative) * scale / sigma, None)
-    return search_session._find_time_of_large_residuals(rows, trial, np.abs(np.sort(t)))
+    return find_time_of_large_residuals(rows, trial, np.abs(np.sort(t)))
 
 
 @pytest.mark.parametrize(

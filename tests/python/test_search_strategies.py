@@ -16,8 +16,7 @@ from fits import HEAVY
 from kreisel._fit import search_session
 from kreisel._fit.initial_guess import Guess
 from kreisel._fit.levenberg_marquardt import Minimum
-from kreisel._fit.residuals import ResidualEvaluation
-from kreisel._fit.search_session import SubspaceModel
+from kreisel._fit.residuals import ResidualEvaluation, SubspaceModel
 
 
 @pytest.mark.parametrize("excess, is_new", [(0.9e-6, True), (1.1e-6, False)])

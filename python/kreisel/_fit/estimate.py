@@ -10,10 +10,12 @@ from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, short_repr, validate_type
 from .fit_result import Fit, build_fit_from_search
 from .levenberg_marquardt import LossName
+from .noise import refuse_inestimable_sigmas
 from .parameters import FreeName, FreeParameters, expand_free_names
 from .records import Record
 from .search_session import SearchSession
 from .summary import describe_misfit, describe_residual_excess, has_residuals_as_large_as_data
+from .undefined_angles import search_with_defined_angles
 
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
@@ -68,8 +70,8 @@ def fit(
     velocity relative to the support. The reported errors are first-order standard deviations. The
     errors are enlarged if the residuals are correlated or larger than expected from the given
     standard deviations. Along directions in parameter space that the data do not determine, the
-    parameters keep the values of the initial guess. The attribute `unidentified` of the fit
-    describes the combinations of parameters that the data do not determine.
+    parameters remain near the values of the initial guess, and their errors are infinite. The
+    attribute `unidentified` of the fit describes these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -83,12 +85,18 @@ def fit(
         >>> abs(found.values["I1"] - top.body.moments[0]) < 3 * found.error["I1"]
         True
 
+    The angles precession_angle and spin_angle are undefined where the apex is vertical. If the apex
+    of a guess or of the fitted motion is vertical at the time of such an angle, this angle is left
+    out with a warning.
+
     Raises TypeError or ValueError for invalid arguments, for fewer measured values than free
-    parameters, and for a quantity that no free parameter affects. Raises kreisel.Error if no motion
-    can be computed from the initial guesses. Ctrl-C raises kreisel.FitInterrupted (a
-    KeyboardInterrupt), whose attribute `fit` is the best fit so far. Warns (UserWarning) if the
-    search does not converge, or if no motion fits the measurements. Also warns if the residuals of
-    a soft-loss fit are larger than expected from their standard deviations.
+    parameters, for a quantity that no free parameter affects, for a quantity without sigma whose
+    values the free parameters fit exactly, and for angles that are undefined at all times. Raises
+    kreisel.Error if no motion can be computed from the initial guesses. Ctrl-C raises
+    kreisel.FitInterrupted (a KeyboardInterrupt), whose attribute `fit` is the best fit so far.
+    Warns (UserWarning) if the search does not converge, or if no motion fits the measurements. Also
+    warns if the residuals of a soft-loss fit are larger than expected from their standard
+    deviations, and if few numbers determine an unknown standard deviation.
     """
     guesses = _validate_start_scenes(scene)
     blocks, record_tuple = expand_free_names(free), _validate_records(records)
@@ -98,16 +106,20 @@ def fit(
     count = None if pieces is None else as_int("pieces", pieces, 1)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function, not {short_repr(progress)}")
-    sessions = [
-        SearchSession(
-            FreeParameters(guess, blocks, record_tuple), record_tuple, loss, limit, progress
-        )
-        for guess in guesses
-    ]
-    for session in sessions:
-        session.check_measurement_count_and_start()
-        session.check_measurements_per_segment(count)
-    return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
+
+    def search(defined: tuple[Record, ...]) -> Fit:
+        sessions = [
+            SearchSession(FreeParameters(guess, blocks, defined), defined, loss, limit, progress)
+            for guess in guesses
+        ]
+        for session in sessions:
+            session.check_measurement_count_and_start()
+            session.check_measurements_per_segment(count)
+        return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
+
+    best = search_with_defined_angles(record_tuple, guesses, search)
+    _warn_of_poor_fit(best)
+    return best
 
 
 def _run_search_sessions(
@@ -128,9 +140,14 @@ def _run_search_sessions(
         if session.best is not None:
             session.refuse_start_held_by_friction()
             session.refuse_insensitive_quantities()
+            refuse_inestimable_sigmas(session.model, session.best.scaled_jacobian)
             best = _select_better_fit(best, build_fit_from_search(session))
     if best is None:
         raise _find_error_of_start_scene(sessions[0])
+    return best
+
+
+def _warn_of_poor_fit(best: Fit) -> None:
     if has_residuals_as_large_as_data(best):
         warn_user(describe_misfit(best))
     elif best.excess:
@@ -140,7 +157,8 @@ def _run_search_sessions(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
             "far; raise max_evaluations or give a guess nearer to the motion"
         )
-    return best
+    for sentence in best.uncertain_sigma:
+        warn_user(f"{sentence}: give sigma, or add measurements")
 
 
 def _select_better_fit(first: Fit | None, second: Fit) -> Fit:

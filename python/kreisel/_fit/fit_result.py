@@ -19,6 +19,7 @@ from .._utils.validation import Array, ReadOnlyArrays, as_int, freeze_arrays
 from .aliasing import describe_alternative_spin
 from .fit_path import solve_fitted_motion
 from .identifiability import describe_undetermined_directions
+from .noise import describe_uncertain_sigmas
 from .parameters import FitPoint, FreeParameters
 from .records import Record
 from .search_session import BestFit, SearchSession
@@ -44,7 +45,7 @@ class Fit(ReadOnlyArrays):
     """The result of kreisel.fit. `print(fit)` shows a table. Arrays are read-only.
 
     scene         the fitted scene
-    records       the records
+    records       the records, without angles that are undefined where the apex is vertical
     names         names of the free parameters. The moments are the principal ones; vectors are
                   given in the frame of description, but turning in space
     units         their dimensions in terms of M, L and T; empty for pure numbers and angles [rad]
@@ -74,6 +75,7 @@ class Fit(ReadOnlyArrays):
                   For the soft loss it is estimated from the median
     excess        for the soft loss with given sigma: the size of the residuals in sigmas, from the
                   median, if it is larger than noise with 10 % of outliers explains; otherwise 0
+    uncertain_sigma  a sentence for each quantity whose unknown sigma is estimated from few numbers
     at_bound      a sentence for each parameter that ended at its bound. The error of such a
                   parameter ignores the bound
     has_converged  False if the search ended at a limit on the number of paths
@@ -100,6 +102,7 @@ class Fit(ReadOnlyArrays):
     ambiguous: tuple[str, ...]
     misfit: float
     excess: float
+    uncertain_sigma: tuple[str, ...]
     at_bound: tuple[str, ...]
     has_converged: bool
     evaluations: int
@@ -272,7 +275,6 @@ def build_fit_from_search(session: SearchSession) -> Fit:
     spectrum = classify_fit_directions(best.jacobian, best.natural, stats.inflation, p.size)
     names, units, values, jacobian = p.list_user_parameters_and_jacobian(best.point)
     covariance, errors = spectrum.propagate_errors(jacobian)
-    blind = describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names)
     residuals, sigma = _group_residuals_and_sigmas_by_series(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
     return Fit(
@@ -291,10 +293,11 @@ def build_fit_from_search(session: SearchSession) -> Fit:
         stats.correlation,
         stats.inflation,
         _measure_fit_nonlinearity(session, best, spectrum, stats.inflation),
-        blind,
+        describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names),
         () if session.alias is None else (describe_alternative_spin(best.point, session.alias),),
         session.measure_relative_misfit(),
         session.measure_residual_excess(),
+        describe_uncertain_sigmas(session.model, best.scaled_jacobian),
         _describe_reached_bounds(p, best.point, best.natural),
         best.has_converged,
         session.evaluations + session.model.evaluations,

@@ -30,7 +30,7 @@ def describe_undetermined_directions(
 ) -> tuple[str, ...]:
     """Describe each direction in parameter space that the residuals do not determine."""
     sentences: list[str] = []
-    basis = blind
+    basis, described = blind, np.zeros((blind.shape[0], 0))
     for sentence, change in _yield_unobservable_changes(parameters, point):
         if not basis.shape[1]:
             break
@@ -38,13 +38,29 @@ def describe_undetermined_directions(
         if not length > _ROUNDING**2:
             continue
         unit = change / natural / length
+        # A symmetry near to a described one, as of a nearly upright top, needs its own direction.
+        rest = unit - described @ (described.T @ unit)
+        rest_length = float(np.linalg.norm(rest))
         coords = basis.T @ unit
-        if np.linalg.norm(blind.T @ unit) > _ALIKE and np.linalg.norm(coords) > _ROUNDING:
+        is_apart = np.linalg.norm(coords) > max(_ROUNDING, _ALIKE * rest_length)
+        if np.linalg.norm(blind.T @ unit) > _ALIKE and is_apart:
             sentences += [sentence] if sentence not in sentences else []
             coords /= np.linalg.norm(coords)
+            described = np.column_stack((described, basis @ coords))
             complement = np.linalg.svd(np.eye(len(coords)) - np.outer(coords, coords))[0]
             basis = basis @ complement[:, :-1]
-    return (*sentences, *(_describe_parameter_direction(column, names) for column in basis.T))
+    reported = _convert_to_reported_values(parameters, point, natural, basis)
+    return (*sentences, *(_describe_parameter_direction(column, names) for column in reported.T))
+
+
+def _convert_to_reported_values(
+    parameters: FreeParameters, point: FitPoint, natural: Array, directions: Array
+) -> Array:
+    """Return unit vectors along the changes of the reported values, in their natural units."""
+    jacobian = parameters.list_user_parameters_and_jacobian(point)[3] * natural
+    changes = jacobian @ directions / np.linalg.norm(jacobian, axis=1)[:, None]
+    reported: Array = changes / np.linalg.norm(changes, axis=0)
+    return reported
 
 
 def _describe_parameter_direction(direction: Array, names: list[str]) -> str:

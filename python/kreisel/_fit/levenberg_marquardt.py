@@ -2,9 +2,10 @@
 
 If each parameter is divided by its typical magnitude, eigenvectors of J^T J with negligible
 eigenvalues are directions along which the residuals do not change. The steps have no component
-along undetermined directions in parameter space, so undetermined parameters do not drift. Sources:
-Marquardt, SIAM Journal on Applied Mathematics 11 (1963) 431; for the loss, SciPy's least_squares
-and Triggs and others, Bundle adjustment, 1999.
+along these directions. Along eigenvectors with eigenvalues below `weakest`, the steps have a
+component only if it decreases the cost by more than noise explains. So undetermined parameters do
+not drift. Sources: Marquardt, SIAM Journal on Applied Mathematics 11 (1963) 431; for the loss,
+SciPy's least_squares and Triggs and others, Bundle adjustment, 1999.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from .residuals import ResidualEvaluation
 
 LossName = Literal["linear", "soft"]
 
+WEAKEST = 1.0  # weaker eigenvalues mean that one sigma is larger than the natural size
 _RANK_RTOL = 1e-13  # smaller eigenvalues of J^T J are rounding errors, relative to the largest
+_CHANCE = 9.0  # decrease of the cost that noise explains, relative to the mean square residual
 _DAMPING = 1e-6  # first damping, relative to the largest eigenvalue (to the median one if is_stiff)
 _DAMPING_MOST = 1e3
 _DAMPING_LEAST = 1e-14
@@ -80,6 +83,9 @@ class SearchSettings(NamedTuple):
     ftol      relative improvement of the cost that ends the search
     report    a function that receives each improved minimum
     is_stiff  True if some residuals have far smaller sigmas, as the gaps between pieces
+    weakest   eigenvalue of J^T J below which a direction is changed only if the cost falls by more
+              than noise explains. With residuals in sigmas, it is 1 for directions along which one
+              standard deviation is as large as the parameters
     """
 
     loss: LossName
@@ -87,6 +93,7 @@ class SearchSettings(NamedTuple):
     ftol: float
     report: Callable[[Minimum], None]
     is_stiff: bool = False
+    weakest: float = 0.0
 
 
 def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> Minimum:
@@ -105,9 +112,8 @@ def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings)
         if best.cost <= _NOISELESS * model.size:
             return best._replace(has_converged=True)
         weighted = apply_loss_weights(best.evaluation, search.loss)
-        steps = _DampedSteps(
-            weighted, natural, model.compute_distances_to_lower_bounds(point), search.is_stiff
-        )
+        distances = model.compute_distances_to_lower_bounds(point)
+        steps = _DampedSteps(weighted, natural, distances, search.is_stiff, search.weakest)
         trial, damping = _find_cost_reducing_step(model, point, steps, damping, best.cost, search)
         if trial is None:
             return best._replace(has_converged=model.evaluations < search.limit)
@@ -139,7 +145,12 @@ class _DampedSteps:
     """Damped Gauss-Newton steps from a given point."""
 
     def __init__(
-        self, evaluation: ResidualEvaluation, natural: Array, distances: Array, is_stiff: bool
+        self,
+        evaluation: ResidualEvaluation,
+        natural: Array,
+        distances: Array,
+        is_stiff: bool,
+        weakest: float = 0.0,
     ) -> None:
         scaled = evaluation.jacobian * natural
         gradient = scaled.T @ evaluation.residuals
@@ -149,6 +160,9 @@ class _DampedSteps:
         self.natural, largest = natural, float(self.values[-1])
         self.along = self.vectors.T @ np.where(is_held, 0.0, gradient)
         self.is_seen = self.values > _RANK_RTOL * largest
+        excess = max(float(np.mean(evaluation.residuals**2)), 1.0)
+        is_gain_significant = self.along**2 > _CHANCE * excess * self.values
+        self.is_seen &= (self.values > weakest) | is_gain_significant
         self.scale = float(np.median(self.values)) if is_stiff else largest
 
     def compute_damped_step(self, damping: float) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .levenberg_marquardt import LossName, Minimum, SearchSettings, minimize_cost
+from .levenberg_marquardt import WEAKEST, LossName, Minimum, SearchSettings, minimize_cost
 from .motion_data import MotionSamples, interpolate_motion
 from .parameters import FitPoint, FreeParameters
 from .records import Record, slice_record
@@ -247,7 +247,7 @@ def minimize_by_multiple_shooting(
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
         report_minimum = report if gap == GAPS[-1] else _do_not_report_minimum
         minimum = minimize_cost(
-            model, pieces, SearchSettings(loss, stage, _FTOL, report_minimum, is_stiff=True)
+            model, pieces, SearchSettings(loss, stage, _FTOL, report_minimum, True, WEAKEST)
         )
         pieces = minimum.point  # type: ignore[assignment]
         if not minimum.cost <= _HOPELESS * model.size:
@@ -259,7 +259,7 @@ def minimize_by_multiple_shooting(
 def try_segment_fit(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
     """Return True if the segments fit the records when gaps between the segments are allowed."""
     model.gap = GAPS[0]
-    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _do_not_report_minimum, is_stiff=True)
+    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _do_not_report_minimum, True, WEAKEST)
     return minimize_cost(model, pieces, search).cost <= _HOPELESS * model.size
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -408,4 +408,19 @@ def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> R
         record.free,
     )
     fields["point"] = record.point
+    return part
+
+
+def leave_out_rows(record: Record, names: Collection[str], rows: Mask) -> Record:
+    """Return a record in which some rows of the series `names` count as not measured."""
+    keep = ~rows[:, None]
+    series = tuple(
+        one._replace(values=np.where(keep, one.values, 0.0), measured=one.measured & keep)
+        if one.name in names
+        else one
+        for one in record.series
+    )
+    freeze_arrays(series)
+    part = slice_record(record, 0, len(record.t))
+    part.__dict__["series"] = series
     return part

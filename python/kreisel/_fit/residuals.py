@@ -31,6 +31,8 @@ from .rotations import (
 _STEPS = 4  # a trial may take this many times the steps of the guesses
 STEPS_MOST = 10**6  # steps of a guess, and of a trial before the path of any guess is known
 _FEWEST_STEPS = 1000
+_AGREE = 0.4  # residuals relative to the spread of the data up to which a motion agrees
+_WINDOW = 25  # residuals over which a disagreement is averaged
 
 
 class ResidualEvaluation(NamedTuple):
@@ -273,6 +275,24 @@ class ResidualModel:
         return transform
 
 
+class SubspaceModel:
+    """A least-squares model restricted to a subspace of the parameter space."""
+
+    def __init__(self, model: ResidualModel, projection: Array) -> None:
+        self._model, self._allowed, self.evaluations = model, projection, 0
+        self.size = model.size
+        self.estimate_parameter_scales = model.estimate_parameter_scales
+        self.add_step_within_bounds = model.add_step_within_bounds
+        self.compute_distances_to_lower_bounds = model.compute_distances_to_lower_bounds
+
+    def evaluate_residuals(self, point: FitPoint) -> ResidualEvaluation:
+        evaluations = self._model.evaluations
+        residuals, jacobian = self._model.evaluate_residuals(point)
+        self.evaluations += self._model.evaluations - evaluations
+        self._model.evaluations = evaluations  # the session counts the paths of parts separately
+        return ResidualEvaluation(residuals, jacobian @ self._allowed)
+
+
 class _SeriesResiduals:
     """The residuals of one measured series for given parameters, and their derivatives."""
 
@@ -394,3 +414,21 @@ def _select_predicted_component(prediction: Prediction, part: int) -> Prediction
     return Prediction(
         prediction.values[:, columns], prediction.by[:, columns], prediction.rate[:, columns]
     )
+
+
+def find_time_of_large_residuals(rows: ResidualRows, trial: ResidualEvaluation, t: Array) -> float:
+    """Return the first time at which the residuals are comparable to the spread of the data."""
+    is_measured = rows.measured_mask.any(axis=1)
+    if not is_measured.any():
+        return np.inf
+    scale = np.hypot(rows.series.typical_value_scale, 3.0 * rows.sigma)
+    relative = np.minimum(
+        np.abs(rows.select_series_residuals(trial.residuals) * rows.sigma / scale), 1.0
+    )
+    order = np.argsort(t[is_measured], kind="stable")
+    error = (relative[is_measured] ** 2).mean(axis=1)[order]
+    width = min(max(len(error) // 50, 3), _WINDOW)
+    if len(error) > width:
+        error = np.convolve(error, np.full(width, 1.0 / width), "valid")
+    indices = np.flatnonzero(np.sqrt(error) > _AGREE)
+    return float(t[is_measured][order][indices[0]]) if indices.size else np.inf

@@ -13,7 +13,14 @@ from .._solve.solve import solve
 from .._utils.validation import Array
 from .aliasing import list_spin_aliases_of_point
 from .initial_guess import Guess, guess_parameters_from_records
-from .levenberg_marquardt import LossName, Minimum, SearchSettings, compute_cost, minimize_cost
+from .levenberg_marquardt import (
+    WEAKEST,
+    LossName,
+    Minimum,
+    SearchSettings,
+    compute_cost,
+    minimize_cost,
+)
 from .multiple_shooting import (
     SegmentStartStates,
     ShootingModel,
@@ -24,14 +31,18 @@ from .multiple_shooting import (
 from .noise import MEDIAN, estimate_initial_sigmas, estimate_sigmas_from_residuals
 from .parameters import FitPoint, FreeParameters
 from .records import Record, slice_record
-from .residuals import STEPS_MOST, ResidualEvaluation, ResidualModel, ResidualRows
+from .residuals import (
+    STEPS_MOST,
+    ResidualModel,
+    SubspaceModel,
+    find_time_of_large_residuals,
+)
 from .rotations import compute_rotation_quaternions, multiply_quaternions, rotation_matrix
 from .uncertainty import classify_fit_directions
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
 _ROUGH_FTOL = 1e-3  # the same for a part of the records
 _ROUGH_LIMIT = 12  # evaluations for a part of the records
-_AGREE = 0.4  # residuals relative to the spread of the data up to which a motion agrees
 _GROWTH = 1.4  # least factor from one part of the records to the next
 _PARTS_MOST = 40
 _UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
@@ -48,7 +59,6 @@ _BLIND_TO_SIGN = {"body_velocity", "inertial_velocity", "body_acceleration"}
 _BLIND_TO_SIGN |= {"body_momentum", "kinetic"}
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
-_WINDOW = 25  # residuals over which a disagreement is averaged
 _RELATED = 1e4  # chi2 per degree of freedom up to which another spin may be the right one
 _ALIAS_LIMIT = 25  # evaluations for another spin
 _ALIAS_FTOL = 1e-6
@@ -74,23 +84,11 @@ class BestFit(NamedTuple):
     has_converged: bool
     pieces: tuple[tuple[float, FitPoint], ...] = ()
 
-
-class SubspaceModel:
-    """A least-squares model restricted to a subspace of the parameter space."""
-
-    def __init__(self, model: ResidualModel, projection: Array) -> None:
-        self._model, self._allowed, self.evaluations = model, projection, 0
-        self.size = model.size
-        self.estimate_parameter_scales = model.estimate_parameter_scales
-        self.add_step_within_bounds = model.add_step_within_bounds
-        self.compute_distances_to_lower_bounds = model.compute_distances_to_lower_bounds
-
-    def evaluate_residuals(self, point: FitPoint) -> ResidualEvaluation:
-        evaluations = self._model.evaluations
-        residuals, jacobian = self._model.evaluate_residuals(point)
-        self.evaluations += self._model.evaluations - evaluations
-        self._model.evaluations = evaluations  # the session counts the paths of parts separately
-        return ResidualEvaluation(residuals, jacobian @ self._allowed)
+    @property
+    def scaled_jacobian(self) -> Array:
+        """The Jacobian matrix with respect to the parameters in their natural sizes."""
+        scaled: Array = self.jacobian * self.natural
+        return scaled
 
 
 class SearchSession:
@@ -162,6 +160,11 @@ class SearchSession:
             raise ValueError(
                 f"the records have {count} numbers, fewer than the {self.parameters.size} free "
                 "parameters: add measurements, or remove names from free"
+            )
+        if count == self.parameters.size and not self.is_sigma_known:
+            raise ValueError(
+                f"the records have {count} numbers, as many as free parameters, so that sigma "
+                "cannot be estimated: give sigma, add measurements, or remove names from free"
             )
 
     def check_measurements_per_segment(self, pieces: int | None) -> None:
@@ -290,7 +293,7 @@ class SearchSession:
         def store_minimum(minimum: Minimum) -> None:
             self._store_minimum_if_best(minimum, model)
 
-        return SearchSettings(self.loss, limit, ftol, store_minimum)
+        return SearchSettings(self.loss, limit, ftol, store_minimum, weakest=WEAKEST)
 
     def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
         """Report the cost of a fit to all records, and store the fit if it is the best."""
@@ -371,7 +374,9 @@ class SearchSession:
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
-            settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum)
+            settings = SearchSettings(
+                self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum, weakest=WEAKEST
+            )
             minimum = minimize_cost(self.model, alias, settings)
             solution = minimum.point
             assert isinstance(solution, FitPoint)
@@ -414,7 +419,11 @@ class SearchSession:
 
     def _fit_point_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
         settings = SearchSettings(
-            self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_cost_of_minimum
+            self.loss,
+            _ROUGH_LIMIT,
+            _ROUGH_FTOL,
+            self._report_cost_of_minimum,
+            weakest=WEAKEST,
         )
         minimum = minimize_cost(part, point, settings)
         self.evaluations += part.evaluations
@@ -448,7 +457,7 @@ class SearchSession:
             return 0.0, np.inf
         end = self._end
         for rows in self.model.rows:
-            time = _find_time_of_large_residuals(rows, trial, np.abs(self.records[rows.record].t))
+            time = find_time_of_large_residuals(rows, trial, np.abs(self.records[rows.record].t))
             end = min(end, time)
         return end, compute_cost(trial.residuals, "soft")
 
@@ -531,7 +540,9 @@ class SearchSession:
         for k in range(0 if self.is_sigma_known else _ROUNDS):
             if self.best is None or not self.best.has_converged:
                 return
-            sigmas = estimate_sigmas_from_residuals(self.model, self.best.residuals, self.loss)
+            sigmas = estimate_sigmas_from_residuals(
+                self.model, self.best.residuals, self.best.scaled_jacobian, self.loss
+            )
             pairs = zip(self.sigmas, sigmas, strict=True)
             change = max(abs(float((new / old).flat[0]) - 1.0) for old, new in pairs)
             if k and change < _SIGMA_RTOL:
@@ -569,7 +580,7 @@ class SearchSession:
     def refuse_insensitive_quantities(self) -> None:
         """Raise ValueError if a measured quantity does not depend on any free parameter."""
         assert self.best is not None
-        scaled = np.abs(self.best.jacobian * self.best.natural)
+        scaled = np.abs(self.best.scaled_jacobian)
         for rows in self.model.rows:
             mask = rows.measured_mask
             sensitivities = scaled[rows.residual_slice][mask.ravel()]
@@ -579,21 +590,3 @@ class SearchSession:
                     f"{rows.series.name} does not depend on the free parameters "
                     f"({', '.join(self.parameters.free)}): add names to free, or leave it out"
                 )
-
-
-def _find_time_of_large_residuals(rows: ResidualRows, trial: ResidualEvaluation, t: Array) -> float:
-    """Return the first time at which the residuals are comparable to the spread of the data."""
-    is_measured = rows.measured_mask.any(axis=1)
-    if not is_measured.any():
-        return np.inf
-    scale = np.hypot(rows.series.typical_value_scale, 3.0 * rows.sigma)
-    relative = np.minimum(
-        np.abs(rows.select_series_residuals(trial.residuals) * rows.sigma / scale), 1.0
-    )
-    order = np.argsort(t[is_measured], kind="stable")
-    error = (relative[is_measured] ** 2).mean(axis=1)[order]
-    width = min(max(len(error) // 50, 3), _WINDOW)
-    if len(error) > width:
-        error = np.convolve(error, np.full(width, 1.0 / width), "valid")
-    indices = np.flatnonzero(np.sqrt(error) > _AGREE)
-    return float(t[is_measured][order][indices[0]]) if indices.size else np.inf

@@ -63,6 +63,8 @@ class FitLike(Protocol):
     @property
     def excess(self) -> float: ...
     @property
+    def uncertain_sigma(self) -> Sequence[str]: ...
+    @property
     def at_bound(self) -> Sequence[str]: ...
     @property
     def has_converged(self) -> bool: ...
@@ -164,9 +166,7 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
         )
     elif fit.excess:
         sentences.append(describe_residual_excess(fit))
-    sentences += [f"Not identified: {sentence}." for sentence in fit.unidentified]
-    sentences += [f"Ambiguous: {sentence}." for sentence in fit.ambiguous]
-    sentences += [f"At a bound: {sentence}." for sentence in fit.at_bound]
+    sentences += _list_labelled_sentences(fit)
     if fit.residual_correlation > _CORRELATED and fit.inflation > _ENLARGED:
         sentences.append(
             f"Neighbouring residuals are correlated ({fit.residual_correlation:.2f}): the "
@@ -183,10 +183,20 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
             f"chi2 for one sigma differs from 1 by {fit.nonlinearity:.2g}."
         )
     if missing_count := sum(record.missing for record in fit.records):
-        sentences.append(f"{missing_count} values were not measured, and are left out.")
+        sentences.append(f"{missing_count} values are left out: not measured, or undefined angles.")
     if fit.piece_starts:
         sentences.append(
             f"The motion consists of {len(fit.piece_starts)} joined pieces, each with its own "
             "start."
         )
     return sentences
+
+
+def _list_labelled_sentences(fit: FitLike) -> list[str]:
+    labels = {
+        "Not identified": fit.unidentified,
+        "Ambiguous": fit.ambiguous,
+        "Uncertain": fit.uncertain_sigma,
+        "At a bound": fit.at_bound,
+    }
+    return [f"{label}: {text}." for label, texts in labels.items() for text in texts]

@@ -21,7 +21,9 @@ from .residuals import ResidualModel, ResidualRows
 
 _CHANCE = 3.0  # standard deviations beyond which a deviation is not chance
 _RANK = 1e-9  # smaller singular values are rounding errors, relative to the largest
-_LOST = 0.1  # part of a parameter's change in blind directions that makes its error infinite
+_LOST = 0.1  # contribution of blind directions from which an error is infinite
+_LOST_IF_WEAK = 0.01  # the same if it exceeds the error by the determined directions
+_LOST_IF_HIDDEN = 1e-4  # the same for hidden directions if it exceeds `_CHANCE` times that error
 _PRESENT = 1e-3  # part of a blind direction that lies in the parameters
 _CLIP = 3.0  # standard deviations at which residuals are cut off for their correlation
 _FEWEST = 6  # residuals that a correlation needs
@@ -49,27 +51,35 @@ class FitCovariance:
     """The covariance of fitted parameters, and the parameter changes that affect no residual.
 
     natural  (size,) the natural sizes of the parameters, which are the units of the other fields
-    factor   (size, k) the matrix F for which F F^T is the covariance
-    blind    (size, l) unit vectors along the changes that do not affect any residual
+    factor   (size, k) the matrix F for which F F^T is the covariance on the determined directions
+    blind    (size, l) unit vectors along all directions that the data do not determine
+    weak     (size, m) the same as `factor` for those of them that affect the residuals a little
+    hidden   (size, n) unit vectors along those of them that do not affect any residual
     """
 
     natural: Array
     factor: Array
     blind: Array
+    weak: Array
+    hidden: Array
 
     def propagate_errors(self, gradient: Array) -> tuple[Array, Array]:
         """Return the covariance matrix and standard deviations of k functions from their gradients.
 
-        The standard deviation is infinite if the function depends mainly on combinations of
-        parameters that the data do not determine.
+        The standard deviation includes the contribution of one standard deviation along the weak
+        directions, and of one natural size along the hidden ones. It is infinite if the function
+        depends mainly on them, in proportion to its natural size and to the contribution of the
+        determined directions.
         """
         scaled = gradient * self.natural
-        projection = scaled @ self.factor
-        blind_part = scaled @ self.blind
-        length = np.linalg.norm(scaled, axis=1)
-        covariance = projection @ projection.T + blind_part @ blind_part.T
+        parts = [scaled @ part for part in (self.factor, self.weak, self.hidden)]
+        own, weak, hidden = (np.linalg.norm(part, axis=1) for part in parts)
+        size = np.linalg.norm(scaled, axis=1)
+        joined = np.concatenate(parts, axis=1)
+        covariance = joined @ joined.T
         errors = np.sqrt(np.diag(covariance))
-        is_lost = np.linalg.norm(blind_part, axis=1) > _LOST * length
+        is_lost = weak > np.clip(own, _LOST_IF_WEAK * size, _LOST * size)
+        is_lost |= hidden > np.clip(_CHANCE * own, _LOST_IF_HIDDEN * size, _LOST * size)
         errors = np.where(is_lost, np.inf, errors)
         covariance[is_lost, :] = covariance[:, is_lost] = np.nan
         covariance[is_lost, is_lost] = np.inf
@@ -92,11 +102,25 @@ def classify_fit_directions(
     triangle = np.linalg.qr(jacobian * natural, mode="r")
     _, values, vectors = np.linalg.svd(triangle)
     values = np.concatenate((values, np.zeros(len(natural) - len(values))))
-    is_seen = (values > inflation) & (values > _RANK * values[0])
-    factor = vectors[is_seen].T * (inflation / values[is_seen])
-    # Changes of further columns, the starts of later pieces, belong to blind changes of the first.
-    directions, lengths, _ = np.linalg.svd(vectors[~is_seen].T[:size], full_matrices=False)
-    return FitCovariance(natural[:size], factor[:size], directions[:, lengths > _PRESENT])
+    is_hidden = values <= _RANK * values[0]
+    is_seen = (values > inflation) & ~is_hidden
+    is_weak = ~is_seen & ~is_hidden
+    factor = vectors[is_seen].T[:size] * (inflation / values[is_seen])
+    weak = vectors[is_weak].T[:size] * (inflation / values[is_weak])
+    blind = _select_directions_of_parameters(vectors[~is_seen].T[:size])
+    hidden = _select_directions_of_parameters(vectors[is_hidden].T[:size])
+    return FitCovariance(natural[:size], factor, blind, weak, hidden)
+
+
+def _select_directions_of_parameters(vectors: Array) -> Array:
+    """Return unit vectors that span the columns of `vectors`, without those of negligible length.
+
+    The columns lack the components along further columns of the Jacobian matrix, the starts of
+    later pieces.
+    """
+    directions, lengths, _ = np.linalg.svd(vectors, full_matrices=False)
+    selected: Array = directions[:, lengths > _PRESENT]
+    return selected
 
 
 def compute_residual_statistics(
