@@ -230,9 +230,9 @@ def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
     part = 0.5 * nutation if is_through else nutation
     signals = (motion.z, turns.precession), (spin_signal, turns.spin)
     if _is_free_or_lagrange(path.scene):
-        precession, spin = (_find_rate_from_line(t, *angle, part) for angle in signals)
+        precession, spin = (_find_rate_from_line(t, z, angle, part) for z, angle in signals)
         return precession, nutation, math.nan if math.isnan(precession) else spin
-    precession, spin = (_compute_settled_mean_rate(t, *angle) for angle in signals)
+    precession, spin = (_compute_settled_mean_rate(t, z, angle) for z, angle in signals)
     is_known = not math.isnan(precession + spin)
     return (precession, nutation, spin) if is_known else (math.nan, nutation, math.nan)
 
