@@ -53,6 +53,40 @@ def test_rates_agree_with_the_frequency_analysis(scene):
         assert abs(getattr(rates, rate) - getattr(analysis, rate)) < 1e-9
 
 
+def test_rates_that_the_states_do_not_determine_are_nan():
+    """Check a top whose apex passes both poles at distances of 0.01 rad to 0.02 rad."""
+    body = kr.Body(1.0, (2, 2, 1), (0.05410227877154389, 0.27279133916445375, 0), unphysical=True)
+    attitude = (0.12742985, 0.41096882, -0.89214323, 0.13764700)
+    scene = kr.Scene(body, (1.7119621469, 2.9386153769, -0.5646954459), unit(attitude))
+    for t in (300.0, -300.0):
+        found = kr.frequencies(kr.solve(scene, np.linspace(0.0, t, 9001), "taylor"))
+        assert math.isnan(found.precession) and math.isnan(found.spin)
+        assert found.nutation == pytest.approx(2.0626, abs=1e-4)
+
+
+def test_known_rates_agree_with_the_closed_form_and_others_are_nan():
+    rng, t, known = np.random.default_rng(1), np.linspace(0.0, 300.0, 3001), []
+    for _ in range(40):
+        momentum = (2.0, 2.0, 1.0) * rng.normal(size=3) * rng.choice((0.3, 1.5, 4.0))
+        scene = make_scene(KOWALEWSKI, momentum, rng.normal(size=4))
+        found = kr.frequencies(kr.solve(scene, t, "taylor"))
+        assert math.isnan(found.precession) == math.isnan(found.spin)
+        if not math.isnan(found.precession):
+            truth = kr.frequencies(exact_path(scene, t))
+            differences = found.precession - truth.precession, found.spin - truth.spin
+            known.append(300.0 * max(map(abs, differences)))
+    assert 3 < len(known) < 20 and max(known) < 0.02
+
+
+def test_slow_rates_are_means_if_the_angles_vary_smoothly():
+    scene = make_scene(KOWALEWSKI, (-0.2, -0.4, -2.2), (0.0, -0.4, 1.2, 0.7), 0.1)
+    t = np.linspace(0.0, 300.0, 9001)
+    found, truth = (kr.frequencies(kr.solve(scene, t, method)) for method in ("taylor", "exact"))
+    assert found.precession == pytest.approx(truth.precession, abs=2e-5)
+    assert abs(truth.spin) < 1e-9 and abs(found.spin) < 1e-5
+    assert np.abs(found.lines - found.precession).min() > 1e-6
+
+
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
 def test_mean_precession_agrees_with_counted_turns(scene):
     """Compare the mean rates with the number of turns counted over a long interval of time.

@@ -52,6 +52,8 @@ _EVEN = 1e-9  # allowed deviation of a time from even spacing, relative to the s
 _ROUNDS = 12  # largest number of Newton steps for a line
 _LEVEL = 1e-12  # smaller variations of the axis are ignored
 _SMOOTH = 1e-3  # allowed error of a mean rate, as an angle over the whole path [rad]
+_WINDOW_PART = 0.75  # of the states, for means that show whether a mean rate has settled
+_SPREAD = 0.02  # allowed differences of these means if a line confirms the rate, as an angle [rad]
 _NEAR = 0.1  # allowed difference between mean rate and line, as an angle over the whole path [rad]
 
 
@@ -62,12 +64,12 @@ class Frequencies(ReadOnlyArrays):
     precession  mean rate of the axis about the vertical [T^-1]. The poles are the vertical and its
                 opposite. If the axis passes a pole within 1e-11 rad, the half turn of this pass is
                 not counted. NaN if the axis stays at a pole, or passes a pole at a distance below
-                the errors of the path
+                the errors of the path. NaN if the path is too short or has too few states
     nutation    frequency of the strongest line of the height of the axis [T^-1]; for Lagrange tops
                 and free bodies, 2 pi divided by the time from one lowest point to the next. 0 if
                 the height is constant
     spin        mean rate of the body about the axis, in addition to the precession [T^-1]; NaN if
-                the precession is NaN
+                the precession is NaN, or if the path has too few states
     lines       (n,) frequencies of apex_x + i apex_y, the strongest first [T^-1]
     amplitudes  (n,) complex amplitudes: apex_x + i apex_y is approximately the sum of
                 amplitudes * exp(i * lines * t)
@@ -123,7 +125,9 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     solution. Two spectral lines are resolved if their phase difference changes by more than 23
     turns over the path. The path should span many nutation periods, with more than two states per
     turn of the fastest-changing Euler angle. For a regular motion, the computed rates are as
-    accurate as the states of the path. Additional states are computed where the body axis is close
+    accurate as the states of the path, or NaN if the path does not determine them. Except for
+    Lagrange tops and free bodies, frequencies too low for the length of the path limit the
+    accuracy. Additional states are computed where the body axis is close
     to the direction about which it precesses.
 
     Under gravity, the precession, nutation and spin rates refer to the motion of the apex about the
@@ -224,18 +228,49 @@ def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
         return math.nan, nutation, math.nan
     is_through = span * float(window[turns.through > 0].sum()) > _SMOOTH
     part = 0.5 * nutation if is_through else nutation
-    precession = _estimate_mean_angle_rate(t, motion.z, turns.precession, part)
-    return precession, nutation, _estimate_mean_angle_rate(t, spin_signal, turns.spin, part)
+    signals = (motion.z, turns.precession), (spin_signal, turns.spin)
+    if _is_free_or_lagrange(path.scene):
+        precession, spin = (_find_rate_from_line(t, z, angle, part) for z, angle in signals)
+        return precession, nutation, math.nan if math.isnan(precession) else spin
+    precession, spin = (_compute_settled_mean_rate(t, z, angle) for z, angle in signals)
+    is_known = not math.isnan(precession + spin)
+    return (precession, nutation, spin) if is_known else (math.nan, nutation, math.nan)
 
 
-def _estimate_mean_angle_rate(t: Array, signal: Waves, increments: Array, part: float) -> float:
+def _is_free_or_lagrange(scene: Scene) -> bool:
+    """Return True for a Lagrange top or free body, whose spectral lines have the nutation apart."""
+    return not (scene.gravity and any(scene.body.com)) or scene.body.kind == "lagrange"
+
+
+def _compute_settled_mean_rate(t: Array, signal: Waves, increments: Array) -> float:
     """Compute the mean rate of an angle from its `increments` between successive states.
+
+    If the strongest spectral line of `signal` confirms the mean rate, the frequency of this line is
+    returned. Otherwise, the angle must vary smoothly from state to state. Returns NaN if it does
+    not, or if means over parts of the path differ from the mean over the whole path. These means
+    differ if the motion has frequencies that are too low for the length of the path.
+    """
+    span, rate = abs(float(t[-1] - t[0])), increments / float(t[1] - t[0])
+    mean, n = float(_kaiser_window(len(rate)) @ rate), round(_WINDOW_PART * len(rate))
+    window = _kaiser_window(n)
+    parts = [float(window @ rate[i : i + n]) for i in (0, (len(rate) - n) // 2, len(rate) - n)]
+    spread = span * max(abs(part - mean) for part in parts)
+    [line], _, _ = _find_strongest_spectral_lines(t, signal, 1)
+    if span * abs(float(line) - mean) < _SMOOTH and spread < _SPREAD:
+        return float(line)
+    is_smooth = span * _bound_aliasing_error_of_mean(rate) < _SMOOTH
+    return mean if is_smooth and spread < _SMOOTH else math.nan
+
+
+def _find_rate_from_line(t: Array, signal: Waves, increments: Array, part: float) -> float:
+    """Compute the mean rate of an angle from the strongest spectral line of `signal`.
 
     For Lagrange tops and free bodies, the mean rate differs from the frequency of the strongest
     spectral line by an integer multiple of `part`, which is the nutation frequency or half of it.
     If the integer multiple can be determined with certainty, the mean rate is computed from the
     frequency of the strongest line. If the integer multiple is uncertain but the angle varies
     smoothly, the mean rate is computed from the increments. In all other cases, the result is NaN.
+    `increments` contains the changes of the angle between successive states.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(increments)) @ increments) / step
