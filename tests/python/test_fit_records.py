@@ -459,3 +459,11 @@ def test_records_are_read_only():
 def test_free_properties_are_names():
     with pytest.raises(TypeError, match="free must be names such as 'bias', not 3"):
         kr.Record(T, {"spin": T}, free=3)
+
+
+def test_the_known_quantities_of_a_record_can_be_fitted():
+    with pytest.raises(ValueError, match="unknown quantity 'height'; known are ") as refusal:
+        kr.Record([0.0, 1.0], {"height": [1.0, 2.0]})
+    known = str(refusal.value).partition("known are ")[2].split(", ")
+    assert len(known) == len(set(known)) > 60
+    assert not {"kowalewski", "goryachev_chaplygin"} & set(known)

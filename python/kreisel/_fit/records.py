@@ -276,7 +276,10 @@ def _resolve_quantity_and_component(name: object) -> tuple[str, int | None]:
         raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
     quantity, part = (name, None) if name in _KNOWN else _PARTS.get(name, (name, None))
     if quantity not in _KNOWN:
-        raise ValueError(unknown_name_message("quantity", name, [*MEASURABLE, *_PARTS]))
+        parts = [part for part, (known, _) in _PARTS.items() if known in MEASURABLE]
+        raise ValueError(
+            unknown_name_message("quantity", name, dict.fromkeys([*MEASURABLE, *parts]))
+        )
     if quantity not in MEASURABLE:
         raise ValueError(f"{name} cannot be fitted: it is constant, or NaN for most bodies")
     if quantity == "q" and part is not None:
