@@ -118,6 +118,35 @@ def test_an_interrupted_sweep_is_reported_and_resumed(plan, more, number):
     call("sweep plan.toml --folder runs --parts 0:2")
 
 
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 130), (signal.SIGINT, 130), (signal.SIGKILL, -9)]
+)
+def test_no_worker_outlives_a_sweep_and_no_worker_ends_before_it(plan, number, code):
+    (plan / "plan.toml").write_text(PLAN.replace("n = 25", "n = 2500").replace("4.0", "400.0"))
+    start = f"{HEEDING}from kreisel._cli import main\nmain()"
+    words = ["sweep", "plan.toml", "--folder", "runs", "--workers", "2"]
+    with subprocess.Popen(
+        [sys.executable, "-c", start, *words],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as run:
+        while run.poll() is None and not list(plan.glob("runs/part-*")):
+            os.sched_yield()
+        if number == signal.SIGKILL:
+            run.kill()
+        else:
+            os.killpg(run.pid, number)  # as terminals and batch systems do
+        try:
+            _, output = run.communicate(timeout=60)  # until all workers have closed the pipe
+        except subprocess.TimeoutExpired:
+            os.killpg(run.pid, signal.SIGKILL)
+            raise
+    assert run.returncode == code, output
+    if code == 130:
+        assert "of 469 parts are left" in output and output.count("\n") == 1
+
+
 def test_a_terminal_shows_progress_and_the_time_left(plan):
     call("sweep plan.toml --folder runs --parts 0:3")
     terminal, run_side = pty.openpty()

@@ -19,6 +19,7 @@ from kreisel._cli import (
     table,
 )
 from rich.console import Console
+from toolbox import python
 from tops import GENERAL
 
 TOP = kr.scenes.asymmetric
@@ -376,10 +377,24 @@ def test_the_progress_bar_of_a_sweep_shows_its_share(monkeypatch, is_terminal):
             assert (task.total, task.completed) == (1.0, 0.25)
 
 
-def test_workers_ignore_ctrl_c():
-    before = signal.getsignal(signal.SIGINT)
-    try:
-        sweep_command.ignore_sigint_in_worker()
-        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGINT, before)
+WORKER = """
+import os, signal, sys
+from kreisel._cli import sweep_command
+set_timer, timers = signal.setitimer, []
+signal.setitimer = lambda *words: timers.append(words)
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, signal.SIGTERM])
+sweep_command.prepare_worker_process()
+assert not signal.pthread_sigmask(signal.SIG_BLOCK, [])
+os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+print("alive", flush=True)
+for which, seconds in timers:
+    assert seconds > 1.0
+    set_timer(which, 1e-3)
+    signal.pause()
+"""
+
+
+@pytest.mark.parametrize(("name", "end"), [("SIGINT", 0), ("SIGTERM", -signal.SIGALRM)])
+def test_workers_ignore_ctrl_c_and_end_a_moment_after_sigterm(name, end):
+    result = python(WORKER, name)
+    assert (result.stdout, result.returncode) == ("alive\n", end), result.stderr

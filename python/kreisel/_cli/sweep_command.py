@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, InvalidStateError, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from itertools import islice, pairwise
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import click
@@ -26,6 +28,8 @@ from .parsers import UsageError, convert_errors_to_usage_errors
 
 _OPTIONS = "parts", "folder"
 _SHOWN = 6  # largest number of ranges of parts in a printed line
+_STOP_SIGNALS = signal.SIGINT, signal.SIGTERM
+_GRACE_SECONDS = 3.0  # time after SIGTERM in which the parent process can end a worker
 Watch = Callable[[float], object]
 
 
@@ -116,14 +120,14 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
             yield client.get_executor()
     elif workers is not None:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, context, initializer=ignore_sigint_in_worker) as pool:
+        with _WorkerProcessPool(workers, context, initializer=prepare_worker_process) as pool:
             try:
                 yield pool
             except BaseException:
                 threading.excepthook = report_thread_exception
                 pool.shutdown(wait=False, cancel_futures=True)
                 for child in multiprocessing.active_children():
-                    child.terminate()
+                    child.kill()  # SIGTERM would end a worker only after _GRACE_SECONDS
                 raise
     else:
         yield None
@@ -139,9 +143,47 @@ def report_thread_exception(failure: threading.ExceptHookArgs) -> None:
         threading.__excepthook__(failure)
 
 
-def ignore_sigint_in_worker() -> None:
-    """Ignore Ctrl-C in a worker process, because the parent process handles it."""
+class _WorkerProcessPool(ProcessPoolExecutor):
+    """A pool of processes that block SIGINT and SIGTERM until they have set their handlers."""
+
+    def submit(self, *words: Any, **more: Any) -> Future[Any]:
+        """Submit a task; this may start a worker, which inherits the blocked signals."""
+        if not hasattr(signal, "pthread_sigmask"):  # on Windows
+            return super().submit(*words, **more)
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, _STOP_SIGNALS)
+        try:
+            return super().submit(*words, **more)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def prepare_worker_process() -> None:
+    """Ignore Ctrl-C in a worker process, and end the process a moment after SIGTERM.
+
+    Terminals and batch systems send a signal to all processes of a command. The parent process
+    handles the signal, and ends its workers. If a worker ended earlier, the pool would fail.
+    """
+    threading.Thread(target=_end_process_with_parent, daemon=True).start()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if not hasattr(signal, "pthread_sigmask"):  # on Windows
+        return
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGTERM) is not signal.SIG_IGN:
+        signal.signal(signal.SIGTERM, _end_process_after_grace_period)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOP_SIGNALS)
+
+
+def _end_process_with_parent() -> None:
+    """Wait for the end of the parent process, and end this process, which would wait for tasks."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _end_process_after_grace_period(number: int, frame: FrameType | None) -> None:
+    signal.signal(number, signal.SIG_IGN)
+    signal.setitimer(signal.ITIMER_REAL, _GRACE_SECONDS)  # SIGALRM ends the process
 
 
 @contextmanager
