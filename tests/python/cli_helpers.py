@@ -32,10 +32,12 @@ def record_console_calls(monkeypatch, *modules):
     calls = []
 
     class StubConsole:
+        width = 80
+
         def __init__(self, **words):
             self.words = words
 
-        def print(self, grid):
+        def print(self, grid, crop=True):
             calls.append((self.words, grid))
 
     for module in modules:

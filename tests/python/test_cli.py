@@ -213,6 +213,30 @@ def test_solve_prints_a_table_with_units(tmp_path):
     assert rows == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "solve asymmetric --t 1",
+        "solve asymmetric --t 0:9:1 --events nutation",
+        "compare thesis --t 1 --repeats 1 --methods rk4,taylor --steps 0.1",
+        "scenes",
+        "methods",
+        "quantities",
+    ],
+)
+def test_narrow_terminals_cut_no_number_and_no_word(line, monkeypatch):
+    words = {}
+    for columns in ("500", "20"):
+        monkeypatch.setenv("COLUMNS", columns)
+        words[columns] = sorted(call(line).split())
+        words[columns] = [word for word in words[columns] if not set(word) <= {"─"}]
+    if line.startswith("compare"):  # its run times differ
+        assert len(words["20"]) == len(words["500"]) and "..." not in "".join(words["20"])
+    else:
+        assert words["20"] == words["500"]
+    assert "…" not in "".join(words["20"])
+
+
 def test_long_tables_show_both_ends_and_the_number_of_omitted_rows():
     output = call("solve cusps --t 0:10:0.1 --want nutation")
     _, rows = table(output)

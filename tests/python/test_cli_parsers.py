@@ -18,6 +18,7 @@ from kreisel._cli import (
     lists,
     output_files,
     parsers,
+    text_grid,
     time_option,
 )
 
@@ -26,7 +27,7 @@ TOP = kr.scenes.asymmetric
 
 @pytest.fixture
 def console_calls(monkeypatch):
-    return record_console_calls(monkeypatch, lists, compare_command)
+    return record_console_calls(monkeypatch, lists, text_grid)
 
 
 # Help
@@ -87,7 +88,7 @@ def test_a_comparison_is_printed_with_text_on_the_left(console_calls, monkeypatc
     call("compare thesis --t 2 --csv", file)
     assert file.read_text() == kr.Table(rows).to_csv()
     [(words, grid)] = console_calls
-    assert words == {"markup": False}
+    assert words == {"markup": False, "highlight": False}
     assert list_cells_by_column(grid) == {
         "method": ["rk4", "extrap"],
         "step": ["0.1", ""],

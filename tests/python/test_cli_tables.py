@@ -17,6 +17,7 @@ from kreisel._cli import (
     progress,
     sweep_command,
     table,
+    text_grid,
 )
 from rich.console import Console
 from toolbox import python
@@ -27,7 +28,7 @@ TOP = kr.scenes.asymmetric
 
 @pytest.fixture
 def console_calls(monkeypatch):
-    return record_console_calls(monkeypatch, outputs, table)
+    return record_console_calls(monkeypatch, text_grid)
 
 
 class SlowBuffer(io.BytesIO):
@@ -108,7 +109,11 @@ def test_a_summary_shows_twenty_events(count, is_complete, console_calls, capsys
     collector.print_output()
     [(words, grid)] = console_calls
     cells = list_cells_by_column(grid)
-    assert words == {"markup": False} and list(cells) == ["event", "t", "direction"]
+    assert words == {"markup": False, "highlight": False} and list(cells) == [
+        "event",
+        "t",
+        "direction",
+    ]
     assert cells["t"] == [f"{t: .15g}" for t in path.events.t[:20]]
     assert cells["direction"] == [f"{d:+d}" for d in path.events.direction[:20]]
     text = "" if is_complete else f"... {count - 20} more events: --events-csv writes all\n"
@@ -161,7 +166,7 @@ def test_two_rows_stand_in_columns(console_calls):
     printer.print_table()
     [(words, grid)] = console_calls
     angles = np.degrees(path.nutation)
-    assert words == {"markup": False}
+    assert words == {"markup": False, "highlight": False}
     assert list_cells_by_column(grid) == {
         "": ["t [T]", "nutation [deg]"],
         "first": [" 1", f"{angles[0]: .15g}"],

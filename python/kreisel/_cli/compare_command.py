@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 from rich import box
-from rich.console import Console, JustifyMethod
+from rich.console import JustifyMethod
 from rich.table import Table as Grid
 
 from .._analysis.compare import CompareInterrupted, Table
@@ -23,6 +23,7 @@ from .parsers import (
     parse_number_list,
 )
 from .parsers import find_or_read_scene as a_scene
+from .text_grid import print_text_grid
 
 _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 
@@ -94,7 +95,7 @@ def compare(
     else:
         if csv_file:
             table.to_csv(csv_file)
-        Console(markup=False).print(_format_comparison_table(table))
+        print_text_grid(_format_comparison_table(table))
     if interruption:
         raise interruption
 

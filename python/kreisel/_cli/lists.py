@@ -16,6 +16,7 @@ from .._options.quantities import RECORDABLE, TIME
 from .._utils.errors import suggest_name
 from ..scenes import about, get_scene
 from .parsers import UsageError, make_name_completer
+from .text_grid import print_text_grid
 
 
 def _print_text_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
@@ -24,7 +25,7 @@ def _print_text_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]])
         grid.add_column(column, no_wrap=i == 0)
     for row in rows:
         grid.add_row(*row)
-    Console(markup=False, highlight=False).print(grid)
+    print_text_grid(grid)
 
 
 @click.command()

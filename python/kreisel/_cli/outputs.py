@@ -16,7 +16,6 @@ from typing import Protocol
 import click
 import numpy as np
 from rich import box
-from rich.console import Console
 from rich.table import Table as Grid
 
 from .._core import values as values_of
@@ -30,6 +29,7 @@ from .._utils.atomic_io import atomic_open, atomic_write
 from .._utils.counts import format_count
 from .._utils.validation import Array
 from .table import AngleOptions, StateTablePrinter
+from .text_grid import print_text_grid
 
 _MET = "which", "direction"
 _SHOWN = 20  # largest number of events in the summary
@@ -158,10 +158,12 @@ class EventCollector:
         table = self.build_event_table()
         names = ("event", "t", "direction")
         rows = list(zip(*(table[name] for name in names), strict=True))
-        grid = Grid(*names, box=box.SIMPLE_HEAD)
+        grid = Grid(box=box.SIMPLE_HEAD)
+        for name in names:
+            grid.add_column(name, no_wrap=True)
         for event, t, direction in rows[:_SHOWN]:
             grid.add_row(str(event), f"{t: .15g}", f"{direction:+d}")
-        Console(markup=False).print(grid)
+        print_text_grid(grid)
         if len(rows) > _SHOWN:
             click.echo(f"... {len(rows) - _SHOWN} more events: --events-csv writes all")
 

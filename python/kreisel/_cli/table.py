@@ -8,7 +8,6 @@ from collections.abc import Iterable
 import click
 import numpy as np
 from rich import box
-from rich.console import Console
 from rich.table import Table as Grid
 
 from .._options.quantities import ANGLES
@@ -16,6 +15,7 @@ from .._results.path import Path
 from .._results.tables import columns, units
 from .._utils.counts import format_count
 from .._utils.validation import Array
+from .text_grid import print_text_grid
 
 _ENDS = 20  # rows printed at each end of a table that is not printed as a whole
 _WIDTH = 14  # smallest width of a column: 8 digits, a sign and an exponent
@@ -104,12 +104,14 @@ class StateTablePrinter:
             click.echo("angles jump by whole turns: --unwrap makes them continuous")
 
     def _print_first_and_last_rows(self) -> None:
-        grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
+        grid = Grid(box=box.SIMPLE_HEAD)
+        for name in ("", "first", "last"):
+            grid.add_column(name, no_wrap=True)
         for head, first, last in zip(
             self._heads.values(), self._first[0], self._first[-1], strict=True
         ):
             grid.add_row(head, f"{first: .15g}", f"{last: .15g}")
-        Console(markup=False).print(grid)
+        print_text_grid(grid)
 
 
 def _select_table_rows(table: dict[str, Array], rows: slice) -> list[Row]:
