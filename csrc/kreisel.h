@@ -567,11 +567,11 @@ typedef struct kr_reduction {
  * The norm of the tangent is measured in the internal units of the top, and is initially 1. Tangent
  * components along the flow and the rotation about the vertical never grow, and are removed. All
  * growth indicators are accumulated from the initial time. LOG is ln |tangent vector|; LOG / time
- * is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator, and MAX is the
- * largest LOG value so far. ENERGY and MOMENTUM are the relative errors of the derivatives of the
- * energy and of <m, e3> along the tangent, which are constant. TRUNCATION is the largest ratio of
- * the last retained Taylor term to the norm of the tangent. Steps are shortened if the tangent's
- * Taylor series would be inaccurate; if that fails, the status is KR_ERR_TANGENT. */
+ * is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator. MAX is the largest
+ * LOG value at a few times in each step so far; between requested times, it may fall slightly.
+ * ENERGY and MOMENTUM are the relative errors of the derivatives of the energy and of <m, e3> along
+ * the tangent, which are constant. TRUNCATION is the largest ratio of the last retained Taylor term
+ * to the norm of the tangent. Steps are shortened for it; if that fails: KR_ERR_TANGENT. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,

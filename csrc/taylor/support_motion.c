@@ -15,6 +15,10 @@
 /* Relative threshold below which a spin or friction torque is treated as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
+/* An acceleration of the spin against the direction of sliding counts only if it is larger, in the
+ * units of the series. This threshold is far above rounding errors. A smaller acceleration has no
+ * effect, because the spin stays negligible until the acceleration has changed its sign. */
+#define OPPOSED_ACCELERATION 0x1p-32
 /* Relative interval width at which bisection stops. */
 #define NARROW_PART 0x1p-30
 /* Newton's method stops if a correction, divided by the step size, is above FARTHEST_PART or below
@@ -385,9 +389,18 @@ static int passes_zero(const kr_series s[2], int order, double sliding, double n
     const double at = refine_limit(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
+/* Returns 1 if a top without spin cannot slide in the chosen direction, because the spin would
+ * accelerate in the opposite direction. */
+static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
+{
+    const kr_series *s = p->series;
+    const double gain = p->sliding * free_spin_rate(s) - 1.0 / s->per_grip,
+                 noise = OPPOSED_ACCELERATION * (1.0 + v_largest(v_of(s->drag + 1)));
+    return p->sliding != 0.0 && (motion->step < 0.0 ? -gain : gain) < -noise;
+}
 /* Chooses the friction mode (sliding or held) after a step in which the friction variable has
  * reached its limit. `value` is the limit that the friction variable has reached. */
-static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
+static void choose_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
 {
     kr_series *s = p->series;
     const double before = p->sliding, slope = before != 0.0 ? slope_at_end(s, order).hi : 0.0;
@@ -403,10 +416,19 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
     p->before_hold = before;
     decide_hold(p, motion, slope * s->per_grip + before);
 }
+/* Changes the friction mode (see choose_mode). With a loose tolerance, the friction variable at the
+ * end of the step can differ from the friction that the state needs. If this state does not let the
+ * top slide as chosen, friction holds the top, because the next step would have no length. On the
+ * slow manifold (`is_slow`), the acceleration is the difference of large torques and not known. */
+static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
+{
+    choose_mode(p, motion, order, value);
+    if (!is_slow && is_slide_opposed(p, motion)) p->sliding = 0.0;
+}
 /* Shortens the step if friction stops the top or can no longer hold it. A spin below
  * NEGLIGIBLE_SPIN times `unit` counts as zero. */
 static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
-                                 double unit)
+                                 double unit, int is_slow)
 {
     kr_series *s = p->series;
     const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_deep(motion);
@@ -428,7 +450,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_at(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
-        change_mode(p, motion, n, value);
+        change_mode(p, motion, n, value, is_slow);
     } else if (!slides) {
         remove_spin(s);
     }
@@ -503,7 +525,8 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     const int rubs = motion->scene->friction > 0.0;
     double log2_tol = p->log2_tol, unit = 1.0;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
-    if (!kr_slow_step(motion, kernel, &log2_tol)) {
+    const int is_slow = kr_slow_step(motion, kernel, &log2_tol);
+    if (!is_slow) {
         /* While the top slides, the unit of time is chosen so that the friction variable does not
          * shorten the steps. */
         if (rubs)
@@ -517,6 +540,6 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
         kernel->advance(s, log2_tol, forward);
         kr_support_place(s, motion, p->rate);
     }
-    if (rubs) end_step_by_friction(p, motion, kernel, unit);
+    if (rubs) end_step_by_friction(p, motion, kernel, unit, is_slow);
     return KR_OK;
 }

@@ -151,6 +151,17 @@ def test_megno_of_regular_tops_approaches_two():
         assert np.all(np.diff(deviation) < 0.0)
 
 
+@pytest.mark.parametrize("name", ["asymmetric", "thesis", "kowalewski", "asymmetric_regular"])
+def test_the_orthogonal_indicator_never_decreases(name):
+    scene, t = kr.scenes.get_scene(name), np.linspace(0.05, 10.0, 400)
+    for times in (t, -t):
+        curve = kr.oli(scene, times).curve
+        assert np.diff(curve).min() >= 0.0
+        sizes = kr.lyapunov(scene, times).curve * t
+        assert (curve - np.maximum.accumulate(sizes)).min() > -1e-12
+        assert kr.oli(scene, times[-1:]).value == pytest.approx(curve[-1], rel=1e-3)
+
+
 def test_the_indicators_of_a_top_do_not_depend_on_the_ensemble():
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.1, 1.0, 37))
     indicators = kr.lyapunov(tops, [5.0, 50.0], threads=2)

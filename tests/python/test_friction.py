@@ -15,6 +15,7 @@ from moving_tops import (
     list_unsupported_calls,
     make_scene,
 )
+from tops import unit
 
 FRICTION = 0.05
 LAGRANGE = kr.Body(1.2, (1.3, 1.3, 1.7), (0, 0, 0.4), unphysical=True)
@@ -111,6 +112,33 @@ def test_events_of_a_continued_motion_equal_those_of_the_whole_motion(stops_and_
         run.to([begin])
         run.change(gravity=SLIPPING.gravity)
         assert run.to(20.0).events.t == pytest.approx(whole[whole > begin], abs=1e-9)
+
+
+SHAKEN_SPHEROID = kr.Scene(
+    kr.Body(0.731, (0.857, 0.857, 1.713), (-0.315, -0.436, -0.763), unphysical=True),
+    momentum=(0.196, 0.512, 0.315),
+    attitude=unit((-0.113, -0.589, -0.789, 0.133)),
+    gravity=1.15,
+    shaking=(0.05, 1.22, -0.482),
+    friction=0.173,
+)
+GYROSTAT = kr.Scene(
+    kr.Body(0.286, (2, 2, 1), (-0.263, 0.826, 0), unphysical=True, rotor=(-0.124, -0.456, -0.938)),
+    momentum=(0.723, -0.26, -0.328),
+    attitude=unit((0.453, 0.089, 0.686, 0.563)),
+    gravity=1.409,
+    friction=1.304,
+)
+
+
+@pytest.mark.parametrize("scene", [SHAKEN_SPHEROID, GYROSTAT])
+def test_a_loose_tolerance_does_not_end_the_motion_at_a_release(scene):
+    accurate = kr.solve(scene, 8.0, "taylor").q[-1]
+    for tol in np.geomspace(1e-6, 1e-3, 200):
+        path = kr.solve(scene, 8.0, "taylor", tol=tol)
+        assert kr.attitude_error(path.q[-1], accurate) < 50.0 * tol
+    members = kr.solve(kr.Ensemble.of([scene] * 2), [8.0], "taylor", tol=1e-4)
+    assert not members.status.any()
 
 
 def test_a_stopped_top_is_a_spherical_pendulum():

@@ -121,10 +121,12 @@ def oli(
 ) -> Indicator:
     """Compute the orthogonal Lyapunov indicator (OLI).
 
-    The indicator is the largest logarithm of the norm of a tangent vector up to time t. The tangent
-    vector is orthogonal to the direction of motion and to rotations about the vertical. The
-    indicator grows as ln(t) for a regular motion, and as t for a chaotic motion. The arguments are
-    the same as for kreisel.lyapunov.
+    The indicator is the largest logarithm of the norm of a tangent vector up to time t, and never
+    decreases. The norm is evaluated at a few times in each integration step and at the requested
+    times. The indicator is therefore slightly too small, and depends slightly on the requested
+    times. The tangent vector is orthogonal to the direction of motion and to rotations about the
+    vertical. The indicator grows as ln(t) for a regular motion, and as t for a chaotic motion. The
+    arguments are the same as for kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.oli(kr.scenes.asymmetric, 1000).value > 100
