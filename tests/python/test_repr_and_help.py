@@ -73,6 +73,7 @@ def test_dir_lists_the_public_names_of_a_run():
 
 def test_dir_of_events_lists_its_constructors():
     assert dir(kr.events) == sorted(kr.events.__all__)
+    assert dir(kr.quaternion) == sorted(kr.quaternion.__all__)
 
 
 def test_the_repr_of_closed_forms_is_one_line():

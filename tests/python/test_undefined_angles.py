@@ -112,3 +112,12 @@ def test_a_guess_that_stays_upright_leaves_out_no_angle():
         warnings.simplefilter("error")
         found = kr.fit(guess, record)
     assert found.records[0].missing == 0 and 0.8 < found.chi2 / found.dof < 1.2
+
+
+def test_a_guess_that_cannot_be_solved_leaves_out_no_angles():
+    fast = lean(0.3).replace(velocity=(0.0, 0.0, 1e30))
+    with pytest.raises(ValueError, match="double precision cannot resolve its attitude"):
+        kr.solve(fast, T)
+    fit = kr.fit(fast, make_record(lean(0.3)), ["velocity"])
+    assert fit.has_converged and fit.chi2 < 1.2 * fit.dof
+    assert sum(record.missing for record in fit.records) == 0
