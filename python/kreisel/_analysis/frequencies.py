@@ -238,7 +238,10 @@ def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:
 
 
 def _is_free_or_lagrange(scene: Scene) -> bool:
-    """Return True for a Lagrange top or free body, whose spectral lines have the nutation apart."""
+    """Return True for a Lagrange top or free body.
+
+    The spectral lines of their angles differ by multiples of the nutation frequency.
+    """
     return not (scene.gravity and any(scene.body.com)) or scene.body.kind == "lagrange"
 
 
