@@ -247,7 +247,9 @@ def minimize_by_multiple_shooting(
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
         report_minimum = report if gap == GAPS[-1] else _do_not_report_minimum
         minimum = minimize_cost(
-            model, pieces, SearchSettings(loss, stage, _FTOL, report_minimum, True, WEAKEST)
+            model,
+            pieces,
+            SearchSettings(loss, stage, _FTOL, report_minimum, is_stiff=True, weakest=WEAKEST),
         )
         pieces = minimum.point  # type: ignore[assignment]
         if not minimum.cost <= _HOPELESS * model.size:
@@ -259,7 +261,9 @@ def minimize_by_multiple_shooting(
 def try_segment_fit(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
     """Return True if the segments fit the records when gaps between the segments are allowed."""
     model.gap = GAPS[0]
-    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _do_not_report_minimum, True, WEAKEST)
+    search = SearchSettings(
+        loss, _STAGE_LIMIT, _FTOL, _do_not_report_minimum, is_stiff=True, weakest=WEAKEST
+    )
     return minimize_cost(model, pieces, search).cost <= _HOPELESS * model.size
 
 
