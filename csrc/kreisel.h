@@ -632,7 +632,7 @@ typedef struct kr_exact {
      * the principal axis that circulates about the momentum, at an acute angle to it. (In a
      * symmetric body, this is the axis whose moment differs from the others.) Jumps by half a turn,
      * when an axis passes through a pole, are not included. */
-    double precession, spin;
+    double precession_rate, spin_angle_rate;
     double private_[70];
 } kr_exact;
 /* Computes the closed-form solution. Returns KR_ERR_METHOD if kr_exact does not apply, or if a
@@ -769,9 +769,9 @@ KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
 KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
 /* The closed-form solution of the Bobenko-Suris map for Lagrange tops (method bobenko_suris). The
- * period, precession and spin refer to the map, not to the continuous motion. */
+ * period and rates refer to the map, not to the continuous motion. */
 typedef struct kr_exact_map {
-    double period, precession, spin;
+    double period, precession_rate, spin_angle_rate;
     double step;
     double private_[83];
 } kr_exact_map;

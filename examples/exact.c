@@ -21,7 +21,7 @@ int main(void)
     }
     printf("motion: %s\n", turning.motion_type);
     printf("tilt: %.12f to %.12f\n", turning.least, turning.greatest);
-    printf("period: %.12f\nprecession: %.12f\n", exact.period, exact.precession);
+    printf("period: %.12f\nprecession: %.12f\n", exact.period, exact.precession_rate);
     const double times[] = {0.0, 1.0, 60.0, 86400.0};
     for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
         const kr_state s = kr_exact_state(&exact, times[i]);

@@ -11,7 +11,8 @@
 template <class Plan> static py::tuple planned(kr_status status, const Plan &plan)
 {
     static_assert(sizeof(Plan) % sizeof(double) == 0, "plain doubles");
-    return py::make_tuple(name_of(status), plan.period, plan.precession, plan.spin, array_of(plan));
+    return py::make_tuple(name_of(status), plan.period, plan.precession_rate, plan.spin_angle_rate,
+                          array_of(plan));
 }
 static py::tuple exact_plan(const kr_scene &scene)
 {
@@ -187,9 +188,9 @@ static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py
     double *to = in_place<double>(out, 3 * (end - begin));
     return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
         kr_exact plan = {};
-        plan.period = plan.precession = plan.spin = NAN;
+        plan.period = plan.precession_rate = plan.spin_angle_rate = NAN;
         const kr_status status = has_torus(scene) ? KR_OK : kr_exact_plan(&scene, &plan);
-        const double rates[] = {plan.period, plan.precession, plan.spin};
+        const double rates[] = {plan.period, plan.precession_rate, plan.spin_angle_rate};
         std::copy(std::begin(rates), std::end(rates), to + 3 * i);
         return status;
     });

@@ -249,8 +249,9 @@ static group_result end_group(group w, setting *s)
         turn_over(&turned);
         take_lanes(exact, &turned, sizeof turned, below);
     }
-    exact->spin =
-        wide_choose(is_negative(in_lanes(w, REACH)), opposite_spin(exact->spin), exact->spin);
+    exact->spin_angle_rate =
+        wide_choose(is_negative(in_lanes(w, REACH)), opposite_spin(exact->spin_angle_rate),
+                    exact->spin_angle_rate);
     to_user(exact, in_lanes(w, BEGIN), time, in_lanes(w, MOMENT) / time);
     const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
     const group_result r = {mask_bits(mask_not(is_moving(&s->top))),

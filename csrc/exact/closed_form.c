@@ -46,7 +46,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     const int is_free = top.own.lever.hi == 0.0;
     kr_exact_form made = is_free ? euler_closed_form(&top.own, top.half_turn)
                                  : lagrange_closed_form(&top.own, top.half_turn);
-    if (!is_free && top.behind) made.spin = opposite_spin(made.spin);
+    if (!is_free && top.behind) made.spin_angle_rate = opposite_spin(made.spin_angle_rate);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* For extreme moments of inertia, the rates of the phases may exceed the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;

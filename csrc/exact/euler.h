@@ -108,7 +108,7 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     steady_closed_form(exact, q_mul(q_mul(q_conj(left), q), axis),
                        dd_add(half_precession, half_spin), dd_sub(half_precession, half_spin));
     set_frame(exact, left, q_conj(axis));
-    if (m[k].hi < 0.0) exact->spin = -exact->spin;
+    if (m[k].hi < 0.0) exact->spin_angle_rate = -exact->spin_angle_rate;
     return 1;
 }
 /* Returns the common rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. The
@@ -223,7 +223,7 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
     /* The mean spin refers to the axis direction on the side of the momentum, but here the axis
      * points along -e3. */
-    exact->spin = -exact->spin;
+    exact->spin_angle_rate = -exact->spin_angle_rate;
 }
 /* Returns the closed-form solution for a torque-free body, in internal units. `half_turn` is half
  * the rate that an axial rotor adds to the rotation about axis 3. */

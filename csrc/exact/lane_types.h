@@ -52,7 +52,7 @@ typedef struct phase_lanes {
 } phase_lanes;
 /* The vector version of kr_exact_form, without the members `framed` and `frame`. */
 typedef struct exact_lanes {
-    wide period, precession, spin, begin, curve;
+    wide period, precession_rate, spin_angle_rate, begin, curve;
     phase_lanes nutation, first, second;
     wide stretch, stretch_rest, slope[2];
     theta_lanes alpha, beta, horizontal;

@@ -24,9 +24,9 @@ typedef struct kr_phase {
  * through a pointer to this type. The library uses memcpy to copy a value of this type to a
  * kr_exact. */
 typedef struct kr_exact_form {
-    double period, precession, spin; /* as in kr_exact */
-    double begin;                    /* [T] */
-    double curve;                    /* the kind of the series (lane_types.h) */
+    double period, precession_rate, spin_angle_rate; /* as in kr_exact */
+    double begin;                                    /* [T] */
+    double curve;                                    /* the kind of the series (lane_types.h) */
     kr_phase nutation, first, second;
     /* For series in the dual nome: pi K/K', or half of it for torque-free bodies, in two words, and
      * the slopes of the phases of alpha and beta. */
@@ -38,9 +38,9 @@ typedef struct kr_exact_form {
     kr_quat frame[4];      /* see frame.h */
 } kr_exact_form;
 typedef struct kr_exact_map_form {
-    double period, precession, spin, step; /* as in kr_exact_map */
-    kr_exact_form curve;                   /* phases grow by their rates in one step */
-    kr_theta pole;                         /* the theta function that scales the momentum */
+    double period, precession_rate, spin_angle_rate, step; /* as in kr_exact_map */
+    kr_exact_form curve; /* phases grow by their rates in one step */
+    kr_theta pole;       /* the theta function that scales the momentum */
 } kr_exact_map_form;
 typedef struct kr_turning_form {
     double least, greatest, t_least, t_greatest, critical_spin; /* as in kr_turning */
@@ -56,14 +56,18 @@ typedef struct kr_turning_form {
 KR_CHECK_LAYOUT(kr_exact_is_laid_out,
                 sizeof(kr_exact) == sizeof(kr_exact_form) &&
                     offsetof(kr_exact, period) == offsetof(kr_exact_form, period) &&
-                    offsetof(kr_exact, precession) == offsetof(kr_exact_form, precession) &&
-                    offsetof(kr_exact, spin) == offsetof(kr_exact_form, spin) &&
+                    offsetof(kr_exact, precession_rate) ==
+                        offsetof(kr_exact_form, precession_rate) &&
+                    offsetof(kr_exact, spin_angle_rate) ==
+                        offsetof(kr_exact_form, spin_angle_rate) &&
                     offsetof(kr_exact, private_) == offsetof(kr_exact_form, begin));
 KR_CHECK_LAYOUT(kr_exact_map_is_laid_out,
                 sizeof(kr_exact_map) == sizeof(kr_exact_map_form) &&
                     offsetof(kr_exact_map, period) == offsetof(kr_exact_map_form, period) &&
-                    offsetof(kr_exact_map, precession) == offsetof(kr_exact_map_form, precession) &&
-                    offsetof(kr_exact_map, spin) == offsetof(kr_exact_map_form, spin) &&
+                    offsetof(kr_exact_map, precession_rate) ==
+                        offsetof(kr_exact_map_form, precession_rate) &&
+                    offsetof(kr_exact_map, spin_angle_rate) ==
+                        offsetof(kr_exact_map_form, spin_angle_rate) &&
                     offsetof(kr_exact_map, step) == offsetof(kr_exact_map_form, step) &&
                     offsetof(kr_exact_map, private_) == offsetof(kr_exact_map_form, curve));
 KR_CHECK_LAYOUT(kr_turning_is_laid_out,

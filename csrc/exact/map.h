@@ -254,8 +254,9 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     }
     to_frame_and_units(&r.curve, &top, scene->start.t, 1.0);
     r.period = r.curve.period * fabs(step);
-    r.precession = r.curve.precession / step;
-    r.spin = (top.behind ? opposite_spin(r.curve.spin) : r.curve.spin) / step;
+    r.precession_rate = r.curve.precession_rate / step;
+    r.spin_angle_rate =
+        (top.behind ? opposite_spin(r.curve.spin_angle_rate) : r.curve.spin_angle_rate) / step;
     r.step = step;
     if (!begins_at(&r, scene->start.q)) return KR_ERR_STEP_SIZE;
     memcpy(map, &r, sizeof r);

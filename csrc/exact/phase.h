@@ -170,8 +170,8 @@ static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide secon
     const wide wind1 = sign_of(exact->slope[0]),
                wind2 = is_euler(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
     exact->period = 0.5 * two_pi / nu;
-    exact->precession = (first + second) + (wind1 + wind2) * nu;
-    exact->spin = (first - second) + (wind1 - wind2) * nu;
+    exact->precession_rate = (first + second) + (wind1 + wind2) * nu;
+    exact->spin_angle_rate = (first - second) + (wind1 - wind2) * nu;
 }
 /* Converts the mean spin about the third internal axis to the mean spin about the apex, for an apex
  * opposite to this axis. The mean precession rates of both directions are equal. */
@@ -203,7 +203,7 @@ static inline void turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
     exact->constant.z = -exact->constant.z;
-    exact->precession = -exact->precession;
+    exact->precession_rate = -exact->precession_rate;
 }
 
 /* Converts a solution from internal units to the user's units, but leaves its frame unchanged. The
@@ -219,8 +219,8 @@ static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momen
     }
     exact->begin = start;
     exact->period = exact->period * unit;
-    exact->precession = exact->precession * rate;
-    exact->spin = exact->spin * rate;
+    exact->precession_rate = exact->precession_rate * rate;
+    exact->spin_angle_rate = exact->spin_angle_rate * rate;
     exact->momentum = exact->momentum * momentum;
     exact->constant.x = momentum * exact->constant.x;
     exact->constant.y = momentum * exact->constant.y;

@@ -53,8 +53,10 @@ static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first,
     exact->beta.odd[0] = b;
     exact->period = INFINITY;
     /* If the axis is vertical, the entire rotation is attributed to the spin. */
-    exact->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
-    exact->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
+    exact->precession_rate = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
+    exact->spin_angle_rate = b == 0.0   ? 2.0 * first.hi
+                             : a == 0.0 ? -2.0 * second.hi
+                                        : first.hi - second.hi;
 }
 /* Sets the frame of the solution to q -> left * q * right. */
 static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)

@@ -81,7 +81,7 @@ EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
     limits[0] = turning.least;
     limits[1] = turning.greatest;
     limits[2] = turning.critical_spin;
-    limits[3] = known ? exact.precession : NAN;
+    limits[3] = known ? exact.precession_rate : NAN;
     limits[4] = known && isfinite(exact.period) ? exact.period : NAN;
     kr_quantity_values(kr_quantity_find("spin"), scene, 1, &scene->start, &limits[5]);
     return limits;

@@ -137,8 +137,8 @@ static void closed_forms(void)
         kr_exact exact;
         must(kr_exact_plan(&s, &exact));
         row(name, "exact", "period", exact.period);
-        row(name, "exact", "precession", exact.precession);
-        row(name, "exact", "spin", exact.spin);
+        row(name, "exact", "precession", exact.precession_rate);
+        row(name, "exact", "spin", exact.spin_angle_rate);
         row(name, "exact", "q_x(-40)", kr_exact_state(&exact, -40.0).q.x);
         row(name, "exact", "q_w(1e4)", kr_exact_state(&exact, 1e4).q.w);
     }

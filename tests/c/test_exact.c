@@ -137,8 +137,8 @@ static void test_principal_axis(void)
             const kr_quat turned = q_exp(v_scale(size / moment[i / 2] * t, axis));
             NEAR(kr_attitude_error(kr_exact_state(&closed, t).q, turned), 0.0, 2e-12);
         }
-        IS(closed.period == INFINITY && closed.precession == 0.0);
-        NEAR(closed.spin, 1.7 / moment[i / 2], 1e-15);
+        IS(closed.period == INFINITY && closed.precession_rate == 0.0);
+        NEAR(closed.spin_angle_rate, 1.7 / moment[i / 2], 1e-15);
     }
 }
 /* Components of the momentum that are too small to move a body off its axis do not affect the
@@ -176,8 +176,8 @@ static void test_top_at_rest(void)
         const kr_state e = kr_exact_state(&closed, 7.0);
         NEAR(kr_attitude_error(e.q, q_mul(q_exp(v3(0, 0, m / i3 * 7.0)), q)), 0.0, 1e-14);
         IS(e.m.x == 0.0 && e.m.y == 0.0 && e.m.z == m && closed.period == INFINITY &&
-           closed.precession == 0.0);
-        NEAR(closed.spin, (i % 2 ? m : -m) / i3, 1e-15 * m);
+           closed.precession_rate == 0.0);
+        NEAR(closed.spin_angle_rate, (i % 2 ? m : -m) / i3, 1e-15 * m);
     }
     kr_scene s = lagrange_top(2.0, 2.0, 0.0, q4(0.6, v3(0.8, 0, 0)), v3(0, 0, 0));
     kr_exact closed = closed_form(&s);
@@ -186,7 +186,7 @@ static void test_top_at_rest(void)
     NEAR(
         kr_attitude_error(kr_exact_state(&closed, 10.0).q, q_mul(q_exp(v3(0, 15.0, 0)), s.start.q)),
         0.0, 2e-15);
-    NEAR(closed.precession, 1.5, 1e-15);
+    NEAR(closed.precession_rate, 1.5, 1e-15);
     /* hangs at rest */
     s = lagrange_top(1.0, 1.0, 1.0, q4(0.0, v3(0, 1, 0)), v3(0, 0, 0)), closed = closed_form(&s);
     NEAR(relative_distance(kr_exact_state(&closed, 1e6), s.start), 0.0, 0.0);
@@ -211,7 +211,8 @@ static void test_scaling(void)
         const double t = pow(10.0, uniform(-2, 6)), h = 1e-3 / (1.0 + v_length(s.start.m));
         kr_state y = kr_exact_state(&b, ldexp(t, time)), x = kr_exact_state(&a, t);
         y.t = x.t, y.m = v_scale(ldexp(1.0, time - mass - 2 * length), y.m);
-        IS(same(x, y) && a.period == ldexp(b.period, -time) && a.spin == ldexp(b.spin, time));
+        IS(same(x, y) && a.period == ldexp(b.period, -time) &&
+           a.spin_angle_rate == ldexp(b.spin_angle_rate, time));
         IS(kr_exact_map_plan(&small, h, &c) == KR_OK &&
            kr_exact_map_plan(&big, ldexp(h, time), &d) == KR_OK);
         x = kr_exact_map_state(&c, 1000 + i), y = kr_exact_map_state(&d, 1000 + i);

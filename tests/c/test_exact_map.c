@@ -83,8 +83,9 @@ static void test_rates(void)
         }
         NEAR(kr_state_apex(&s, &e).z, height, 1e-13);
         if (number == 0 || number == 10) continue; /* through a pole: both senses are averaged */
-        NEAR(turned / plan.period, plan.precession, 1e-12 * (1.0 + fabs(plan.precession)));
-        NEAR(spun / plan.period, plan.spin, 1e-12 * (1.0 + fabs(plan.spin)));
+        NEAR(turned / plan.period, plan.precession_rate,
+             1e-12 * (1.0 + fabs(plan.precession_rate)));
+        NEAR(spun / plan.period, plan.spin_angle_rate, 1e-12 * (1.0 + fabs(plan.spin_angle_rate)));
     }
 }
 static void test_map_states(void)
@@ -189,11 +190,13 @@ static void test_map_rates(void)
                 turned += fold(azimuth(&s, e) - azimuth(&s, last));
                 spun += fold(spin_angle(&s, e) - spin_angle(&s, last));
             }
-            NEAR(turned / (30000 * h), closed.precession, 8.0 / (30000 * h));
-            NEAR(spun / (30000 * h), closed.spin, 8.0 / (30000 * h));
+            NEAR(turned / (30000 * h), closed.precession_rate, 8.0 / (30000 * h));
+            NEAR(spun / (30000 * h), closed.spin_angle_rate, 8.0 / (30000 * h));
             off[j] = fabs(1.0 / closed.period - 1.0 / plan.period);
-            NEAR(closed.precession, plan.precession, 0.1 * h * (1.0 + fabs(plan.precession)));
-            NEAR(closed.spin, plan.spin, 0.1 * h * (1.0 + fabs(plan.spin)));
+            NEAR(closed.precession_rate, plan.precession_rate,
+                 0.1 * h * (1.0 + fabs(plan.precession_rate)));
+            NEAR(closed.spin_angle_rate, plan.spin_angle_rate,
+                 0.1 * h * (1.0 + fabs(plan.spin_angle_rate)));
         }
         /* first order, or second order from starts like that of the thesis */
         IS(off[0] / off[1] > 1.9 && off[0] / off[1] < 4.2);

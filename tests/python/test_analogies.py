@@ -130,7 +130,7 @@ def test_nutation_and_precession_agree_with_the_closed_form(scene):
 
 def test_nutation_is_the_same_backward_in_time():
     top = kr.exact(kr.scenes.cusps)
-    expected = top.least_nutation, top.greatest_nutation, top.period, top.precession
+    expected = top.least_nutation, top.greatest_nutation, top.period, top.precession_rate
     for t in np.linspace(0, 40, 1601), -np.linspace(0, 40, 1601), -np.linspace(50, 90, 1601):
         nutation = kr.apex(kr.solve(kr.scenes.cusps, t)).nutation()
         assert nutation == pytest.approx(expected, rel=1e-5)
@@ -148,8 +148,8 @@ def test_the_precession_with_damping_or_friction_is_that_of_the_azimuth(loss):
     lowest = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
     first, last = lowest[0], lowest[-1]
     rate = (curve.azimuth[last] - curve.azimuth[first]) / (path.t[last] - path.t[first])
-    undamped = kr.exact(scene.replace(damping=None, friction=None)).precession
-    assert curve.nutation().precession == pytest.approx(rate, rel=0.01)
+    undamped = kr.exact(scene.replace(damping=None, friction=None)).precession_rate
+    assert curve.nutation().precession_rate == pytest.approx(rate, rel=0.01)
     assert abs(rate - undamped) > 0.02 * abs(undamped)
 
 
@@ -175,16 +175,16 @@ def test_passages_of_the_vertical_do_not_change_the_precession(scene, lean, sign
     top = kr.exact(scene)
     for count in 801, 803, 1601:
         path = kr.solve(scene, sign * np.linspace(0, 16 * top.period, count))
-        found = kr.apex(path).nutation().precession
-        assert found == pytest.approx(top.precession, rel=1e-3, abs=1e-3 / top.period)
+        found = kr.apex(path).nutation().precession_rate
+        assert found == pytest.approx(top.precession_rate, rel=1e-3, abs=1e-3 / top.period)
 
 
 @pytest.mark.parametrize("name", ["thesis", "sleeping", "fast", "cusps"])
 def test_nutation_and_frequencies_have_the_same_precession(name):
     scene = getattr(kr.scenes, name)
     path = kr.solve(scene, np.linspace(0.0, 40.0 * kr.exact(scene).period, 4001), "taylor")
-    precession = kr.frequencies(path).precession
-    assert kr.apex(path).nutation().precession == pytest.approx(precession, rel=1e-5)
+    precession = kr.frequencies(path).precession_rate
+    assert kr.apex(path).nutation().precession_rate == pytest.approx(precession, rel=1e-5)
 
 
 def test_turning_points_are_interpolated_from_twelve_states_per_nutation():
@@ -211,7 +211,7 @@ def test_the_trace_is_the_curve_of_the_apex():
 
 def test_steady_precession_has_no_nutation():
     nutation = kr.apex(path_of(kr.scenes.steady_precession, 20.0, 201)).nutation()
-    assert np.isnan(nutation.period) and nutation.precession == pytest.approx(1.0, rel=1e-11)
+    assert np.isnan(nutation.period) and nutation.precession_rate == pytest.approx(1.0, rel=1e-11)
 
 
 def test_nutation_is_refused_for_motions_without_nutation():

@@ -245,7 +245,14 @@ def test_closed_forms_of_an_ensemble_equal_those_of_members():
     own = np.random.default_rng(3).normal(size=(4, 3, 5))
     for i in np.ndindex(4, 3):
         one = kr.exact(tops[i])
-        for word in ("period", "precession", "spin", "least_nutation", "t_greatest", "motion_type"):
+        for word in (
+            "period",
+            "precession_rate",
+            "spin_angle_rate",
+            "least_nutation",
+            "t_greatest",
+            "motion_type",
+        ):
             assert getattr(forms, word)[i] == getattr(one, word)
         for t in ([0.0, 1.0], [1.0, 2.0, 5.0], [3.0, -1.0, 0.0, -7.0], [], [-1.0, -2.0]):
             assert np.array_equal(forms(t)[i], one(t).states)

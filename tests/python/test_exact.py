@@ -79,7 +79,7 @@ def test_rates_agree_with_the_motion_of_the_axis(name):
     axis = top(np.linspace(0.0, top.period, 2001)).apex
     azimuth = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
     assert abs(axis[-1, 2] - axis[0, 2]) < 1e-13
-    assert azimuth[-1] - azimuth[0] == pytest.approx(top.precession * top.period, rel=1e-12)
+    assert azimuth[-1] - azimuth[0] == pytest.approx(top.precession_rate * top.period, rel=1e-12)
 
 
 SPHERE = (1.1, 1.1, 1.1)
@@ -94,10 +94,22 @@ BODIES_WITH_APEX = {
 }
 
 
+def test_the_angular_velocity_about_the_axis_is_the_only_rate_named_spin():
+    scene = kr.Scene.spinning(BODIES_WITH_APEX["third axis"], 9.0, 1.0, steady=True, gravity=1.0)
+    top, path = kr.exact(scene), kr.solve(scene, np.linspace(0.0, 9.0, 64))
+    rates = top, kr.exact([scene]), kr.exact(scene, map="bobenko_suris", step=1e-4)
+    for found in (*rates, kr.frequencies(path)):
+        assert not hasattr(found, "spin") and not hasattr(found, "precession")
+        spin = found.spin_angle_rate + found.precession_rate * np.cos(1.0)
+        assert spin == pytest.approx(path.spin[-1], rel=1e-6) and path.spin[-1] == pytest.approx(
+            9.0
+        )
+
+
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("gravity", [1.3, -1.3])
 @pytest.mark.parametrize("name", BODIES_WITH_APEX)
-def test_the_spin_is_the_mean_rate_of_the_spin_angle(name, gravity, side):
+def test_spin_angle_rate_is_the_mean_rate_of_the_spin_angle(name, gravity, side):
     body = BODIES_WITH_APEX[name]
     body = replace(body, com=tuple(side * x for x in body.com))
     scene = kr.Scene(
@@ -109,15 +121,18 @@ def test_the_spin_is_the_mean_rate_of_the_spin_angle(name, gravity, side):
         (np.unwrap(angles)[-1] - angles[0]) / t[-1]
         for angles in (top(t).spin_angle, top(t).precession_angle)
     )
-    assert (top.spin, top.precession) == (pytest.approx(spun), pytest.approx(turned))
-    assert kr.exact([scene, scene]).spin[1] == top.spin
+    assert (top.spin_angle_rate, top.precession_rate) == (
+        pytest.approx(spun),
+        pytest.approx(turned),
+    )
+    assert kr.exact([scene, scene]).spin_angle_rate[1] == top.spin_angle_rate
     back = np.linspace(0.0, -40.0 * top.period, 8001)
     for times, method in ((back, "taylor"), (back, "exact"), (-back, "taylor")):
-        assert kr.frequencies(kr.solve(scene, times, method)).spin == pytest.approx(spun)
+        assert kr.frequencies(kr.solve(scene, times, method)).spin_angle_rate == pytest.approx(spun)
     turntable = kr.solve(scene.replace(turning=(0, 0, 0.3)), -back, "taylor")
-    assert kr.frequencies(turntable).spin == pytest.approx(spun)
+    assert kr.frequencies(turntable).spin_angle_rate == pytest.approx(spun)
     if not any(body.rotor):
-        map_spin = kr.exact(scene, map="bobenko_suris", step=1e-4).spin
+        map_spin = kr.exact(scene, map="bobenko_suris", step=1e-4).spin_angle_rate
         assert map_spin == pytest.approx(spun, rel=1e-3)
 
 
@@ -139,7 +154,7 @@ def test_several_scenes_equal_single_scenes():
     many, alone = kr.exact(scenes), [kr.exact(scene) for scene in scenes]
     times = [0.0, -7.5, 1e5]
     assert len(many) == len(scenes) and many.scenes == tuple(scenes)
-    for name in ("period", "precession", "spin"):
+    for name in ("period", "precession_rate", "spin_angle_rate"):
         assert np.array_equal(getattr(many, name), [getattr(top, name) for top in alone])
     assert np.array_equal(many(times), [top(times).states for top in alone])
     assert np.array_equal(many(3.0), [top(3.0).states[0] for top in alone])
@@ -151,7 +166,7 @@ def test_rates_of_the_map_converge_to_those_of_the_top():
         kr.exact(TILTED),
         *(kr.exact(TILTED, map="bobenko_suris", step=h) for h in (0.04, 0.01)),
     )
-    for name in ("period", "precession", "spin"):
+    for name in ("period", "precession_rate", "spin_angle_rate"):
         coarse_error, fine_error = (
             abs(getattr(map, name) - getattr(top, name)) for map in (coarse, fine)
         )
@@ -160,8 +175,8 @@ def test_rates_of_the_map_converge_to_those_of_the_top():
 
 def test_a_sleeping_top_has_no_period():
     top = kr.exact(THESIS.replace(momentum=(0, 0, 5)))
-    assert top.period == math.inf and top.precession == 0
-    assert top.spin == pytest.approx(5 / THESIS.body.moments[2], rel=1e-15)
+    assert top.period == math.inf and top.precession_rate == 0
+    assert top.spin_angle_rate == pytest.approx(5 / THESIS.body.moments[2], rel=1e-15)
 
 
 @pytest.mark.parametrize("step", [0.1, -0.1])

@@ -44,7 +44,7 @@ def test_attributes_equal_those_of_single_scenes():
     forms = kr.exact(TOPS)
     for i in np.ndindex(2, 2):
         one = kr.exact(TOPS[i])
-        for name in ("period", "precession", "spin"):
+        for name in ("period", "precession_rate", "spin_angle_rate"):
             assert np.array_equal(getattr(forms, name)[i], getattr(one, name), equal_nan=True)
         for name in ("frequencies", "certificate", "mismatch"):
             value = getattr(forms, name)[i]

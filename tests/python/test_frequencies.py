@@ -20,7 +20,10 @@ def solve_periods(scene, periods=60, states=4096, method="taylor"):
 
 def largest_relative_error(frequencies, exact):
     """Return the largest relative error of the frequencies."""
-    pairs = [(frequencies.precession, exact.precession), (frequencies.spin, exact.spin)]
+    pairs = [
+        (frequencies.precession_rate, exact.precession_rate),
+        (frequencies.spin_angle_rate, exact.spin_angle_rate),
+    ]
     pairs.append((frequencies.nutation, math.tau / exact.period))
     return max(abs(one / other - 1.0) if other else abs(one) for one, other in pairs)
 
@@ -70,8 +73,8 @@ def test_frequencies_of_tops_that_pass_near_a_pole(side):
         scene = top_near_a_pole(rng, side)
         exact = kr.exact(scene)
         frequencies = kr.frequencies(kr.solve(scene, np.linspace(0, 300, 4001), "taylor"))
-        assert abs(frequencies.precession - exact.precession) < 1e-10
-        assert abs(frequencies.spin - exact.spin) < 1e-10
+        assert abs(frequencies.precession_rate - exact.precession_rate) < 1e-10
+        assert abs(frequencies.spin_angle_rate - exact.spin_angle_rate) < 1e-10
         assert abs(frequencies.nutation - math.tau / exact.period) < 1e-10
 
 
@@ -101,7 +104,7 @@ def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
     strang_rates = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "strang", step=0.01, every=5))
     assert largest_relative_error(strang_rates, exact) < 1e-5
     rk4_rates = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "rk4", step=0.01, every=5))
-    assert math.isnan(rk4_rates.precession) and math.isnan(rk4_rates.spin)
+    assert math.isnan(rk4_rates.precession_rate) and math.isnan(rk4_rates.spin_angle_rate)
     assert rk4_rates.nutation == pytest.approx(math.tau / exact.period, rel=1e-5)
 
 
@@ -109,7 +112,7 @@ def test_a_pendulum_through_both_poles_has_no_precession():
     t = np.linspace(0, 160, 3269)
     for method, words in (("taylor", {}), ("bobenko_suris2", {"step": 0.01})):
         frequencies = kr.frequencies(kr.solve(kr.scenes.strong_gravity, t, method, **words))
-        assert abs(frequencies.precession) < 1e-9 and abs(frequencies.spin) < 1e-9
+        assert abs(frequencies.precession_rate) < 1e-9 and abs(frequencies.spin_angle_rate) < 1e-9
 
 
 def test_frequencies_of_free_bodies():
@@ -127,9 +130,9 @@ def test_frequencies_of_free_symmetric_bodies_with_a_rotor(rotor, momentum):
     scene = kr.Scene(body, body_momentum=momentum, attitude=(0.8, 0.4, -0.2, 0.4))
     path = kr.solve(scene, np.linspace(0.0, 200.0, 4096), "taylor")
     found, size = kr.frequencies(path), float(np.linalg.norm(momentum))
-    assert found.precession == pytest.approx(size / 2.0, rel=1e-12)
+    assert found.precession_rate == pytest.approx(size / 2.0, rel=1e-12)
     spin = math.copysign(1.0, momentum[0]) * (momentum[0] - rotor - momentum[0] / 2.0)
-    assert found.spin == pytest.approx(spin, rel=1e-12)
+    assert found.spin_angle_rate == pytest.approx(spin, rel=1e-12)
 
 
 def test_a_free_body_with_a_tilted_rotor_has_no_mean_rates():
@@ -143,7 +146,7 @@ def test_frequencies_of_exact_paths_are_those_of_the_closed_form():
     exact, path = solve_periods(LAGRANGE, method="exact")
     frequencies = kr.frequencies(path, 20)
     assert frequencies.exact and largest_relative_error(frequencies, exact) == 0.0
-    spaced = (frequencies.lines - exact.precession) / (math.pi / exact.period)
+    spaced = (frequencies.lines - exact.precession_rate) / (math.pi / exact.period)
     assert np.abs(spaced - spaced.round()).max() < 1e-9 and len(frequencies.lines) == 20
     assert (np.diff(np.abs(frequencies.amplitudes)) < 1e-12).all()
 
@@ -175,7 +178,7 @@ def test_chaotic_paths_have_a_large_remainder():
     regular, chaotic = (kr.frequencies(path, 40) for path in paths)
     assert regular.rest < 1e-4 < 0.1 < chaotic.rest
     half = kr.frequencies(kr.solve(TILTED, t[:7501]), 40)
-    for rate in ("precession", "nutation", "spin"):
+    for rate in ("precession_rate", "nutation", "spin_angle_rate"):
         assert getattr(half, rate) == pytest.approx(getattr(regular, rate), rel=1e-9)
 
 
@@ -185,8 +188,8 @@ def test_undetermined_rates_are_nan():
         kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001))
     )
     assert (
-        math.isnan(frequencies.precession)
-        and math.isnan(frequencies.spin)
+        math.isnan(frequencies.precession_rate)
+        and math.isnan(frequencies.spin_angle_rate)
         and frequencies.nutation > 1.0
     )
     assert np.isfinite(frequencies.lines).all() and frequencies.rest < 1e-3
@@ -195,19 +198,25 @@ def test_undetermined_rates_are_nan():
 def test_turns_that_halving_does_not_resolve_leave_the_rates_undetermined(monkeypatch):
     path = kr.solve(kr.scenes.cusps, np.linspace(0.0, 200.0, 100), "taylor")
     exact = kr.exact(kr.scenes.cusps)
-    assert kr.frequencies(path).precession == pytest.approx(exact.precession, rel=1e-9)
+    assert kr.frequencies(path).precession_rate == pytest.approx(exact.precession_rate, rel=1e-9)
     monkeypatch.setattr(turns, "_ROUNDS", 1)
     found = kr.frequencies(path)
-    assert math.isnan(found.precession) and math.isnan(found.spin)
+    assert math.isnan(found.precession_rate) and math.isnan(found.spin_angle_rate)
 
 
 def test_steady_and_resting_axes_have_no_nutation():
     steady = kr.scenes.steady_precession
     frequencies = kr.frequencies(kr.solve(steady, np.linspace(0, 100, 2001), "taylor"))
-    assert frequencies.nutation == 0.0 and frequencies.precession == pytest.approx(1.0, abs=1e-12)
+    assert frequencies.nutation == 0.0 and frequencies.precession_rate == pytest.approx(
+        1.0, abs=1e-12
+    )
     upright = kr.Scene(LAGRANGE.body, (0, 0, 9.0))
     still = kr.frequencies(kr.solve(upright, np.linspace(0, 9, 100), "taylor"))
-    assert math.isnan(still.precession) and math.isnan(still.spin) and still.nutation == 0.0
+    assert (
+        math.isnan(still.precession_rate)
+        and math.isnan(still.spin_angle_rate)
+        and still.nutation == 0.0
+    )
     rest = kr.frequencies(
         kr.solve(FREE.replace(momentum=(0, 0, 0)), np.linspace(0, 9, 100), "taylor")
     )
@@ -223,11 +232,11 @@ def test_a_top_released_at_rest_has_the_frequency_of_a_slow_one():
         for m in (0.0, 1e-12)
     )
     assert rest.nutation == pytest.approx(slow.nutation, rel=1e-9) and rest.nutation > 1.0
-    assert rest.precession == pytest.approx(0.0, abs=1e-12)
+    assert rest.precession_rate == pytest.approx(0.0, abs=1e-12)
     # without a lever, gravity has no effect
     resting = kr.Scene(kr.Body(1.0, (1.0, 1.5, 2.0), (0, 0, 0)), (0, 0, 0))
     still = kr.frequencies(kr.solve(resting, t, "taylor"))
-    assert math.isnan(still.precession) and still.nutation == 0.0
+    assert math.isnan(still.precession_rate) and still.nutation == 0.0
 
 
 def test_frequencies_do_not_depend_on_the_direction_of_time():
@@ -235,8 +244,8 @@ def test_frequencies_do_not_depend_on_the_direction_of_time():
         kr.frequencies(kr.solve(kr.scenes.cusps, sign * np.linspace(0, 150, 3001), "taylor"))
         for sign in (1, -1)
     )
-    assert back.precession == pytest.approx(ahead.precession, rel=1e-12)
-    assert back.spin == pytest.approx(ahead.spin, rel=1e-12)
+    assert back.precession_rate == pytest.approx(ahead.precession_rate, rel=1e-12)
+    assert back.spin_angle_rate == pytest.approx(ahead.spin_angle_rate, rel=1e-12)
 
 
 EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
@@ -283,10 +292,12 @@ def test_a_turntable_is_subtracted_from_the_precession(name, t):
             kr.frequencies(kr.solve(top, t, method)) for top in (scene, turning_scene)
         )
         assert frequencies.exact == rest.exact
-        precession = rest.precession - rate
-        assert frequencies.precession == pytest.approx(precession, abs=1e-12, nan_ok=True)
+        precession = rest.precession_rate - rate
+        assert frequencies.precession_rate == pytest.approx(precession, abs=1e-12, nan_ok=True)
         assert frequencies.nutation == pytest.approx(rest.nutation, rel=1e-11)
-        assert frequencies.spin == pytest.approx(rest.spin, rel=1e-11, nan_ok=True)
+        assert frequencies.spin_angle_rate == pytest.approx(
+            rest.spin_angle_rate, rel=1e-11, nan_ok=True
+        )
         assert np.abs(frequencies.lines[:4] - (rest.lines[:4] - rate)).max() < 1e-9
 
 

@@ -82,7 +82,7 @@ def test_the_repr_of_closed_forms_is_one_line():
 
 def test_help_describes_the_numbers_of_a_closed_form():
     text = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
-    for name in ("period", "precession", "spin"):
+    for name in ("period", "precession_rate", "spin_angle_rate"):
         assert re.search(rf"^ \|  {name} +the ", text, re.MULTILINE)
 
 

@@ -93,11 +93,13 @@ def test_a_spectrum_has_a_dot_at_each_line_and_counts_nutations():
     dots, dashed = axes.lines
     assert np.array_equal(dots.get_xdata(), frequencies.lines)
     assert np.array_equal(dots.get_ydata(), np.abs(frequencies.amplitudes))
-    assert list(dashed.get_xdata()) == [frequencies.precession] * 2 and axes.get_yscale() == "log"
+    assert (
+        list(dashed.get_xdata()) == [frequencies.precession_rate] * 2 and axes.get_yscale() == "log"
+    )
     assert axes.get_xlabel() == "angular frequency [s⁻¹]"
     positions = {text.get_text(): text.xy[0] for text in axes.texts}
-    assert len(positions) == 12 and positions["0"] == pytest.approx(frequencies.precession)
-    assert positions["+2"] == pytest.approx(frequencies.precession + 2 * frequencies.nutation)
+    assert len(positions) == 12 and positions["0"] == pytest.approx(frequencies.precession_rate)
+    assert positions["+2"] == pytest.approx(frequencies.precession_rate + 2 * frequencies.nutation)
     assert PNG in frequencies._repr_html_()
 
 
@@ -113,8 +115,8 @@ def test_a_top_at_rest_has_a_spectrum_without_lines():
     found = kr.frequencies(kr.solve(top, np.linspace(0.0, 50.0, 200)))
     axes = found.plot()
     assert axes.get_title().startswith("0 lines, rest ") and not axes.texts
-    assert "dashed" in axes.get_title() and found.nutation == found.precession == 0.0
-    none = dataclasses.replace(found, precession=math.nan).plot()
+    assert "dashed" in axes.get_title() and found.nutation == found.precession_rate == 0.0
+    none = dataclasses.replace(found, precession_rate=math.nan).plot()
     assert not len(none.lines)
     assert "dashed" not in none.get_title()
     steady = dataclasses.replace(
@@ -345,7 +347,7 @@ def test_the_legend_of_a_section_names_the_classes_that_occur():
 def make_spectrum(lines, amplitudes, precession=0.5, nutation=2.0):
     amplitudes = np.array(amplitudes, dtype=complex)
     return types.SimpleNamespace(
-        lines=np.array(lines), amplitudes=amplitudes, precession=precession, nutation=nutation,
+        lines=np.array(lines), amplitudes=amplitudes, precession_rate=precession, nutation=nutation,
         rest=1.25e-5,
     )  # fmt: skip
 

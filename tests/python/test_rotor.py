@@ -92,8 +92,8 @@ def test_turning_points_equal_those_without_rotor():
     rotor_top = kr.exact(kr.Scene(replace(body, rotor=(0, 0, 0.6)), **START))
     plain = kr.exact(kr.Scene(body, **START))
     assert rotor_top.t_least == plain.t_least and rotor_top.motion_type == plain.motion_type
-    assert rotor_top.precession == pytest.approx(plain.precession, rel=1e-14)
-    assert rotor_top.spin == pytest.approx(plain.spin - 0.6 / 0.7, rel=1e-13)
+    assert rotor_top.precession_rate == pytest.approx(plain.precession_rate, rel=1e-14)
+    assert rotor_top.spin_angle_rate == pytest.approx(plain.spin_angle_rate - 0.6 / 0.7, rel=1e-13)
     assert rotor_top.critical_spin == pytest.approx(plain.critical_spin - 0.6 / 0.7, rel=1e-14)
     path = kr.solve(rotor_top.scene, np.linspace(0, 5, 51), "taylor")
     nodding = np.cross(path.velocity, path.apex)[:, 2] / np.sin(path.nutation)
@@ -255,7 +255,13 @@ def test_closed_forms_of_ensembles_with_axial_rotors_equal_single_ones():
             alone = kr.exact(tops[i])
             for times in (t, t[2:]):
                 assert form(times)[i].tobytes() == alone(times).states.tobytes()
-            for name in ("period", "precession", "spin", "critical_spin", "t_least"):
+            for name in (
+                "period",
+                "precession_rate",
+                "spin_angle_rate",
+                "critical_spin",
+                "t_least",
+            ):
                 assert getattr(form, name)[i] == getattr(alone, name)
             assert ahead.states[i][1].tobytes() == alone(3.0).states.tobytes()
             one = kr.solve(tops[i], t[1:], "exact")

@@ -31,7 +31,7 @@ def test_the_section_of_a_lagrange_top_contains_its_lowest_points(scene):
     assert np.abs(section.t - exact.t_greatest - exact.period * np.arange(50)).max() < 1e-10
     assert np.abs(section.nutation - exact.greatest_nutation).max() < 1e-12
     assert np.ptp(section.axial_momentum) < 1e-12
-    turns = np.diff(section.precession_angle) - exact.precession * exact.period
+    turns = np.diff(section.precession_angle) - exact.precession_rate * exact.period
     halves = (
         2.0 if exact.motion_type == "rosette" else 1.0
     )  # a passage through the pole does not count as a turn

@@ -49,7 +49,7 @@ def test_rates_agree_with_the_frequency_analysis(scene):
     path = kr.solve(scene, np.linspace(0.0, 600.0, 6001), method="taylor")
     rates, analysis = kr.frequencies(exact_path(scene, path.t)), kr.frequencies(path)
     assert rates.exact and not analysis.exact
-    for rate in ("precession", "nutation", "spin"):
+    for rate in ("precession_rate", "nutation", "spin_angle_rate"):
         assert abs(getattr(rates, rate) - getattr(analysis, rate)) < 1e-9
 
 
@@ -60,7 +60,7 @@ def test_rates_that_the_states_do_not_determine_are_nan():
     scene = kr.Scene(body, (1.7119621469, 2.9386153769, -0.5646954459), unit(attitude))
     for t in (300.0, -300.0):
         found = kr.frequencies(kr.solve(scene, np.linspace(0.0, t, 9001), "taylor"))
-        assert math.isnan(found.precession) and math.isnan(found.spin)
+        assert math.isnan(found.precession_rate) and math.isnan(found.spin_angle_rate)
         assert found.nutation == pytest.approx(2.0626, abs=1e-4)
 
 
@@ -70,10 +70,13 @@ def test_known_rates_agree_with_the_closed_form_and_others_are_nan():
         momentum = (2.0, 2.0, 1.0) * rng.normal(size=3) * rng.choice((0.3, 1.5, 4.0))
         scene = make_scene(KOWALEWSKI, momentum, rng.normal(size=4))
         found = kr.frequencies(kr.solve(scene, t, "taylor"))
-        assert math.isnan(found.precession) == math.isnan(found.spin)
-        if not math.isnan(found.precession):
+        assert math.isnan(found.precession_rate) == math.isnan(found.spin_angle_rate)
+        if not math.isnan(found.precession_rate):
             truth = kr.frequencies(exact_path(scene, t))
-            differences = found.precession - truth.precession, found.spin - truth.spin
+            differences = (
+                found.precession_rate - truth.precession_rate,
+                found.spin_angle_rate - truth.spin_angle_rate,
+            )
             known.append(300.0 * max(map(abs, differences)))
     assert 3 < len(known) < 20 and max(known) < 0.02
 
@@ -82,9 +85,9 @@ def test_slow_rates_are_means_if_the_angles_vary_smoothly():
     scene = make_scene(KOWALEWSKI, (-0.2, -0.4, -2.2), (0.0, -0.4, 1.2, 0.7), 0.1)
     t = np.linspace(0.0, 300.0, 9001)
     found, truth = (kr.frequencies(kr.solve(scene, t, method)) for method in ("taylor", "exact"))
-    assert found.precession == pytest.approx(truth.precession, abs=2e-5)
-    assert abs(truth.spin) < 1e-9 and abs(found.spin) < 1e-5
-    assert np.abs(found.lines - found.precession).min() > 1e-6
+    assert found.precession_rate == pytest.approx(truth.precession_rate, abs=2e-5)
+    assert abs(truth.spin_angle_rate) < 1e-9 and abs(found.spin_angle_rate) < 1e-5
+    assert np.abs(found.lines - found.precession_rate).min() > 1e-6
 
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
@@ -101,15 +104,15 @@ def test_mean_precession_agrees_with_counted_turns(scene):
     first = np.roll(axis, 1)
     apex, one, two = (turn_rows(path.q, v) for v in (axis, first, np.cross(axis, first)))
     precession, spin = apex[0] + 1j * apex[1], two[2] + 1j * one[2]
-    assert abs(frequencies.precession - count_turns(t, precession)) < 2e-3
-    assert abs(frequencies.spin - count_turns(t, spin)) < 2e-3
+    assert abs(frequencies.precession_rate - count_turns(t, precession)) < 2e-3
+    assert abs(frequencies.spin_angle_rate - count_turns(t, spin)) < 2e-3
     first, second, heading = kr.exact(scene).frequencies
     if scene.body.kind == "goryachev_chaplygin":
-        assert abs(frequencies.precession) < 1e-9
+        assert abs(frequencies.precession_rate) < 1e-9
     else:  # no small integers give the mean rate
         n = np.arange(-6, 7)
         sums = heading + n[:, None] * first + n * second
-        assert np.abs(sums - frequencies.precession).min() > 2e-2 * first
+        assert np.abs(sums - frequencies.precession_rate).min() > 2e-2 * first
 
 
 @pytest.mark.parametrize("scene", FAR_FROM_THE_POLE + OVER_THE_POLE)
@@ -121,8 +124,8 @@ def test_rates_do_not_depend_on_the_start_or_the_direction_of_time(scene):
     for other in (exact_path(scene, -t), exact_path(later_scene, t)):
         again = kr.frequencies(other)
         assert again.exact and again.nutation == pytest.approx(frequencies.nutation, rel=1e-12)
-        assert abs(again.precession - frequencies.precession) < 1e-11
-        assert abs(again.spin - frequencies.spin) < 1e-11
+        assert abs(again.precession_rate - frequencies.precession_rate) < 1e-11
+        assert abs(again.spin_angle_rate - frequencies.spin_angle_rate) < 1e-11
 
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)

@@ -53,7 +53,7 @@ def test_the_gallery_example_of_waves_shows_waves():
     exec(source.partition("\nt = ")[0], names)
     waves = kr.exact(names["start_top"](3))
     assert waves.motion_type == "waves" and "(-12, 0, 3)" in source
-    assert 5 < 2 * np.pi / waves.precession / waves.period < 8
+    assert 5 < 2 * np.pi / waves.precession_rate / waves.period < 8
     assert np.degrees(waves.greatest_nutation - waves.least_nutation) > 3
 
 

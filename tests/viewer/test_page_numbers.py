@@ -70,7 +70,7 @@ def test_circles_and_critical_spin_agree_with_python(page, preset):
             expected, rel=1e-12, abs=1e-12
         )
         assert top["motionType"] == exact.motion_type
-        assert top["precession"] == pytest.approx(exact.precession, rel=1e-10, abs=1e-12)
+        assert top["precession"] == pytest.approx(exact.precession_rate, rel=1e-10, abs=1e-12)
 
 
 @pytest.mark.parametrize("preset", WITHOUT_ROTOR, **NAMES)
@@ -110,7 +110,7 @@ def test_starts_in_words_refer_to_the_axis_of_a_body_in_any_axes(page):
     expected = kr.Scene.spinning(
         body, tilt=np.radians(40), spin=12, precession=0.5, gravity=own.gravity
     )
-    for name in ("least_nutation", "greatest_nutation", "precession"):
+    for name in ("least_nutation", "greatest_nutation", "precession_rate"):
         value = getattr(kr.exact(own), name)
         assert value == pytest.approx(getattr(kr.exact(expected), name), abs=1e-7)
 
@@ -142,7 +142,7 @@ def test_slow_precession_is_slow_for_either_sign_of_the_spin(page):
         rates = []
         for spin in (22, -22):
             load(page, "A spinning top", start={"tilt": 30, "spin": spin, "precession": kind})
-            rates.append(kr.exact(scene_in_python(read_scene(page))).precession)
+            rates.append(kr.exact(scene_in_python(read_scene(page))).precession_rate)
         assert rates[0] == pytest.approx(-rates[1], rel=1e-9)
         # the roots of I1 W^2 cos - I3 spin W + mass gravity height = 0
         body = scene_in_python(read_scene(page)).body
@@ -182,9 +182,9 @@ def test_doubled_spin_halves_the_precession(page):
     load(page, "A spinning top")
     slow = kr.exact(scene_in_python(read_scene(page)))
     fast = open_exercise(page, "Double the spin")
-    assert 0.45 < fast.precession / slow.precession < 0.52
-    assert f"from {slow.precession:.3g} to {fast.precession:.3g} rad/s" in read_text(page)
-    nods = 2 * np.pi / fast.precession / fast.period
+    assert 0.45 < fast.precession_rate / slow.precession_rate < 0.52
+    assert f"from {slow.precession_rate:.3g} to {fast.precession_rate:.3g} rad/s" in read_text(page)
+    nods = 2 * np.pi / fast.precession_rate / fast.period
     assert f"{nods:.3g} times in one turn" in read_text(page)
 
 
@@ -273,7 +273,7 @@ def test_live_numbers_agree_with_python(page, t):
     assert numbers["spin"] == [f"{spin:#.3g}", ""]
     rate = np.diff(np.unwrap(path.precession_angle)).mean() / 1e-4
     assert float(numbers["precession"][0]) == pytest.approx(rate, abs=6e-3)
-    mean, round_trip = exact.precession, 2 * np.pi / exact.precession
+    mean, round_trip = exact.precession_rate, 2 * np.pi / exact.precession_rate
     assert numbers["precession"][1] == f"mean {mean:.3g}: once round in {round_trip:.1f} s"
     assert float(numbers["turns"][0]) == pytest.approx(t * spin / (2 * np.pi), abs=0.051)
 
@@ -484,7 +484,7 @@ def list_round_times(page, *asks):
             if exercise
             else kr.exact(scene_in_python(read_scene(page)))
         )
-        times.append(2 * np.pi / exact.precession)
+        times.append(2 * np.pi / exact.precession_rate)
     return times
 
 
@@ -496,7 +496,7 @@ def test_texts_of_fast_precession_are_true(page):
     less = dict(tilt=np.radians(35), gravity=4, steady=True)
     load(page, "Fast precession")
     body = scene_in_python(read_scene(page)).body
-    other = 2 * np.pi / kr.exact(kr.Scene.spinning(body, spin=13, **less)).precession
+    other = 2 * np.pi / kr.exact(kr.Scene.spinning(body, spin=13, **less)).precession_rate
     assert 1 < other / near < 1.4
     with pytest.raises(ValueError, match=r"steady|spin"):
         kr.Scene.spinning(body, spin=12.8, **less)

@@ -183,7 +183,7 @@ def test_the_texts_on_the_elastic_rod_are_true(page):
     open_exercise(page, "Elastic rod", "A helix")
     advance(page, 20)  # the longest rod that can be drawn
     assert read_scene(page)["show"]["rod"] and read_scene(page)["show"]["solid"] == "none"
-    assert 20 * abs(kr.exact(scene_in_python(read_scene(page))).precession) > 10 * 2 * np.pi
+    assert 20 * abs(kr.exact(scene_in_python(read_scene(page))).precession_rate) > 10 * 2 * np.pi
     plane = np.linalg.svd(rods["A plane curve"].apex, compute_uv=False)
     assert plane[2] < 1e-6 * plane[0]
     assert abs(rods["Twist it more"].spin[0]) > 3 * abs(rods[None].spin[0])

@@ -136,7 +136,7 @@ def test_the_rule_for_fast_tops_is_compared_with_the_mean_precession(page):
     rule = body.mass * top.scene.gravity * np.linalg.norm(body.com) / (moment * spin)
     value, note = read_numbers(page)["fast-top rule"]
     assert float(value) == pytest.approx(rule, rel=2e-3)
-    percent = 100 * (rule / top.precession - 1)
+    percent = 100 * (rule / top.precession_rate - 1)
     side = "below" if percent < 0 else "above"
     assert note == f"Mgl / I₃ω₃: {abs(percent):.1f} % {side} the mean precession"
 

@@ -66,9 +66,9 @@ def largest_frequency_error(n):
         path = kr.solve(scene, np.linspace(0.0, 40.0 * min(exact.period, 10.0), 4096), "taylor")
         frequencies, nutation = kr.frequencies(path), 2.0 * np.pi / exact.period
         pairs = (
-            (frequencies.precession, exact.precession),
+            (frequencies.precession_rate, exact.precession_rate),
             (frequencies.nutation, nutation),
-            (frequencies.spin, exact.spin),
+            (frequencies.spin_angle_rate, exact.spin_angle_rate),
         )
         worst = max(worst, *(abs(one / other - 1.0) for one, other in pairs))
     return worst

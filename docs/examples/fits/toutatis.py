@@ -73,8 +73,9 @@ for ratio, (value, error) in fit.moment_ratios.items():
 # (*Science* 270, 1995) found 5.41 and 7.35 days.
 
 motion = kr.exact(fit.scene)
-days = {name: 2 * np.pi / abs(getattr(motion, name)) for name in ("spin", "precession")}
-print(f"rotation {days['spin']:.2f} days, precession {days['precession']:.2f} days")
+rates = motion.spin_angle_rate, motion.precession_rate
+rotation, precession = (2 * np.pi / abs(rate) for rate in rates)
+print(f"rotation {rotation:.2f} days, precession {precession:.2f} days")
 
 # %%
 # The picture compares the measured angular velocity with the fitted motion.

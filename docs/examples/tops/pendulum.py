@@ -33,7 +33,7 @@ figure.supxlabel("the apex from above", fontsize=9.5)
 for spin in (20, 60, 400):
     scene = kr.Scene.spinning(bob, spin, tilt=np.radians(160), gravity=9.81)
     motion = kr.exact(scene)
-    plane = motion.precession - np.copysign(np.pi / motion.period, motion.precession)
+    plane = motion.precession_rate - np.copysign(np.pi / motion.period, motion.precession_rate)
     print(f"{spin:3} rad/s of spin: the plane turns at {plane:+.5f} rad/s")
 
 kr.view(scene, open=False)

@@ -24,7 +24,8 @@ kr.plot(kr.solve(scene, np.linspace(0, 3, 600)), time_unit="s")
 
 transverse, _, axial = gyroscope.moments
 torque = gyroscope.mass * 9.81 * gyroscope.com[2]
-print(f"closed form {kr.exact(scene).precession:.4f} rad/s, rule {torque / axial / spin:.4f} rad/s")
+rate = kr.exact(scene).precession_rate
+print(f"closed form {rate:.4f} rad/s, rule {torque / axial / spin:.4f} rad/s")
 
 # %%
 # One call computes the precession for all spins. The rule is the limit for fast tops. Below a
@@ -33,7 +34,7 @@ print(f"closed form {kr.exact(scene).precession:.4f} rad/s, rule {torque / axial
 least = 2 * np.sqrt(transverse * torque * np.cos(np.radians(60))) / axial
 spins = np.linspace(1.001 * least, 600, 300)
 tops = kr.Ensemble.spinning(gyroscope, spins, tilt=np.radians(60), steady=True, gravity=9.81)
-rates = kr.exact(tops).precession
+rates = kr.exact(tops).precession_rate
 
 figure, axes = plt.subplots(layout="constrained")
 axes.plot(spins, rates, label="slow steady precession")

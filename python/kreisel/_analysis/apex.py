@@ -26,13 +26,13 @@ class Nutation(NamedTuple):
 
     least, greatest  least and greatest nutation, 0 .. pi [rad]
     period           period of the nutation [T]
-    precession       mean rate of the apex about the vertical [T^-1]
+    precession_rate  mean rate of the apex about the vertical [T^-1]
     """
 
     least: float
     greatest: float
     period: float
-    precession: float
+    precession_rate: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ class Apex:
             first, last = (self._interpolate_values_at_time(self.azimuth, low[i]) for i in (0, -1))
             angle = last - first
         else:
-            angle = self._measure_azimuth_change(low, top.precession)
+            angle = self._measure_azimuth_change(low, top.precession_rate)
         return Nutation(least, greatest, span / (len(low) - 1), angle / span)
 
     def _measure_steady_nutation(self, top: Exact) -> Nutation:
@@ -153,7 +153,7 @@ class Apex:
         rate = float(angle / duration) if duration else math.nan
         # Near the vertical, a nutation may be hidden.
         if float(radius.max()) ** 2 < 2.0 * _LEVEL and not self._loses_energy:
-            rate = top.precession
+            rate = top.precession_rate
         return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
 
     def _refuse_coarse_sampling(self, top: Exact) -> None:

@@ -61,35 +61,37 @@ _NEAR = 0.1  # allowed difference between mean rate and line, as an angle over t
 class Frequencies(ReadOnlyArrays):
     """The angular frequencies of a motion. Arrays are read-only.
 
-    precession  mean rate of the axis about the vertical [T^-1]. The poles are the vertical and its
-                opposite. If the axis passes a pole within 1e-11 rad, the half turn of this pass is
-                not counted. NaN if the axis stays at a pole, or passes a pole at a distance below
-                the errors of the path. NaN if the path is too short or has too few states
-    nutation    frequency of the strongest line of the height of the axis [T^-1]; for Lagrange tops
-                and free bodies, 2 pi divided by the time from one lowest point to the next. 0 if
-                the height is constant
-    spin        mean rate of the body about the axis, in addition to the precession [T^-1]; NaN if
-                the precession is NaN, or if the path has too few states
-    lines       (n,) frequencies of apex_x + i apex_y, the strongest first [T^-1]
-    amplitudes  (n,) complex amplitudes: apex_x + i apex_y is approximately the sum of
-                amplitudes * exp(i * lines * t)
-    rest        root mean square of the difference between apex_x + i apex_y and this sum, divided
-                by the root mean square of apex_x + i apex_y. `rest` is at rounding level if the
-                motion is regular and the path is long, and large if the motion is chaotic. `rest`
-                does not measure the errors of precession, nutation and spin
-    exact       True if precession, nutation and spin come from the closed form
+    precession_rate  mean rate of the axis about the vertical [T^-1]. The poles are the vertical and
+                     its opposite. If the axis passes a pole within 1e-11 rad, the half turn of this
+                     pass is not counted. NaN if the axis stays at a pole, or passes a pole at a
+                     distance below the errors of the path. NaN if the path is too short or has too
+                     few states
+    nutation         frequency of the strongest line of the height of the axis [T^-1]; for Lagrange
+                     tops and free bodies, 2 pi divided by the time from one lowest point to the
+                     next. 0 if the height is constant
+    spin_angle_rate  mean rate of the body about the axis, in addition to the precession [T^-1]; NaN
+                     if the precession rate is NaN, or if the path has too few states
+    lines            (n,) frequencies of apex_x + i apex_y, the strongest first [T^-1]
+    amplitudes       (n,) complex amplitudes: apex_x + i apex_y is approximately the sum of
+                     amplitudes * exp(i * lines * t)
+    rest             root mean square of the difference between apex_x + i apex_y and this sum,
+                     divided by the root mean square of apex_x + i apex_y. `rest` is at rounding
+                     level if the motion is regular and the path is long, and large if the motion is
+                     chaotic. `rest` does not measure the errors of the three mean rates
+    exact            True if the three mean rates come from the closed form
     """
 
-    precession: float
+    precession_rate: float
     nutation: float
-    spin: float
+    spin_angle_rate: float
     lines: Array
     amplitudes: Waves
     rest: float
     exact: bool
 
     def __repr__(self) -> str:
-        rates = ", ".join(f"{w} {getattr(self, w):.6g}" for w in ("precession", "nutation", "spin"))
+        names = "precession_rate", "nutation", "spin_angle_rate"
+        rates = ", ".join(f"{name} {getattr(self, name):.6g}" for name in names)
         return f"<kreisel.Frequencies: {rates}; {len(self.lines)} lines, rest {self.rest:.1e}>"
 
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
@@ -140,7 +142,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         >>> t = np.linspace(0.0, 200.0, 4001)
         >>> found = kr.frequencies(kr.solve(kr.scenes.cusps, t, "taylor"))
         >>> truth = kr.exact(kr.scenes.cusps)
-        >>> abs(found.precession / truth.precession - 1.0) < 1e-12
+        >>> abs(found.precession_rate / truth.precession_rate - 1.0) < 1e-12
         True
 
     Raises TypeError if `path` is not a Path object. Raises ValueError if there are fewer than 64
@@ -205,7 +207,7 @@ def _compute_closed_form_rates(form: Exact) -> tuple[float, float, float] | None
     """Return precession, nutation and spin rates of a closed form, or None near a separatrix."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
-    return form.precession, math.tau / form.period, form.spin
+    return form.precession_rate, math.tau / form.period, form.spin_angle_rate
 
 
 def _compute_mean_euler_rates(path: Path) -> tuple[float, float, float]:

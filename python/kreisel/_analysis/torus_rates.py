@@ -39,9 +39,9 @@ _SETTLED = 1e-13  # size of the last Newton step [turns]
 class TorusRates(NamedTuple):
     """Mean rates of precession and spin, and the nutation frequency."""
 
-    precession: float
+    precession_rate: float
     nutation: float
-    spin: float
+    spin_angle_rate: float
 
 
 class _BodyAxisAtTorusAngles(NamedTuple):

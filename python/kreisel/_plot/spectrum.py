@@ -24,7 +24,7 @@ class SpectralLines(Protocol):
     """The fundamental frequencies of a motion, and its spectral lines."""
 
     @property
-    def precession(self) -> float: ...
+    def precession_rate(self) -> float: ...
     @property
     def nutation(self) -> float: ...
     @property
@@ -51,11 +51,13 @@ def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -
         chart.vlines(lines, floor, strengths, color=BLUE, linewidth=1.4)
         chart.plot(lines, strengths, "o", color=BLUE, markersize=4)
         chart.set_ylim(floor, strengths.max() * 10.0**_DECADES)
-    if math.isfinite(spectrum.precession):
-        chart.axvline(spectrum.precession, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1)
+    if math.isfinite(spectrum.precession_rate):
+        chart.axvline(
+            spectrum.precession_rate, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1
+        )
         _label_spectral_lines(chart, spectrum, lines, strengths)
     title = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
-    if math.isfinite(spectrum.precession):
+    if math.isfinite(spectrum.precession_rate):
         title += "; dashed: mean precession"
     chart.set_title(title, fontsize=9)
     apply_chart_style(chart)
@@ -69,7 +71,7 @@ def _label_spectral_lines(
     """Label each line near the precession plus k times the nutation frequency by the integer k."""
     style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
     if spectrum.nutation > 0.0:
-        multiples = (lines - spectrum.precession) / spectrum.nutation
+        multiples = (lines - spectrum.precession_rate) / spectrum.nutation
         for line, strength, k in zip(lines, strengths, multiples, strict=True):
             if abs(k - round(k)) < _NEAR:
                 chart.annotate(f"{round(k):+d}" if round(k) else "0", (line, strength),

@@ -71,8 +71,8 @@ class _ClosedFormBase:
 
     scene: Scene
     period: float
-    precession: float
-    spin: float
+    precession_rate: float
+    spin_angle_rate: float
     _plan: Array = field(repr=False, compare=False)
 
 
@@ -82,12 +82,12 @@ class Exact(_ClosedFormBase):
 
     The object can be called with a time or an array of times, and returns a kreisel.Path.
 
-    period      the period of the nutation: the time from one lowest point of the axis to the next;
-                inf if the height of the axis is constant [T]
-    precession  the mean rate of the axis about the vertical, or without torque about the angular
-                momentum [T^-1]
-    spin        the mean rate of the body about the axis, as the mean rate of the Euler angle
-                spin_angle; the precession is not included [T^-1]
+    period           the period of the nutation: the time from one lowest point of the axis to the
+                     next; inf if the height of the axis is constant [T]
+    precession_rate  the mean rate of the axis about the vertical, or without torque about the
+                     angular momentum [T^-1]
+    spin_angle_rate  the mean rate of the Euler angle spin_angle [T^-1]. It does not include the
+                     precession: the angular velocity about the axis is `path.spin`
 
     For a heavy top, the axis is the apex. For a free symmetric body, it is the axis of symmetry.
     For a free asymmetric body, it is the principal axis about which the momentum precesses in the
@@ -97,7 +97,7 @@ class Exact(_ClosedFormBase):
     Lifshitz, Mechanics, section 37.
 
     If the axis of the body passes exactly through the vertical, the precession angle jumps by half
-    a turn. The mean rate `precession` does not include jumps of the precession angle by half a
+    a turn. The mean rate `precession_rate` does not include jumps of the precession angle by half a
     turn.
 
     States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be positive or
@@ -242,16 +242,16 @@ class ExactTorus(Exact):
     for times at which the top has turned by more than 1e9 rad. Raises ValueError if a neighbouring
     motion required for a finite difference has no closed-form solution.
 
-    frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
-                 are integer combinations of all three. The frequencies of quantities seen from the
-                 body are integer combinations of the first two
+    frequencies  (first, second, precession_rate) [T^-1]. The frequencies of the attitude matrix in
+                 space are integer combinations of all three. The frequencies of quantities seen
+                 from the body are integer combinations of the first two
     certificate  the largest relative residual of the equations that the closed form and its initial
                  state must satisfy; the attitude error at any time is at most about ten times this
     mismatch     the relative difference between the body's moments and centre of mass and those of
                  a body that has exactly this closed form. The attitude error caused by this
                  difference is about `mismatch` times the angle by which the top turns
 
-    period, precession and spin are NaN; use `frequencies` instead.
+    period, precession_rate and spin_angle_rate are NaN; use `frequencies` instead.
     """
 
     frequencies: tuple[float, float, float]
@@ -400,9 +400,9 @@ class ExactMap(_ClosedFormBase):
 
     The object can be called with one or several step numbers, and returns a kreisel.Path.
 
-    The attributes period, precession and spin describe the numerical solution instead of the exact
-    motion. Subtracting the corresponding attributes of kreisel.Exact gives the errors of the
-    method.
+    The attributes period, precession_rate and spin_angle_rate describe the numerical solution
+    instead of the exact motion. Subtracting the corresponding attributes of kreisel.Exact gives the
+    errors of the method.
     """
 
     step: float
@@ -461,10 +461,10 @@ def exact(
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
     if has_torus_closed_form(top):
         return _build_torus_closed_form(top)
-    status, period, precession, spin, plan = exact_plan(top._block)
+    status, period, precession_rate, spin_angle_rate, plan = exact_plan(top._block)
     if status != "OK":
         raise make_no_closed_form_error(status, top)
-    return Exact(top, period, precession, spin, plan)
+    return Exact(top, period, precession_rate, spin_angle_rate, plan)
 
 
 def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None) -> ExactMap:
@@ -474,7 +474,7 @@ def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None)
     if h == 0.0:
         raise ValueError("step must not be zero")
     resolve_method(_MAP, scene)
-    status, period, precession, spin, plan = exact_map_plan(scene._block, h)
+    status, period, precession_rate, spin_angle_rate, plan = exact_map_plan(scene._block, h)
     if status == "ERR_STEP_SIZE":
         raise ValueError(
             f"the Bobenko-Suris map has no known closed form for the step {h!r} and this start, "
@@ -482,7 +482,7 @@ def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None)
         )
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")
-    return ExactMap(scene, period, precession, spin, plan, h)
+    return ExactMap(scene, period, precession_rate, spin_angle_rate, plan, h)
 
 
 def _build_torus_closed_form(scene: Scene) -> ExactTorus:

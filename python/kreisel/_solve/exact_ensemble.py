@@ -52,10 +52,10 @@ class ExactEnsemble:
     with an array (*shape, k) of separate times for each top, returns an array (*shape, k, 8).
     `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
 
-    period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
-    computed on first access. The attributes agree with those of kreisel.exact for a single scene;
-    the states are even bitwise identical. Accessing the turning-point attributes raises ValueError
-    if any of the motions has no turning points.
+    period, precession_rate, spin_angle_rate and the attributes of the turning points are arrays of
+    shape `shape`, computed on first access. The attributes agree with those of kreisel.exact for a
+    single scene; the states are even bitwise identical. Accessing the turning-point attributes
+    raises ValueError if any of the motions has no turning points.
 
     The attributes frequencies, certificate and mismatch are NaN unless the top is a Kowalewski or
     Goryachev-Chaplygin top.
@@ -215,12 +215,12 @@ class ExactEnsemble:
         return self._reshape_to_ensemble(self._mean_rates[:, 0])
 
     @property
-    def precession(self) -> Array:
+    def precession_rate(self) -> Array:
         """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
         return self._reshape_to_ensemble(self._mean_rates[:, 1])
 
     @property
-    def spin(self) -> Array:
+    def spin_angle_rate(self) -> Array:
         """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
         return self._reshape_to_ensemble(self._mean_rates[:, 2])
 
