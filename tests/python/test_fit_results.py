@@ -155,7 +155,7 @@ def test_the_summary_is_a_comment_in_the_file(fit):
     lines = fit.to_toml().splitlines()
     text = str(fit).splitlines()
     assert lines[: len(text)] == [f"# {line}".rstrip() for line in text]
-    assert fit._repr_html_().count("<p>") == 2 == len(text) - len(fit.names)
+    assert fit._repr_html_().count("<p>") == 3 == len(text) - len(fit.names)
 
 
 def test_nonlinearity_is_measured_for_single_motions_and_the_linear_loss():

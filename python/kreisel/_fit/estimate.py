@@ -52,8 +52,10 @@ def fit(
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
               length "lever", "gravity", "mass", "damping", "friction", "rotor", "turning",
-              "shaking" and "axes", the principal axes in the frame of description. Moments or
-              dampings that are equal in `scene` stay equal. A rotor excludes "axes"
+              "shaking" and "axes", the principal axes in the frame of description. Moments
+              that are equal in `scene` stay equal. A damping given as one number stays one number,
+              and three numbers are estimated apart, except about axes with equal moments if they
+              are equal. A rotor excludes "axes"
     loss      "linear": least squares. "soft": large residuals count linearly, for records with
               outliers
     pieces    for chaotic motion: the number of pieces into which the motion is divided (multiple
@@ -94,9 +96,9 @@ def fit(
     values the free parameters fit exactly, and for angles that are undefined at all times. Raises
     kreisel.Error if no motion can be computed from the initial guesses. Ctrl-C raises
     kreisel.FitInterrupted (a KeyboardInterrupt), whose attribute `fit` is the best fit so far.
-    Warns (UserWarning) if the search does not converge, or if no motion fits the measurements. Also
-    warns if the residuals of a soft-loss fit are larger than expected from their standard
-    deviations, and if few numbers determine an unknown standard deviation.
+    Warns (UserWarning) if the search does not converge, if no motion fits the measurements, and if
+    noise of the given sigma does not explain chi2 (see `Fit.is_plausible`). Also warns if few
+    numbers determine an unknown standard deviation.
     """
     guesses = _validate_start_scenes(scene)
     blocks, record_tuple = expand_free_names(free), _validate_records(records)
@@ -150,13 +152,13 @@ def _run_search_sessions(
 def _warn_of_poor_fit(best: Fit) -> None:
     if has_residuals_as_large_as_data(best):
         warn_user(describe_misfit(best))
-    elif best.excess:
-        warn_user(describe_residual_excess(best))
     elif not best.has_converged:
         warn_user(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
             "far; raise max_evaluations or give a guess nearer to the motion"
         )
+    elif best.excess:
+        warn_user(describe_residual_excess(best))
     for sentence in best.uncertain_sigma:
         warn_user(f"{sentence}: give sigma, or add measurements")
 

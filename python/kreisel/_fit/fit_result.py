@@ -73,12 +73,14 @@ class Fit(ReadOnlyArrays):
                   turn; empty otherwise
     misfit        the root mean square of the residuals relative to that of the values, or to 1 rad.
                   For the soft loss it is estimated from the median
-    excess        for the soft loss with given sigma: the size of the residuals in sigmas, from the
-                  median, if it is larger than noise with 10 % of outliers explains; otherwise 0
+    excess        the size of the residuals in sigmas, if it is larger than noise explains;
+                  otherwise 0, and for a sigma that is not given. For the soft loss it is estimated
+                  from the median, and noise includes 10 % of outliers
     uncertain_sigma  a sentence for each quantity whose unknown sigma is estimated from few numbers
     at_bound      a sentence for each parameter that ended at its bound. The error of such a
                   parameter ignores the bound
-    has_converged  False if the search ended at a limit on the number of paths
+    has_converged  False if the search ended at a limit on the number of paths. A search may
+                  converge to a wrong minimum, see is_plausible
     evaluations   the number of computed paths
     piece_starts  the times at which the pieces of the motion begin; empty for a single motion
     """
@@ -112,6 +114,18 @@ class Fit(ReadOnlyArrays):
     _point: FitPoint
     _spectrum: FitCovariance
     _pieces: tuple[tuple[float, FitPoint], ...]
+
+    @property
+    def is_plausible(self) -> bool | None:
+        """True if noise of the given sigma explains chi2; None if a sigma is not given.
+
+        chi2 may exceed `dof` by at most three standard deviations of the chi2 distribution. For the
+        soft loss, the median of the residuals decides, and a tenth of them may be outliers. False
+        means that the search has missed the motion, that the model lacks a force, or that sigma is
+        too small. A sigma estimated from the residuals cannot tell.
+        """
+        is_sigma_known = all(s.sigma is not None for r in self.records for s in r.series)
+        return self.excess == 0.0 if is_sigma_known else None
 
     @cached_property
     def path(self) -> Path:

@@ -31,6 +31,7 @@ from .rotations import (
     multiply_quaternions,
     normalize_quaternion,
     rotation_matrix,
+    wrap_angle,
 )
 
 FreeName = Literal[
@@ -212,6 +213,11 @@ def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
     return replace(point, rate=point.relative_angular_velocity(attitude, np.array(scene.momentum)))
 
 
+def _wrap_shaking_phase(shaking: Array) -> Array:
+    """Return the parameters of shaking with the phase in (-pi, pi]."""
+    return np.array((*shaking[:2], -wrap_angle(-shaking[2])))
+
+
 def _is_physical(point: FitPoint) -> bool:
     """Return True if some mass distribution has the given moments, mass and centre of mass."""
     second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
@@ -248,19 +254,34 @@ def _build_equal_group_matrix(values: Array) -> Array:
     return np.stack(columns, axis=-1)
 
 
+def _build_damping_group_matrix(scene: Scene, damping: Array, moments: Array) -> Array:
+    """Return one column for all axes if the damping is one number, and otherwise one for each axis.
+
+    Axes with equal moments, marked by a column of `moments`, and equal dampings are arbitrary, and
+    have a common column.
+    """
+    if scene._has_common_damping:
+        return np.ones((3, 1))
+    groups = moments[:, :, None] * _build_equal_group_matrix(damping)[:, None]
+    columns = groups.reshape(3, -1)[:, groups.any(axis=0).ravel()]
+    ordered: Array = columns[:, np.argsort(columns.argmax(axis=0))]
+    return ordered
+
+
 class FreeParameters:
     """Free parameters of a scene and of the instruments that recorded its motion.
 
     slices   {key: slice}: the columns of each block
     size     the number of free parameters
     moments  (3, groups): the moments that are equal in the scene stay equal, and have one column
+    damping  (3, groups): the same for the dampings, see _build_damping_group_matrix
     """
 
     def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
         self.scene, self.free, self.records = scene, free, tuple(records)
         self.start = convert_scene_to_fit_point(scene)
         self.moments = _build_equal_group_matrix(self.start.moments)
-        self.damping = _build_equal_group_matrix(self.start.damping)
+        self.damping = _build_damping_group_matrix(scene, self.start.damping, self.moments)
         if "axes" in free and ("rotor" in free or self.start.rotor.any()):
             raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
         length = float(np.linalg.norm(self.start.com))
@@ -280,6 +301,8 @@ class FreeParameters:
         if self.can_vary("moments"):
             densities = np.maximum(densities, 0.0)
         self.start = replace(self.start, instruments=instruments, densities=densities)
+        if self.can_vary("shaking"):
+            self.start = replace(self.start, shaking=_wrap_shaking_phase(self.start.shaking))
 
     def _check_differentiability(self, length: float) -> None:
         """Raise ValueError if shaking or friction makes a required derivative undefined."""
@@ -378,8 +401,8 @@ class FreeParameters:
         shaking[1] = max(shaking[1], 1e-3 * point.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
-            shaking[2] -= np.copysign(np.pi, shaking[2])
-        return shaking
+            shaking[2] += np.pi
+        return _wrap_shaking_phase(shaking)
 
     def _add_step_to_instrument_parameters(self, point: FitPoint, step: Array) -> dict[Key, Array]:
         instruments = {}
@@ -507,7 +530,11 @@ class FreeParameters:
             momentum=momentum,
             attitude=normalize_quaternion(attitude),
             gravity=point.gravity,
-            damping=point.damping if is_diagonal else order @ point.damping,
+            damping=float(point.damping[0])
+            if self.scene._has_common_damping
+            else point.damping
+            if is_diagonal
+            else order @ point.damping,
             turning=point.turning,
             shaking=point.shift_shaking_phase(origin),
             friction=point.friction,

@@ -38,7 +38,7 @@ from .residuals import (
     find_time_of_large_residuals,
 )
 from .rotations import compute_rotation_quaternions, multiply_quaternions, rotation_matrix
-from .uncertainty import classify_fit_directions
+from .uncertainty import classify_fit_directions, compute_largest_reduced_chi2
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
 _ROUGH_FTOL = 1e-3  # the same for a part of the records
@@ -227,7 +227,7 @@ class SearchSession:
         if points and self.loss == "soft":  # outliers look like disagreement
             nearest = min(points, key=lambda entry: entry[1])
             self._search_from_point(nearest[2], self._end)
-        if points and not (self._has_good_fit() if self.loss == "linear" else self._is_plausible()):
+        if points and not self._is_plausible():
             self._fit_slowly_growing_time_spans(points[0][2])
 
     def _fit_slowly_growing_time_spans(self, point: FitPoint) -> None:
@@ -270,20 +270,20 @@ class SearchSession:
         For a soft-loss fit the result is always False, because a wrong motion can agree with most
         measurements.
         """
-        if self.loss == "soft":
-            return False
-        limit = 1.0 + _CHANCE * np.sqrt(2.0 / self.dof) if self.is_sigma_known else _ROUGHLY
-        return bool(self._compute_best_reduced_chi2() <= limit)
+        return self.loss == "linear" and self._is_plausible()
 
     def _is_plausible(self) -> bool:
-        """Return True if noise and a few outliers can explain the residuals."""
-        count = int(self.model.measured.sum())
-        limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
+        """Return True if noise and, for the soft loss, a few outliers can explain the residuals."""
+        if self.loss == "soft":
+            count = int(self.model.measured.sum())
+            limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
+        else:
+            limit = compute_largest_reduced_chi2(self.dof) if self.is_sigma_known else _ROUGHLY
         return bool(self._compute_best_reduced_chi2() <= limit)
 
     def measure_residual_excess(self) -> float:
-        """Return the typical |residual| / sigma if a soft-loss fit is implausible, otherwise 0."""
-        if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
+        """Return the typical |residual| / sigma if noise does not explain it, otherwise 0."""
+        if not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._compute_best_reduced_chi2()))
 

@@ -63,6 +63,8 @@ class FitLike(Protocol):
     @property
     def excess(self) -> float: ...
     @property
+    def is_plausible(self) -> bool | None: ...
+    @property
     def uncertain_sigma(self) -> Sequence[str]: ...
     @property
     def at_bound(self) -> Sequence[str]: ...
@@ -101,9 +103,10 @@ def format_fit_summary_as_html(fit: FitLike) -> str:
 
 def _format_summary_head(fit: FitLike) -> str:
     count = sum(record.size for record in fit.records)
+    verdict = {True: " (plausible)", False: " (not plausible)", None: ""}[fit.is_plausible]
     return (
         f"Fit of {len(fit.names)} parameters to {count} numbers: "
-        f"chi2 {fit.chi2 / fit.dof:.3g} per degree of freedom, {fit.evaluations} paths"
+        f"chi2 {fit.chi2 / fit.dof:.3g} per degree of freedom{verdict}, {fit.evaluations} paths"
     )
 
 
@@ -147,8 +150,8 @@ def describe_misfit(fit: FitLike) -> str:
 
 def describe_residual_excess(fit: FitLike) -> str:
     return (
-        f"The residuals are {fit.excess:.3g} times as large as sigma explains, even without "
-        "outliers: sigma is too small, or the fit may be a false minimum."
+        f"The residuals are {fit.excess:.3g} times as large as sigma explains: the fit is a false "
+        "minimum, the records are of another top, or sigma is too small."
     )
 
 
@@ -156,16 +159,15 @@ def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
     sentences = []
     if not fit.has_converged:
         sentences.append("The search did not converge; this is the best so far.")
-    ratio = fit.chi2 / fit.dof
     if has_residuals_as_large_as_data(fit):
         sentences.append(describe_misfit(fit))
-    elif ratio > _MISFIT:
-        sentences.append(
-            f"The residuals are {math.sqrt(ratio):.3g} times as large as their sigma: the records "
-            "may be of another top, or the search did not find the motion."
-        )
     elif fit.excess:
         sentences.append(describe_residual_excess(fit))
+    if ties := [name for name in fit.names if " = " in name]:
+        sentences.append(
+            f"Kept equal, as in the given scene: {', '.join(ties)}. Give different numbers to "
+            "estimate them apart."
+        )
     sentences += _list_labelled_sentences(fit)
     if fit.residual_correlation > _CORRELATED and fit.inflation > _ENLARGED:
         sentences.append(

@@ -58,7 +58,8 @@ class Scene:
               a single scipy Rotation. Alternatively, attitude_xyzw, scalar last
     gravity   acceleration along -e3, of either sign [L T^-2]
     damping   linear drag [M L^2 T^-1], one number for each principal axis or one for all: the
-              torque about an axis is -damping times the angular velocity about it
+              torque about an axis is -damping times the angular velocity about it. kr.fit
+              estimates one number or three, as given
     turning   constant angular velocity of the support, as of a turntable, along e1, e2, e3 [T^-1].
               The axes e1, e2, e3 turn with the support, and attitudes and velocities are relative
               to it. Momenta are those in the inertial frame, with components along these axes
@@ -84,6 +85,7 @@ class Scene:
     turning: Vector
     shaking: Vector
     friction: float
+    _has_common_damping: bool = field(init=False, repr=False, compare=False)
     # bytes of a kr_scene: body, gravity, t, q, m, damping, turning, shaking, friction
     _block: bytes = field(init=False, repr=False, compare=False)
 
@@ -126,6 +128,7 @@ class Scene:
         m, q, g, d, u, s, f, block = data
         fields["momentum"], fields["attitude"], fields["gravity"], fields["damping"] = m, q, g, d
         fields["turning"], fields["shaking"], fields["friction"], fields["_block"] = u, s, f, block
+        fields["_has_common_damping"] = damping is None or np.ndim(damping) == 0 or not any(d)
 
     def __repr__(self) -> str:
         """Return the constructor call as text, omitting a support at rest and zero friction."""
@@ -144,11 +147,17 @@ class Scene:
             "momentum": self.momentum,
             "attitude": self.attitude,
             "gravity": self.gravity,
-            "damping": self.damping,
+            "damping": self._damping_argument,
             "turning": self.turning,
             "shaking": self.shaking,
             "friction": self.friction,
         }
+
+    @property
+    def _damping_argument(self) -> float | Vector:
+        """The damping as one number if it was given as one, which kr.fit keeps as one."""
+        is_one = self._has_common_damping and self._has_damping
+        return self.damping[0] if is_one else self.damping
 
     @property
     def _has_damping(self) -> bool:
@@ -405,7 +414,7 @@ class Scene:
             "gravity": self.gravity,
         }
         if self._has_damping:
-            start["damping"] = self.damping
+            start["damping"] = self._damping_argument
         start |= {"turning": self.turning} if any(self.turning) else {}
         start |= {"shaking": self.shaking} if any(self.shaking) else {}
         start |= {"friction": self.friction} if self.friction else {}
