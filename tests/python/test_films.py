@@ -170,9 +170,10 @@ def test_each_frame_shows_its_state(path):
     up, depth = z * np.cos(E20) + y * np.sin(E20), z * np.sin(E20) - y * np.cos(E20)
     heights = quads @ made._rotation_matrix(film._q[0]).T @ film._apex[0]
     begin, end = max(heights.min(), 0.0), heights.max()
-    assert len(film) == 5 and len(x) == 33
+    between = (len(x) - 1) // 4
+    assert len(film) == 5 and len(x) == 4 * between + 1
     for i, figure in enumerate(film._draw_frames()):
-        axes, k, points = figure.axes[0], 8 * i, np.stack([x, up], -1)
+        axes, k, points = figure.axes[0], between * i, np.stack([x, up], -1)
         back, front, needle, tip, lever = axes.lines[-5:]
         for line, is_shown in (back, depth <= 0.0), (front, depth > 0.0):
             assert line.get_xdata() == pytest.approx(x[: k + 1])
@@ -312,7 +313,17 @@ def test_a_film_has_a_frame_at_each_tick(speed, fps, frames):
     path = kr.solve(TOP, [1.0, 5.0])
     film = path.animate(speed=speed, fps=fps, size=16)
     assert len(film) == frames and film.t == pytest.approx(np.linspace(1.0, 5.0, frames))
-    assert film._apex.shape == (8 * (frames - 1) + 1, 3) and film._q.shape == (frames, 4)
+    assert film._q.shape == (frames, 4)
+
+
+@pytest.mark.parametrize("end, is_joined", [(5.0, True), (1e5, False)])
+def test_a_film_joins_points_of_the_trace_only_within_a_turn(tmp_path, end, is_joined):
+    film = kr.solve(TOP, [0.0, end]).animate(speed=end, fps=3, size=50)
+    figures = [*film._draw_frames()]
+    whole = figures[-1].axes[0].lines[-5:-3]
+    assert {line.get_linestyle() for line in whole} == {"-" if is_joined else "None"}
+    points = np.stack([whole[0].get_xdata(), film._apex[:, 2]], -1)
+    assert len(film) == 4 and (np.abs(np.diff(points, axis=0)).max() < 0.3) == is_joined
 
 
 # Encoders

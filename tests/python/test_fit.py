@@ -466,6 +466,30 @@ def test_a_fit_can_be_plotted(fit):
     assert lower.get_ylabel() == "residual [sigma]"
 
 
+@pytest.mark.parametrize("quantity", ["nutation", "precession_angle", "body_velocity", "apex_x"])
+@pytest.mark.parametrize("free", [(), ("delay",), ("bias", "scale")])
+def test_a_fit_is_drawn_as_the_motion_between_sparse_measurements(quantity, free):
+    """Compare the line with a fast motion, of which the record has two samples per nod."""
+    body = kr.Body.disk(0.05, (0, 0, -0.06), mass=0.5)
+    top = kr.Scene.spinning(body, spin=100, tilt=1.0, gravity=9.81)
+    t = np.arange(0.0, 1.5, 0.04)
+    sparse, dense = kr.solve(top, t), kr.solve(top, np.linspace(0.0, t[-1], 2001))
+    apex = {"apex_x": sparse.apex[:, 0]}
+    values = apex if quantity == "apex_x" else {quantity: getattr(sparse, quantity)}
+    more = {"apex": sparse.apex}
+    records = [kr.Record(t, values, 1e-3, free), kr.Record(t, more, 1e-3)]
+    upper = kr.fit(top, records, free="start").plot()[0]
+    truth = dense.apex[:, 0] if quantity == "apex_x" else getattr(dense, quantity)
+    lines = [line for line in upper.lines if line.get_color() == "black"]
+    for line, column in zip(lines, truth.reshape(len(dense), -1).T, strict=True):
+        x, y = line.get_data()
+        x, y = x[np.isfinite(x)], y[np.isfinite(x)]
+        if quantity == "precession_angle":
+            column, y = np.unwrap(column), np.unwrap(y)
+        assert y == pytest.approx(np.interp(x, dense.t, column), abs=5e-3 * np.ptp(column) + 1e-4)
+        assert len(x) > 10 * len(t)
+
+
 def test_a_fit_of_attitudes_shows_all_components_of_the_quaternions():
     t = np.linspace(0, 2, 40)
     record = kr.Record(t, {"q": kr.solve(GUESS, t).q}, 1e-3)

@@ -154,47 +154,6 @@ def test_the_difference_of_paths_omits_zeros_on_its_scale(angles, points, title)
         assert line.get_ydata() == pytest.approx(points, nan_ok=True)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_events_are_dots_in_all_charts(sign):
-    axes = Figure().subplots(3)
-    t = sign * np.array([0.0, 1.0, 2.0])
-    e = np.radians(20.0)
-    events = types.SimpleNamespace(
-        t=sign * np.array([0.5, 1.25, 1.75]),
-        apex=np.array([(0, -1, 0), (1, 0, 0), (0, 0.8, -0.6)], float),
-        nutation=np.array([1.5, 1.25, 2.5]),
-    )
-    charts._draw_dots_at_events(axes, t, np.array([0.0, 4.0, 8.0]), events, 10.0)
-    (globe,), (nutation,), (precession,) = (chart.lines for chart in axes)
-    assert globe.get_xydata() == pytest.approx(np.array([[0.0, -np.sin(e)]])), "one is in front"
-    assert np.array_equal(nutation.get_xydata(), np.stack([events.t, [15.0, 12.5, 25.0]], -1))
-    assert np.array_equal(precession.get_xydata(), np.stack([events.t, [20.0, 50.0, 70.0]], -1))
-    for dots in globe, nutation, precession:
-        assert marker_style_of(dots) == (ORANGE, "o", 4.0, "None") and dots.get_zorder() == 4
-
-
-@pytest.mark.parametrize("has_limits", [False, True])
-@pytest.mark.parametrize("has_events", [False, True])
-def test_a_legend_names_what_is_drawn(has_limits, has_events):
-    axes = make_axes()
-    charts._draw_legend(axes, has_limits, has_events)
-    legend = axes.get_legend()
-    labels = [text.get_text() for text in legend.get_texts()]
-    assert labels == ["start"] + has_limits * ["limits"] + has_events * ["events"]
-    assert {text.get_fontsize() for text in legend.get_texts()} == {7.5}
-    assert len(labels) == 1 or legend._ncols == 3
-    assert not legend.get_frame_on() and legend.borderpad == 0.0
-    assert (legend.handlelength, legend.columnspacing) == (1.5, 1.2)
-    anchor = axes.transAxes.inverted().transform(legend.get_bbox_to_anchor().p0)
-    assert anchor == pytest.approx((0.5, 0.0), abs=1e-12)
-    marks = dict(zip(labels, legend.get_lines(), strict=True))
-    assert marker_style_of(marks["start"]) == ("black", "o", 4, "None")
-    if has_limits:
-        assert style_of(marks["limits"]) == (ORANGE, 0.9, "--", None)
-    if has_events:
-        assert marker_style_of(marks["events"]) == (ORANGE, "o", 4, "None")
-
-
 def test_one_path_has_a_globe_beside_two_charts():
     picture = kr.plot(CUSPS)
     assert tuple(picture.figure.get_size_inches()) == (8.4, 3.9)
@@ -343,7 +302,12 @@ def make_series(columns, residual_columns=None):
     residuals = 0.5 + np.arange(residual_columns or columns) + np.zeros((4, 1))
     values[1, 0] = residuals[1, 0] = np.nan
     return types.SimpleNamespace(
-        name=f"series {columns}", t=t, values=values, residuals=residuals, sigma=np.array(0.25)
+        name=f"series {columns}",
+        t=t,
+        values=values,
+        residuals=residuals,
+        sigma=np.array(0.25),
+        motion=None,
     )
 
 
@@ -358,7 +322,7 @@ def test_a_fit_has_a_chart_of_values_above_its_residuals():
         assert upper.get_subplotspec().colspan.start == lower.get_subplotspec().colspan.start == i
         assert upper.get_shared_x_axes().joined(upper, lower)
         assert upper.get_title() == one.name and upper.get_subplotspec().rowspan.start == 0
-        assert (lower.get_xlabel(), lower.get_ylabel()) == ("t", "residual [sigma]")
+        assert (lower.get_xlabel(), lower.get_ylabel()) == ("time [T]", "residual [sigma]")
         *dots, zero = lower.lines
         assert np.array_equal(zero.get_ydata(), [0.0, 0.0]) and style_of(zero)[:2] == ("black", 0.8)
         assert len(dots) == one.residuals.shape[1]
@@ -369,8 +333,9 @@ def test_a_fit_has_a_chart_of_values_above_its_residuals():
                 assert np.array_equal(line.get_ydata(), values[:, k], equal_nan=True)
                 assert np.array_equal(line.get_xdata(), one.t)
     curves = picture[0].lines[4:]
-    assert len(curves) == 4 and len(picture[2].lines) == 3, "values of other shapes have no curve"
+    assert len(curves) == 4 and len(picture[2].lines) == 3, "values of other shapes have no model"
     for k, curve in enumerate(curves):
-        t = series[0].t[[0, 2, 3]] if k == 0 else series[0].t
-        assert np.array_equal(curve.get_xydata(), np.stack([t, 10.25 * k + t + 0.125], -1))
-        assert style_of(curve)[:2] == ("black", 0.8)
+        fitted = 10.0 * k + series[0].t + 0.125 + 0.25 * k
+        assert curve.get_linestyle() == "None", "the motion between the measurements is unknown"
+        is_measured = np.isfinite(curve.get_ydata())
+        assert curve.get_ydata()[is_measured] == pytest.approx(fitted[is_measured])

@@ -71,9 +71,73 @@ def test_an_upright_start_draws_no_precession_jump():
     assert np.nanmax(np.abs(np.diff(line.get_ydata()))) < 0.5
 
 
-def test_coarse_paths_are_drawn_without_gaps():
-    path = kr.solve(kr.scenes.steady_precession, np.linspace(0, 40, 9))
-    assert np.isfinite(kr.plot(path)[2].lines[0].get_ydata()).all()
+def changed_run(_):
+    run = kr.start(GENERAL, events=[kr.events.nutation()])
+    run.to(20.0)
+    run.change(gravity=3.0)
+    return run.to([25.0, 40.0, 52.0])
+
+
+def loaded(file):
+    kr.solve(kr.scenes.cusps, [0.0, 20.0, 47.0]).save(file / "top.npz")
+    return kr.load(file / "top.npz")
+
+
+WANTED = ("apex", "nutation", "precession_angle")
+SPARSE = {
+    "closed form": lambda _: kr.solve(kr.scenes.cusps, [0.0, 20.0, 47.0]),
+    "back in time": lambda _: kr.solve(GENERAL, [0.0, -20.0]),
+    "unordered": lambda _: kr.solve(GENERAL, 20.0)([20.0, 3.0, 9.0]),
+    "damped": lambda _: kr.solve(kr.scenes.fast.replace(damping=0.5), 10.0, tol=1e-6),
+    "fixed step": lambda _: kr.solve(GENERAL, 30.0, "strang", step=0.01, every=1000),
+    "wanted": lambda _: kr.solve(GENERAL, [0.0, 30.0], want=WANTED),
+    "spherical": lambda _: kr.solve(kr.Scene(kr.Body(1, (2, 2, 2), (1, 0, 0)), (3, 2, 9)), 20),
+    "pendulum": lambda _: kr.solve(kr.scenes.cusps.replace(momentum=(0, 0, 0)), 30),
+    "changed run": changed_run,
+    "loaded": loaded,
+}
+
+
+@pytest.mark.parametrize("kind", SPARSE)
+def test_sparse_states_are_marked_on_the_motion_between_them(kind, tmp_path):
+    """Compare the drawn lines with the motion at their times, of which no turn is left out."""
+    path = SPARSE[kind](tmp_path)
+    sphere, nutation, precession = kr.plot(path, degrees=False)
+    t, y = nutation.lines[0].get_data()
+    assert np.isin(path.t, t).all() and np.array_equal(y, path(t).nutation)
+    trace = next(line for line in sphere.lines if len(line.get_xdata()) == len(t))
+    step = np.linalg.norm(np.diff(trace.get_xydata(), axis=0), axis=1)
+    assert step.max() < 0.3 and {t[0], t[-1]} == {path.t.min(), path.t.max()}
+    angles = precession.lines[0].get_ydata()
+    for chart, values in (nutation, path.nutation), (precession, path.precession_angle):
+        marks = next(line for line in chart.lines if np.array_equal(line.get_xdata(), path.t))
+        turns = (marks.get_ydata() - values) / (2 * np.pi)
+        assert marks.get_linestyle() == "None" and turns == pytest.approx(np.rint(turns), abs=1e-9)
+    assert np.isin(marks.get_ydata(), angles).all()
+
+
+def test_a_plot_of_two_states_shows_the_sense_and_the_size_of_the_motion():
+    _, nutation, precession = kr.plot(kr.solve(kr.scenes.cusps, 10))
+    assert precession.lines[0].get_ydata()[-1] == pytest.approx(193.74, abs=0.01)
+    top = kr.exact(kr.scenes.cusps)
+    limits = np.degrees([top.least_nutation, top.greatest_nutation])
+    angles = nutation.lines[0].get_ydata()
+    assert [angles.min(), angles.max()] == pytest.approx(limits, abs=0.05)
+    assert (np.diff(np.sign(np.diff(angles))) < 0).sum() == round(10 / top.period)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        kr.exact(kr.scenes.thesis, map="bobenko_suris", step=0.01)([0, 1000, 2500]),
+        kr.solve(kr.scenes.cusps, [0.0, 1e6]),
+    ],
+)
+def test_states_are_not_joined_where_the_motion_cannot_be_drawn(path):
+    for chart in kr.plot(path)[1:]:
+        lines = [line for line in chart.lines if len(line.get_xdata()) == len(path)]
+        assert {line.get_linestyle() for line in lines} <= {"None", "--"}
+        assert any(np.array_equal(line.get_xdata(), path.t) for line in lines)
 
 
 def test_the_trace_is_the_projection_of_the_apex():
@@ -96,7 +160,7 @@ def test_the_trace_is_the_projection_of_the_apex():
     ],
 )
 def test_limits_of_nutation_are_drawn_if_they_exist(scene, title, lines):
-    sphere, nutation, _ = kr.solve(scene, np.linspace(0, 3, 50), method="taylor").plot()
+    sphere, nutation, _ = kr.solve(scene, np.linspace(0, 3, 301), method="taylor").plot()
     assert sphere.get_title() == title and len(nutation.lines) == lines
     low, high = nutation.get_ylim()
     assert high - low > 1e-3, "the axis of a steady motion must not magnify rounding errors"
@@ -176,7 +240,9 @@ def test_invalid_drawings_are_refused():
 
 
 def test_the_wanted_quantities_suffice_for_a_plot():
-    path = kr.solve(GENERAL, [0.0, 1.0], want=("apex", "nutation", "precession_angle"))
+    path = kr.solve(
+        GENERAL, np.linspace(0.0, 1.0, 99), want=("apex", "nutation", "precession_angle")
+    )
     y = kr.plot(path, degrees=False)[1].lines[0].get_ydata()
     assert np.array_equal(y, path.nutation)
 

@@ -13,7 +13,7 @@ from .difference import compute_angle_between_paths
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .._plot.charts import FigureAxes
+    from .._plot.charts import AngleBetweenPaths, FigureAxes
 
 MOST = 8
 
@@ -47,6 +47,10 @@ def plot(
     interrupted where the angle jumps because the apex passes close to the vertical. The figure is
     not registered with pyplot; to save it, call `kr.plot(path).figure.savefig("top.png")`.
 
+    If the states are sparser than the motion, the motion between them is computed by calling
+    `path(t)`, and the states are marked. Only the states are drawn if the path cannot be evaluated
+    between them, as for a kreisel.ExactMap, or if the motion has hundreds of turns.
+
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
         >>> sphere, nutation, precession = kr.plot(path, time_unit="s")
@@ -68,8 +72,18 @@ def plot(
     from .._plot.charts import plot_paths
 
     paths_with_events = [(one, one.events.path if len(one.events) else None) for one in paths]
-    pair = partial(compute_angle_between_paths, *paths) if len(paths) == 2 else None
+    pair = partial(_compute_angle_between_motions, *paths) if len(paths) == 2 else None
     return plot_paths(paths_with_events, axes, degrees, time_unit, pair)
+
+
+def _compute_angle_between_motions(a: Path, b: Path) -> AngleBetweenPaths:
+    """Return the angle between two paths at the times at which their motions are drawn."""
+    from .._plot.dense_motion import evaluate_densely
+
+    lines = [evaluate_densely(path).line for path in (a, b)]
+    if any(line is None for line in lines):
+        return compute_angle_between_paths(a, b)
+    return compute_angle_between_paths(*cast(list[Path], lines))
 
 
 def _validate_plot_paths_and_axes(

@@ -17,6 +17,7 @@ from .._utils.atomic_io import atomic_write
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, ReadOnlyArrays, as_int, freeze_arrays
 from .aliasing import describe_alternative_spin
+from .fit_model import predict_measurements_densely
 from .fit_path import solve_fitted_motion
 from .identifiability import describe_undetermined_directions
 from .noise import describe_uncertain_sigmas
@@ -138,9 +139,12 @@ class Fit(ReadOnlyArrays):
             delay = self._point.instruments.get(("delay", i, ""))
             times.append(record.t if delay is None else record.t - delay[0])
         t = np.unique(np.concatenate(times))
-        if self._pieces:
-            return solve_fitted_motion(self._parameters, self._pieces, t)
-        return solve_fitted_motion(self._parameters, ((0.0, self._point),), t)
+        return solve_fitted_motion(self._parameters, self._motion_pieces, t)
+
+    @property
+    def _motion_pieces(self) -> tuple[tuple[float, FitPoint], ...]:
+        """The initial times of the pieces of the motion, and their parameters."""
+        return self._pieces or ((0.0, self._point),)
 
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
         """Return the value of a function of the fitted scene, and its standard deviation.
@@ -204,8 +208,12 @@ class Fit(ReadOnlyArrays):
         """Plot measurements, fitted motion and residuals with matplotlib, and return the axes.
 
         For each quantity, one chart shows the measurements and the fitted motion, and another chart
-        shows the residuals. `fit.plot().figure.savefig("fit.png")` writes a file. Raises
-        ImportError if matplotlib is not installed.
+        shows the residuals. The line of the motion is computed between the measurements as well. If
+        the motion has hundreds of turns, black dots show it at the times of the measurements. For
+        attitudes, only the measurements are drawn. To save the figure to a file, call
+        `fit.plot().figure.savefig("fit.png")`.
+
+        Raises ImportError if matplotlib is not installed.
         """
         from .._plot.fit_charts import plot_fit_panels
 
@@ -255,23 +263,26 @@ class Fit(ReadOnlyArrays):
 
 
 class _SeriesChartData(NamedTuple):
-    """The measurements and residuals of one quantity, for a chart."""
+    """The measurements, residuals and fitted motion of one quantity, for a chart."""
 
     name: str
     t: Array
     values: Array
     residuals: Array
     sigma: Array
+    motion: tuple[Array, Array] | None
 
 
 def _yield_series_chart_data(fit: Fit) -> Iterator[_SeriesChartData]:
+    motions = predict_measurements_densely(fit._parameters, fit._motion_pieces, fit.records)
     for i, record in enumerate(fit.records):
         for series in record.series:
             values = np.where(series.measured, series.values / series.unit, np.nan)
             residuals = fit.residuals[i][series.name]
             residual_rows = residuals.reshape(len(record.t), series.residuals_per_row)
             sigma = np.asarray(fit.sigma[i][series.name])
-            yield _SeriesChartData(series.name, record.t, values, residual_rows, sigma)
+            motion = motions[i].get(series.name)
+            yield _SeriesChartData(series.name, record.t, values, residual_rows, sigma, motion)
 
 
 def _convert_to_float_array(value: ArrayLike) -> Array:

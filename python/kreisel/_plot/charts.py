@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ from .._model.turning_points import TurningPoints, compute_turning_points
 from .._utils.html import render_figure_as_png
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_bool, as_unit_name, short_repr
+from .dense_motion import DrawnMotion, PlottablePath, evaluate_densely
 from .panels import apply_chart_style, format_time_axis_label
 from .solids import (
     BLUE,
@@ -28,23 +29,6 @@ with optional_dependency("'kreisel[plot]'"):
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
-
-
-class PlottablePath(Protocol):
-    """A path that can be plotted."""
-
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def method(self) -> str: ...
-    @property
-    def t(self) -> Array: ...
-    @property
-    def apex(self) -> Array: ...
-    @property
-    def nutation(self) -> Array: ...
-    @property
-    def precession_angle(self) -> Array: ...
 
 
 class AngleBetweenPaths(NamedTuple):
@@ -170,25 +154,22 @@ def _draw_path_panels(
     unit, sign = angle
     limits = _turning_points_or_none(path.scene)
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
-    draw_apex_trace(sphere, path.apex, limits=heights)
+    drawn = evaluate_densely(path)
+    shown = path[:1] if drawn.line is None else drawn.line
+    draw_apex_trace(sphere, shown.apex, limits=heights)
     motion = path.scene.body.kind if limits is None else str(limits.motion_type[0])
     method = "closed form" if path.method == "exact" else path.method
     sphere.set_title(f"{motion} ({method})", fontsize=10)
-    nutation_axes.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)
+    _draw_angles_over_time(nutation_axes, precession_axes, drawn.line, unit)
     for height in [] if limits is None else [limits.least[0], limits.greatest[0]]:
         nutation_axes.axhline(
             unit * float(height), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1
         )
-    precession = np.unwrap(path.precession_angle)
-    precession_axes.plot(
-        *_insert_gaps_at_jumps(path.t, unit * precession, _find_precession_jumps(precession)),
-        color=BLUE,
-        linewidth=1.2,
-    )
-    has_events = events is not None and len(events.t) > 0
-    if events is not None and has_events:
-        _draw_dots_at_events(axes, path.t, precession, events, unit)
-    _draw_legend(sphere, bool(heights), has_events)
+    if drawn.has_marks:
+        _draw_dots(axes, path, drawn.line, unit, BLUE, 3.0)
+    if events is not None:
+        _draw_dots(axes, events, drawn.line, unit, ORANGE, 4.0)
+    _draw_legend(sphere, bool(heights), events is not None, drawn)
     nutation_axes.set_ylabel(f"nutation [{sign}]")
     precession_axes.set(xlabel=time, ylabel=f"precession [{sign}]")
     _widen_narrow_axis(nutation_axes, unit)
@@ -199,18 +180,38 @@ def _draw_path_panels(
         apply_chart_style(chart)
 
 
-def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
+def _draw_angles_over_time(
+    nutation_axes: Axes, precession_axes: Axes, line: PlottablePath | None, unit: float
+) -> None:
+    if line is None:
+        return
+    nutation_axes.plot(line.t, unit * line.nutation, color=BLUE, linewidth=1.2)
+    precession = np.unwrap(line.precession_angle)
+    precession_axes.plot(
+        *_insert_gaps_at_jumps(line.t, unit * precession, _find_precession_jumps(precession)),
+        color=BLUE,
+        linewidth=1.2,
+    )
+
+
+def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool, drawn: DrawnMotion) -> None:
     """Draw a legend below a sphere that explains its dots and dashed lines."""
     ink = matplotlib.rcParams["text.color"]
-    marks = [Line2D([], [], color=ink, marker="o", markersize=4, linestyle="", label="start")]
+    dots = [("start", ink, 4.0)]
+    if drawn.has_marks:
+        dots.append(
+            ("states" if drawn.line is not None else "states (motion not drawn)", BLUE, 3.0)
+        )
+    if has_events:
+        dots.append(("events", ORANGE, 4.0))
+    marks = [
+        Line2D([], [], color=colour, marker="o", markersize=size, linestyle="", label=label)
+        for label, colour, size in dots
+    ]
     if has_limits:
         marks.append(Line2D([], [], color=ORANGE, linewidth=0.9, linestyle="--", label="limits"))
-    if has_events:
-        marks.append(
-            Line2D([], [], color=ORANGE, marker="o", markersize=4, linestyle="", label="events")
-        )
     sphere.legend(
-        handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=3, fontsize=7.5,
+        handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=4, fontsize=7.5,
         frameon=False, borderpad=0.0, handlelength=1.5, columnspacing=1.2,
     )  # fmt: skip
 
@@ -253,22 +254,27 @@ def _insert_gaps_at_jumps(
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
-def _draw_dots_at_events(
-    axes: Sequence[Axes], t: Array, precession: Array, events: PlottablePath, unit: float
+def _draw_dots(
+    axes: Sequence[Axes],
+    states: PlottablePath,
+    line: PlottablePath | None,
+    unit: float,
+    colour: str,
+    size: float,
 ) -> None:
-    """Mark the events of a path by dots in all charts, except on the far side of the sphere."""
-    sphere, nutation_axes, precession_axes = axes
-
-    def draw_event_dots(chart: Axes, x: Array, y: Array) -> None:
-        chart.plot(x, y, "o", color=ORANGE, markersize=4.0, zorder=4)
-
-    x, y, depth = project_to_view(events.apex)
-    draw_event_dots(sphere, x[depth > 0.0], y[depth > 0.0])
-    draw_event_dots(nutation_axes, events.t, unit * events.nutation)
-    order = np.argsort(t)
-    draw_event_dots(
-        precession_axes, events.t, unit * np.interp(events.t, t[order], precession[order])
-    )
+    """Mark states by dots in all charts, on the line, except on the far side of the sphere."""
+    x, y, depth = project_to_view(states.apex)
+    precession = states.precession_angle
+    if line is not None:
+        order = np.argsort(line.t)
+        precession = np.interp(states.t, line.t[order], np.unwrap(line.precession_angle)[order])
+    points = [
+        (x[depth > 0.0], y[depth > 0.0]),
+        (states.t, unit * states.nutation),
+        (states.t, unit * precession),
+    ]
+    for chart, (across, up) in zip(axes, points, strict=True):
+        chart.plot(across, up, "o", color=colour, markersize=size, zorder=4)
 
 
 def _turning_points_or_none(scene: Scene) -> TurningPoints | None:

@@ -24,6 +24,7 @@ from .._utils.atomic_io import atomic_write, check_file_is_writable
 from .._utils.errors import make_frozen_class_decorator
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_int, as_positive, as_unit_name
+from .dense_motion import MOST_POINTS, POINTS_PER_TURN, compute_duration_of_turn
 from .solids import (
     CREAM,
     FAINT,
@@ -42,8 +43,8 @@ with optional_dependency("'kreisel[plot]'"):
     from matplotlib.figure import Figure
     from PIL import Image
 
-MOST_POINTS = 2**28  # largest number of pixels of all frames; a GIF needs a byte of memory for each
-BETWEEN = 8  # points of the trace per frame
+MOST_PIXELS = 2**28  # largest number of pixels of all frames; a GIF needs a byte of memory for each
+BETWEEN = 8  # fewest points of the trace per frame
 SECONDS = 8.0
 _DPI = 100
 _MOST_COLOURS = 128  # of a GIF
@@ -82,6 +83,8 @@ class Film:
     _apex: Array
     _size: int
     _time_unit: str | None
+    _between: int  # points of _apex per frame
+    _is_joined: bool  # False: the points are too far apart to be joined by a line
 
     def __init__(
         self,
@@ -92,9 +95,11 @@ class Film:
         fps: int,
         size: int,
         time_unit: str | None = None,
+        is_joined: bool = True,
     ) -> None:
         self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
-        self.__dict__.update(_time_unit=time_unit)
+        self.__dict__.update(_time_unit=time_unit, _is_joined=is_joined)
+        self.__dict__["_between"] = (len(apex) - 1) // (len(t) - 1)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -126,8 +131,9 @@ class Film:
         floor = _find_floor_height(quads, self._q, self._apex)
         set_equal_scale_and_hide_frame(axes)
         draw_floor_sphere_and_stand(axes, floor)
-        (back_trace,) = axes.plot([], [], color=RED, linewidth=0.7, alpha=0.45)
-        (trace,) = axes.plot([], [], color=RED, linewidth=1.2, alpha=0.85, zorder=3)
+        style = "-" if self._is_joined else ","
+        (back_trace,) = axes.plot([], [], style, color=RED, linewidth=0.7, alpha=0.45)
+        (trace,) = axes.plot([], [], style, color=RED, linewidth=1.2, alpha=0.85, zorder=3)
         (needle,) = axes.plot([], [], color=STEEL, linewidth=2.0)
         (tip,) = axes.plot([], [], "o", color=RED, markersize=4)
         (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
@@ -137,10 +143,10 @@ class Film:
             quads @ _rotation_matrix(self._q[0]).T, self._apex[0]
         )
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
-            span = slice(0, i * BETWEEN + 1)
+            index = i * self._between
+            span = slice(0, index + 1)
             back_trace.set_data(x[span], np.where(depth[span] <= 0.0, y[span], np.nan))
             trace.set_data(x[span], np.where(depth[span] > 0.0, y[span], np.nan))
-            index = i * BETWEEN
             needle.set_data([end * x[index], x[index]], [end * y[index], y[index]])
             tip.set_data([x[index]], [y[index]])
             if begin > 0.0:
@@ -192,10 +198,13 @@ def make_film(
     begin, end = _get_first_and_last_time(path.t)
     pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
     steps = _count_steps_between_frames(abs(end - begin) * rate, pace, wide)
-    t = np.linspace(begin, end, steps * BETWEEN + 1)
+    turns = abs(end - begin) / compute_duration_of_turn(path.scene)
+    is_joined = turns * POINTS_PER_TURN <= MOST_POINTS
+    between = max(BETWEEN, math.ceil(turns * POINTS_PER_TURN / steps) if is_joined else 0)
+    t = np.linspace(begin, end, steps * between + 1)
     states = path(t)
     q, apex = _rotate_lean_to_side(states.q, states.apex)
-    film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide, unit)
+    film = Film(path.scene.body, t[::between], q[::between], apex, rate, wide, unit, is_joined)
     if file is not None and make is not None:
         atomic_write(file, make(film))
     return film
@@ -264,12 +273,12 @@ def _count_steps_between_frames(length: float, speed: float, size: int) -> int:
 
     Raises ValueError if all frames together have too many pixels.
     """
-    frames, most = max(length / speed + 1.0, 2.0), MOST_POINTS // size**2
-    if frames <= MOST_POINTS and round(frames) <= most:
+    frames, most = max(length / speed + 1.0, 2.0), MOST_PIXELS // size**2
+    if frames <= MOST_PIXELS and round(frames) <= most:
         return round(frames) - 1
     problem = f"{frames:.7g} frames of {size} x {size} pixels are too many"
     if most < 2:
-        raise ValueError(f"{problem}: the size must be at most {math.isqrt(MOST_POINTS // 2)}")
+        raise ValueError(f"{problem}: the size must be at most {math.isqrt(MOST_PIXELS // 2)}")
     slowest = Decimal(length / (most - 1))
     digits = Decimal((0, (1,), slowest.adjusted() - 2))
     raise ValueError(

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
 from .charts import FigureAxes
+from .panels import format_time_axis_label
 from .solids import BLUE, ORANGE
 
 if TYPE_CHECKING:
@@ -25,7 +24,8 @@ class PlottableFitSeries(Protocol):
     """The measurements of one quantity, and the residuals of the fit.
 
     values and residuals have the shapes (n, j) and (n, k), where j > k for attitudes, and are NaN
-    where nothing was measured. sigma broadcasts to the residuals.
+    where nothing was measured. sigma broadcasts to the residuals. motion has times and values of
+    the fitted motion that a line joins, or is None.
     """
 
     @property
@@ -38,6 +38,8 @@ class PlottableFitSeries(Protocol):
     def residuals(self) -> Array: ...
     @property
     def sigma(self) -> Array: ...
+    @property
+    def motion(self) -> tuple[Array, Array] | None: ...
 
 
 def plot_fit_panels(panels: list[PlottableFitSeries]) -> FigureAxes:
@@ -50,14 +52,15 @@ def plot_fit_panels(panels: list[PlottableFitSeries]) -> FigureAxes:
             for k in range(columns.shape[1]):
                 colour = _COLOURS[k % len(_COLOURS)]
                 chart.plot(panel.t, columns[:, k], ".", ms=3, color=colour)
-        if panel.values.shape == panel.residuals.shape:
-            fitted = panel.values + panel.residuals * panel.sigma
-            for k in range(fitted.shape[1]):
-                is_finite = np.isfinite(fitted[:, k])
-                upper.plot(panel.t[is_finite], fitted[is_finite, k], color="black", lw=0.8)
+        if panel.motion is not None:
+            t, motion = panel.motion
+            for k in range(motion.shape[1]):
+                upper.plot(t, motion[:, k], color="black", lw=0.8)
+        elif panel.values.shape == panel.residuals.shape:
+            upper.plot(panel.t, panel.values + panel.residuals * panel.sigma, "k.", ms=1.5)
         upper.set_title(panel.name)
         lower.axhline(0.0, color="black", lw=0.8)
-        lower.set_xlabel("t")
+        lower.set_xlabel(format_time_axis_label("T"))
         lower.set_ylabel("residual [sigma]")
         axes += [upper, lower]
     return FigureAxes(axes)

@@ -366,9 +366,10 @@ class Path(ReadOnlyArrays, TableExportMethods):
             <Film: 41 frames, 5 a second, t = 0 .. 2>
 
         The frames are evenly spaced in time, regardless of the times of the path. The states in the
-        frames are computed by calling `path(t)`, which may raise exceptions. Raises ValueError for
-        a path without duration, an unknown suffix, or more than 2**28 pixels in total. Raises
-        OSError if the file cannot be written.
+        frames are computed by calling `path(t)`, which may raise exceptions. The trace contains the
+        motion between the frames or, if it has hundreds of turns, separate points. Raises
+        ValueError for a path without duration, an unknown suffix, or more than 2**28 pixels in
+        total. Raises OSError if the file cannot be written.
         """
         from .._plot.film import make_film
 
