@@ -34,7 +34,7 @@ suppress_warnings = [
 default_role = "literal"
 nitpicky = True
 smartquotes = False  # quoted words are often input to be typed
-exclude_patterns = ["examples/*", "making/*", "sizes.md"]  # embedding.md includes sizes.md
+exclude_patterns = ["examples/*", "making/*"]
 
 html_theme = "furo"
 html_title = f"kreisel {release}"

@@ -4,20 +4,16 @@ import gc
 
 # Files with long tests or fixtures. They run first, so that no process ends long after the others.
 SLOW = (
-    "test_recipes",
+    "test_gil",
     "test_amalgamation",
     "test_embedding_examples",
     "test_embedding",
-    "test_sizes",
     "test_build_options",
     "test_thesis",
     "test_report",
     "test_site_pages",
     "test_style",
     "test_typing",
-    "test_mutate",
-    "test_parts",
-    "test_page_recipes",
 )
 
 

@@ -128,6 +128,8 @@ def test_a_static_program_links_only_the_method_it_uses(tmp_path):
     methods = {name for name in names if re.match("kr_method_(?!applies|suits)", name)}
     assert methods == {"kr_method_strang"}
     assert not [name for name in names if re.match("kr_(exact|taylor|kernel|lanes|worker)", name)]
+    text, data, *_ = run("size", tmp_path / "program").splitlines()[1].split()
+    assert int(text) + int(data) < 80_000
 
 
 def torus_names(names):

@@ -4,10 +4,12 @@ import os
 from dataclasses import replace
 from io import StringIO
 
+import kreisel as kr
 import pytest
 from rich.console import Console
 
 from validation.competitors import timing
+from validation.competitors.method_families import group_methods
 from validation.parts import fastest, scene_runs
 from validation.parts.budget import BUDGETS, Task, run_tasks
 from validation.parts.result_cache import ResultStore, write_atomic
@@ -108,3 +110,10 @@ def test_files_are_written_atomically(tmp_path, monkeypatch, call):
     assert file.read_text() == "old" and os.listdir(tmp_path) == ["index.html"]
     write_atomic(file, "new\r\n")
     assert file.read_bytes() == b"new\r\n"
+
+
+def test_every_method_is_in_one_family_or_a_peer():
+    families = group_methods().values()
+    peers = next(iter(families))[1]
+    places = [name for own, _ in families for name in own]
+    assert sorted(places + [name for name in peers if name in kr.methods]) == sorted(kr.methods)

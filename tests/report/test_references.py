@@ -7,6 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from validation.benchmarks import agreement
 from validation.competitors import single_runs
 from validation.references import multiprecision, radau, reference
 from validation.references.problems import (
@@ -184,3 +185,8 @@ def test_attitude_error_is_an_angle_to_the_last_digit():
         q = [mp.cos(angle / 2), 0, mp.sin(angle / 2), 0]
         assert attitude_error(list(map(float, q)), [1, 0, 0, 0]) == pytest.approx(angle, rel=1e-14)
     assert attitude_error([-1, 0, 0, 0], [1, 0, 0, 0]) == 0
+
+
+def test_every_function_agrees_with_20_digits_on_random_tops(capsys):
+    assert agreement.main(["--tops", "120", "--seed", "8"]) == 0
+    assert capsys.readouterr().out.endswith("\n0 disagreements\n")

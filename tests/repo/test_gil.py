@@ -1,0 +1,42 @@
+"""A test that the extension counts references only while it holds the GIL."""
+
+import shlex
+import shutil
+import sys
+import sysconfig
+
+from toolbox import CSRC, ROOT, install_library, need, run
+
+FILES = ("ensemble_laws", "ensemble_results", "sections", "interruption", "exact")
+# Tests of arithmetic, and of other processes, which import the installed package.
+LEFT_OUT = ("taylor_errors", "process_pools", "ctrl_c_stops")
+# Makes Python import the package in the folder that its first argument names.
+PROGRAM = """
+import sys
+sys.meta_path = [f for f in sys.meta_path if 'Scikit' not in type(f).__name__]
+sys.path.insert(0, sys.argv[1])
+import kreisel, pytest
+assert kreisel.__file__.startswith(sys.argv[1])
+sys.exit(pytest.main(sys.argv[2:]))
+"""
+
+
+def test_references_are_counted_only_with_the_gil(tmp_path):
+    """Run tests of threads with an extension in which pybind11 checks that the GIL is held."""
+    need("cmake", "gcc", "g++")
+    without_binaries = shutil.ignore_patterns("*.so", "__pycache__")
+    package = shutil.copytree(
+        ROOT / "python/kreisel", tmp_path / "kreisel", ignore=without_binaries
+    )
+    whole = tmp_path / "whole.cpp"  # one file, because the headers of pybind11 compile slowly
+    sources = sorted((ROOT / "python").glob("_*.cpp"))
+    whole.write_text("".join(f'#include "{file}"\n' for file in sources))
+    extension = package / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}"
+    flags = shlex.split(run(sys.executable, "-m", "pybind11", "--includes"))
+    flags += [f"-I{CSRC}", "-std=c++17", "-O0", "-fPIC", "-fvisibility=hidden", "-shared"]
+    library = install_library() / "lib/libkreisel.a"
+    run("g++", *flags, whole, library, "-o", extension)
+    assert b"PyGILState_Check" in extension.read_bytes()
+    words = ["-q", "-x", "-p", "no:cacheprovider", "-k", "not " + " and not ".join(LEFT_OUT)]
+    files = [ROOT / f"tests/python/test_{name}.py" for name in FILES]
+    run(sys.executable, "-c", PROGRAM, tmp_path, *words, *files)
