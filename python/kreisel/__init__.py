@@ -12,6 +12,8 @@ consistent set of units can be used; dimensions are given in terms of mass, leng
 See also kreisel.conventions(), kreisel.methods and kreisel.scenes.
 """
 
+import sys
+
 from . import events, quaternion, scenes
 from ._analysis.apex import Apex, Nutation, apex
 from ._analysis.compare import CompareInterrupted, Row, Table, compare
@@ -54,6 +56,7 @@ from ._solve.stream import stream
 from ._sweep.source import Source
 from ._sweep.sweep import SweepInterrupted, sweep
 from ._sweep.sweep_result import SweepResult, read_sweep
+from ._utils.name_hints import explain_public_names
 from ._utils.quantity_attributes import MethodName, QuantityName
 from ._view import View, view
 from .events import Event
@@ -133,3 +136,7 @@ __all__ = [
     "sweep",
     "view",
 ]
+
+for _module in (events, quaternion, scenes):
+    explain_public_names(_module)
+explain_public_names(sys.modules[__name__], (Bodies, Ensemble, Record))

@@ -407,4 +407,5 @@ def test_the_command_refuses_invalid_arguments(files, words, message):
 
 
 def test_the_command_refuses_a_missing_file(files):
-    assert "No such file" in call(f"fit {files / 'none.csv'} {files / 'top.toml'}", code=2)
+    message = call(f"fit {files / 'none.csv'} {files / 'top.toml'}", code=2)
+    assert message.startswith("Error: No such file") and "none.csv" in message

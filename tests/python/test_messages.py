@@ -1,5 +1,8 @@
 """Tests that error messages name the argument and suggest a fix."""
 
+import inspect
+import pickle
+import re
 from types import SimpleNamespace
 
 import kreisel as kr
@@ -238,3 +241,84 @@ def test_errors_without_a_cause_name_the_member():
     source, common = kr.Source.grid(GENERAL, gravity=[1.0, 2.0, 3.0]), ValueError("not together")
     error = source._find_error_of_first_invalid_top(raise_for_several, np.arange(3), common)
     assert error is common
+
+
+# Hints about keyword arguments and attributes
+
+PATH = kr.solve(GENERAL, 1)
+RUN = kr.start(GENERAL)
+KEYWORDS = [
+    (kr.solve, (GENERAL, 10), "rtol", "use tol"),
+    (kr.solve, (GENERAL,), "t_span", "t gives the times"),
+    (kr.solve, (GENERAL, 10), "dt", "step"),
+    (kr.solve, (GENERAL, 10), "degrees", "radians"),
+    (kr.stream, (GENERAL, [1.0]), "chunks", "'chunk'"),
+    (kr.exact, (LAGRANGE,), "steps", "'step'"),
+    (kr.start, (GENERAL,), "event", "'events'"),
+    (kr.fit, (GENERAL, []), "lose", "'loss'"),
+    (kr.megno, (GENERAL, 1), "thread", "'threads'"),
+    (kr.Scene, (LAGRANGE.body,), "momentm", "'momentum'"),
+    (kr.Scene.spinning, (LAGRANGE.body,), "degree", "'degrees'"),
+    (kr.Body, (1.0,), "inertia_about_con", "'inertia_about_com'"),
+    (kr.Body.cuboid, (), "halves", "'half'"),
+    (kr.Body.cuboid, (), "size", "half, pivot"),
+    (kr.Bodies.cuboid, (), "masses", "'mass'"),
+    (kr.Ensemble, (LAGRANGE.body,), "gravty", "'gravity'"),
+    (kr.Record, ([0.0], {}), "sgma", "'sigma'"),
+    (kr.Record.from_csv, ("none.csv",), "column", "'columns'"),
+    (kr.events.nutation, (), "directon", "'direction'"),
+    (GENERAL.replace, (), "gravty", "'gravity'"),
+    (GENERAL.vary, (), "gravty", "'gravity'"),
+    (PATH.to_pandas, (), "degree", "'degrees'"),
+    (PATH.plot, (), "time_units", "'time_unit'"),
+    (RUN.change, (), "gravty", "'gravity'"),
+]
+
+
+@pytest.mark.parametrize("function, arguments, word, hint", KEYWORDS)
+def test_unknown_keywords_are_answered_by_a_hint(function, arguments, word, hint):
+    with pytest.raises(TypeError, match=re.escape(hint)) as refusal:
+        function(*arguments, **{word: 1})
+    assert word in str(refusal.value) and "__" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "thing, name, hint",
+    [
+        (kr, "simulate", "'solve'"),
+        (kr, "frequences", "'frequencies'"),
+        (kr.scenes, "kovalevskaya", "'kowalewski'"),
+        (kr.events, "max_nutation", "'nutation'"),
+        (kr.quaternion, "multipy", "'multiply'"),
+        (kr.Body, "box", "'cuboid'"),
+        (kr.Bodies, "cilinder", "'cylinder'"),
+        (kr.Scene, "spining", "'spinning'"),
+        (PATH, "quaternion", "'q'"),
+        (PATH, "position", "'apex'"),
+        (PATH, "times", "'t'"),
+        (PATH, "to_dataframe", "'to_pandas'"),
+    ],
+)
+def test_unknown_attributes_are_answered_by_a_hint(thing, name, hint):
+    with pytest.raises(AttributeError, match=f"{name}.*{hint}"):
+        getattr(thing, name)
+    assert not hasattr(thing, "_private") and not hasattr(thing, "__dunder__")
+
+
+def test_missing_arguments_are_named_without_inner_classes():
+    for call in kr.Scene, kr.Body, kr.Body.cuboid, kr.Bodies.cuboid, kr.Record, kr.exact:
+        with pytest.raises(TypeError, match=r"^(Body\.|Bodies\.)?\w+\(\) missing"):
+            call()
+    with pytest.raises(ValueError, match=r"Rotation\.from_matrix"):
+        kr.Scene(LAGRANGE.body, (1, 2, 3), np.eye(3))
+
+
+def test_functions_with_hints_keep_signatures_and_can_be_pickled():
+    for function in kr.solve, kr.exact, kr.megno, kr.events.nutation, kr.Body.cuboid, kr.Scene:
+        assert pickle.loads(pickle.dumps(function)) == function
+    assert [*inspect.signature(kr.solve).parameters][:3] == ["scene", "t", "method"]
+    assert inspect.signature(kr.solve).parameters["t"].default is inspect.Parameter.empty
+    assert [*inspect.signature(kr.exact).parameters] == ["scene", "map", "step"]
+    for function in kr.solve, kr.Scene, kr.Body, kr.exact, kr.Body.cuboid:
+        kinds = {one.kind for one in inspect.signature(function).parameters.values()}
+        assert inspect.Parameter.VAR_KEYWORD not in kinds

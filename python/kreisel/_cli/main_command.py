@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import sys
 import warnings
@@ -68,6 +69,7 @@ def print_errors_on_one_line() -> Iterator[None]:
     else:
         return
     drop_unwritable_stdout()
+    message = re.sub(r"\[Errno \d+\] ", "", message)
     click.echo(f"Error: {message}", err=True)
     raise click.exceptions.Exit(code)
 

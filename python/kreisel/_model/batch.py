@@ -10,6 +10,7 @@ from typing import Any, Generic, Self, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
+from .._utils.name_hints import HintingType
 from .._utils.validation import freeze_array, short_repr
 from .broadcasting import (
     BatchParameter,
@@ -26,7 +27,7 @@ _M = TypeVar("_M")
 _PLACEHOLDER = np.False_  # represents each member where only shapes matter
 
 
-class BatchBase(Generic[_M]):
+class BatchBase(Generic[_M], metaclass=HintingType):
     """Base class of ensembles and arrays of bodies, which store their parameters as arrays.
 
     Each parameter is stored in an array; its first dimensions are those of the batch, and its last

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
 from struct import unpack
-from typing import TYPE_CHECKING, Self, cast
+from typing import TYPE_CHECKING, Self, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
 from .._utils.errors import make_exception_from_status, make_frozen_class_decorator, warn_user
+from .._utils.name_hints import NoKeywords, has_unknown_keywords, refuse_unknown_keywords
 from .._utils.validation import (
     Array,
     Quaternion,
@@ -93,6 +94,7 @@ class Body(ShapeConstructors[float, float | Vector]):
     # the rotor along the principal axes
     _block: bytes = field(init=False, compare=False)
 
+    @has_unknown_keywords("Body")
     def __init__(
         self,
         mass: float,
@@ -103,7 +105,10 @@ class Body(ShapeConstructors[float, float | Vector]):
         inertia_rtol: float = 0.0,
         unphysical: bool = False,
         rotor: ArrayLike = (0.0, 0.0, 0.0),
+        **unknown: Unpack[NoKeywords],
     ) -> None:
+        if unknown:
+            refuse_unknown_keywords(Body.__init__, unknown)
         if com is None:
             raise TypeError("com is missing: give the centre of mass relative to the fixed point")
         if inertia is None or inertia_about_com is not None:

@@ -16,6 +16,12 @@ from numpy.typing import ArrayLike
 from .._core import scene_horizon
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import make_frozen_class_decorator
+from .._utils.name_hints import (
+    HintingType,
+    NoKeywords,
+    has_unknown_keywords,
+    refuse_unknown_keywords,
+)
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, validate_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
@@ -48,7 +54,7 @@ if TYPE_CHECKING:
 
 @make_frozen_class_decorator("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
-class Scene:
+class Scene(metaclass=HintingType):
     """A rigid body in its environment, and its state at t = 0.
 
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
@@ -89,6 +95,7 @@ class Scene:
     # bytes of a kr_scene: body, gravity, t, q, m, damping, turning, shaking, friction
     _block: bytes = field(init=False, repr=False, compare=False)
 
+    @has_unknown_keywords("Scene")
     def __init__(
         self,
         body: Body,
@@ -104,7 +111,10 @@ class Scene:
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
         friction: float | None = None,
+        **unknown: Unpack[NoKeywords],
     ) -> None:
+        if unknown:
+            refuse_unknown_keywords(Scene.__init__, unknown)
         validate_type("body", body, Body)
         arguments = {} if momentum is None else {"momentum": momentum}
         if velocity is not None:

@@ -7,6 +7,7 @@ from typing import Any, Generic, Self, TypeVar, cast
 
 from numpy.typing import ArrayLike
 
+from .._utils.name_hints import HintingType
 from .._utils.validation import as_bool
 from . import shapes
 
@@ -16,7 +17,7 @@ Size = TypeVar("Size")  # the type of a validated number or vector
 ShapeFunction = Callable[..., shapes.ShapeMoments[Any] | shapes.CuboidMoments[Any]]
 
 
-class ShapeConstructors(Generic[Number, Size]):
+class ShapeConstructors(Generic[Number, Size], metaclass=HintingType):
     """Constructors of homogeneous bodies, shared by Body and Bodies.
 
     For Body, lengths, masses and densities are numbers, and vectors have three components. For

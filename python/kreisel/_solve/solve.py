@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from concurrent.futures import Executor
-from typing import Literal, Unpack, overload
+from typing import Literal, Unpack, cast, overload
 
 from .._model.scene import Ensemble, Scene
 from .._options.plan import GEOMETRIC
@@ -19,6 +19,7 @@ from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._results.recorder import record_path
 from .._results.requests import try_to_solve_in_core
+from .._utils.name_hints import has_unknown_keywords, refuse_unknown_keywords
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, validate_type
 from .exact import record_exact_path_with_tangents
@@ -38,6 +39,9 @@ class _EnsembleKeywords(SolveKeywords, PoolKeywords, total=False):
     tangents: TangentSpec | None
 
 
+_NO_TIMES = cast(Numbers, None)  # refused like None, but after unknown keywords
+
+
 @overload
 def solve(
     scene: Scene,
@@ -54,9 +58,10 @@ def solve(
     method: MethodName | Literal["geometric"] = "auto",
     **controls: Unpack[_EnsembleKeywords],
 ) -> Paths: ...
+@has_unknown_keywords("solve", required="t")
 def solve(
     scene: Scene | Ensemble,
-    t: Numbers,
+    t: Numbers = _NO_TIMES,
     method: MethodName | Literal["geometric"] = "auto",
     *,
     step: float | None = None,
@@ -72,12 +77,13 @@ def solve(
     executor: Executor | None = None,
     out: Array | None = None,
     tangents: TangentSpec | None = None,
+    **unknown: object,
 ) -> Path | Paths:
     """Compute the motion of a top, or of every top in an ensemble, starting at t = 0.
 
     t          a list: record the states at these times, which must be monotonic and on one side of
-               0. A number: record the start and the state at t, or with `every` the states after
-               every `every` steps. Negative times: back in time [T]
+               0; (0, 10) is a list of two times. A number: record the start and the state at t, or
+               with `every` the states after every `every` steps. Negative times: back in time [T]
     method     a name in kreisel.methods; 'auto' uses exact if it applies, otherwise taylor, and
                always taylor if digits, events or tangents are given. For Kowalewski and
                Goryachev-Chaplygin tops, 'auto' uses exact only for one scene, and only if exact is
@@ -150,6 +156,8 @@ def solve(
     paths.status. The method paths.check raises kreisel.Error for the first top whose computation
     failed.
     """
+    if unknown:
+        refuse_unknown_keywords(solve, unknown)
     is_for_many = threads is not None or executor is not None or out is not None
     is_special = error is not None or events is not None or tangents is not None or is_for_many
     is_checked = is_special or every is not None or not (progress is None or callable(progress))

@@ -25,12 +25,23 @@ def make_exception_from_status(status: str, detail: str) -> Exception:
 
 
 _MAX_LENGTH = 100  # characters of an unknown name that are compared with the known names
-_SYNONYMS = {  # synonyms from textbooks
+_SYNONYMS = {  # words of textbooks and of other packages
+    "angular_momentum": "m",
+    "angular_velocity": "velocity",
     "attitude": "q",
+    "box": "cuboid",
+    "integrate": "solve",
+    "kovalevskaya": "kowalewski",
     "omega": "velocity",
+    "orientation": "q",
     "phi": "precession_angle",
+    "position": "apex",
     "psi": "spin_angle",
+    "quaternion": "q",
+    "simulate": "solve",
     "theta": "nutation",
+    "times": "t",
+    "to_dataframe": "to_pandas",
 }
 
 
@@ -44,8 +55,9 @@ def suggest_name(name: str, candidates: Iterable[str]) -> str:
     import difflib  # imported here because most programs never need it
 
     names = list(candidates)
-    word, _, axis = name.lower().replace("-", "_").partition("_")
-    word = "_".join(filter(None, (_SYNONYMS.get(word, word), axis)))
+    whole = name.lower().replace("-", "_")
+    word, _, axis = whole.partition("_")
+    word = _SYNONYMS.get(whole) or "_".join(filter(None, (_SYNONYMS.get(word, word), axis)))
     matches = difflib.get_close_matches(word[:_MAX_LENGTH], names, n=1)
     return f"did you mean {matches[0]!r}?" if matches else "known are " + ", ".join(names)
 
