@@ -57,11 +57,6 @@ def _cross(a: tuple[R, R, R], b: tuple[R, R, R]) -> tuple[R, R, R]:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-_DESCRIPTION = (
-    "4 numbers (w, x, y, z), or a rotation of SciPy such as Rotation.from_matrix or .from_euler"
-)
-
-
 def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
     """Return q v q*, the space-frame components of the vector with body-frame components `v`."""
     w, ux, uy, uz = q
@@ -115,7 +110,11 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
     if last:
         q = from_xyzw(name, given)
     else:
-        w, x, y, z = as_float_list(name, given, 4, _DESCRIPTION)
+        is_matrix = getattr(given, "shape", None) == (3, 3) or (
+            isinstance(given, list) and len(given) == 3 and isinstance(given[0], list)
+        )
+        advice = ": SciPy's Rotation.from_matrix(...) is accepted" if is_matrix else ""
+        w, x, y, z = as_float_list(name, given, 4, f"4 numbers (w, x, y, z){advice}")
         q = w, x, y, z
     norm = math.hypot(*q)
     if abs(sum(c * c for c in q) - 1.0) <= INPUT_RTOL:

@@ -309,8 +309,9 @@ def test_missing_arguments_are_named_without_inner_classes():
     for call in kr.Scene, kr.Body, kr.Body.cuboid, kr.Bodies.cuboid, kr.Record, kr.exact:
         with pytest.raises(TypeError, match=r"^(Body\.|Bodies\.)?\w+\(\) missing"):
             call()
-    with pytest.raises(ValueError, match=r"Rotation\.from_matrix"):
-        kr.Scene(LAGRANGE.body, (1, 2, 3), np.eye(3))
+    for matrix in np.eye(3), np.eye(3).tolist():
+        with pytest.raises(ValueError, match=r"Rotation\.from_matrix"):
+            kr.Scene(LAGRANGE.body, (1, 2, 3), matrix)
 
 
 def test_functions_with_hints_keep_signatures_and_can_be_pickled():
