@@ -203,7 +203,8 @@ KR_API const char *kr_kind_name(kr_kind kind);
 /* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
-/* Returns the default scene, with the cuboid studied in chapter 6 of the thesis (Bodack 2008). */
+/* Returns the default scene, with the cuboid studied in chapter 6 of the thesis (Bodack 2008) and
+ * gravity 1. */
 KR_API kr_scene kr_scene_default(void);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);

@@ -2,7 +2,7 @@
 
     import kreisel as kr
     body = kr.Body.cuboid(half=(.8, .8, 1), pivot=(0, 0, -1))
-    scene = kr.Scene(body, momentum=(.172, -1.862, 1.46))
+    scene = kr.Scene(body, momentum=(.172, -1.862, 1.46), gravity=9.81)
     path = kr.solve(scene, t=300, method="bobenko_suris", step=.01, every=10)
     path.t, path.q, path.apex, path.energy
 

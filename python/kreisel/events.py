@@ -243,7 +243,7 @@ def stopped(**more: Unpack[_More]) -> Event:
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> top = kr.Scene.spinning(body, spin=6, tilt=2, friction=0.1)
+        >>> top = kr.Scene.spinning(body, spin=6, tilt=2, friction=0.1, gravity=1)
         >>> end = kr.solve(top, 100, events=kr.events.stopped(terminal=True))
         >>> round(float(end.t[-1]), 9) == round(6 * body.moments[2] / 0.1, 9)
         True

@@ -71,11 +71,11 @@ strong_gravity = _in_principal_axes(_THESIS, (0.0, 0.0, 51.20000000000001), (5.0
 _symmetric = Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
 _tilted = (0.8**0.5, 0.2**0.5, 0.0, 0.0)  # about e1, by the angle whose cosine is 0.6
 
-sleeping = Scene(_symmetric, momentum=(0.02, 0.0, 3.0))
+sleeping = Scene(_symmetric, momentum=(0.02, 0.0, 3.0), gravity=1.0)
 # Steady precession at the rate W satisfies I1 W^2 cos(tilt) - m3 W + M g a = 0. For W = 1, the
 # momentum is m3 = 1.6 along the axis and I1 W sin(tilt) = 0.8 across it.
-steady_precession = Scene(_symmetric, body_momentum=(0.0, 0.8, 1.6), attitude=_tilted)
-cusps = Scene(_symmetric, body_momentum=(0.0, 0.0, 3.0), attitude=_tilted)
+steady_precession = Scene(_symmetric, body_momentum=(0.0, 0.8, 1.6), attitude=_tilted, gravity=1.0)
+cusps = Scene(_symmetric, body_momentum=(0.0, 0.0, 3.0), attitude=_tilted, gravity=1.0)
 dzhanibekov = Scene(
     Body.cuboid(half=(1.0, 0.6, 0.2), pivot=(0.0, 0.0, 0.0)),
     body_velocity=(0.001, 3.0, 0.0),

@@ -23,9 +23,9 @@ BODIES = [
 ]
 ENSEMBLES = [
     LAGRANGE.vary(spin=[[1.0], [2.0]], tilt=[0.0, 0.5, 1.0]),
-    kr.Ensemble(BODIES[0], momentum=np.ones((3, 1, 3)), damping=0.1),
+    kr.Ensemble(BODIES[0], momentum=np.ones((3, 1, 3)), damping=0.1, gravity=1),
     kr.Ensemble.of([TOP, FREE]),
-    kr.Ensemble(TOP.body, momentum=np.empty((0, 3))),
+    kr.Ensemble(TOP.body, momentum=np.empty((0, 3)), gravity=1),
     TOP.vary(gravity=2.0),
 ]
 LOW = kr.events.nutation(direction=1)

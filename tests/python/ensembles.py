@@ -25,7 +25,9 @@ def random_ensemble(n, seed=1):
     """Return `n` tops with random momenta. Every third top is a Lagrange top."""
     momenta = np.random.default_rng(seed).normal(size=(n, 3))
     bodies = [kr.scenes.cusps.body if i % 3 == 0 else kr.scenes.asymmetric.body for i in range(n)]
-    return kr.Ensemble.of([kr.Scene(body, m) for body, m in zip(bodies, momenta, strict=True)])
+    return kr.Ensemble.of(
+        [kr.Scene(body, m, gravity=1) for body, m in zip(bodies, momenta, strict=True)]
+    )
 
 
 def same_bits(one, other):

@@ -16,7 +16,7 @@ TIMES = 2.0 * np.pi / 32.0 * np.arange(20)  # a turn between samples is 32 radia
 
 def list_aliases(rate, free="velocity", body=BODY, records=None):
     """Return the angular velocities of the aliases, and the factor that changes a moment."""
-    scene = kr.Scene(body, body_velocity=rate)
+    scene = kr.Scene(body, body_velocity=rate, gravity=1)
     records = records or [make_record(TIMES), make_record(3.0 * TIMES)]
     parameters = FreeParameters(scene, expand_free_names(free), records)
     point = parameters.start
@@ -107,7 +107,7 @@ def test_aliases_with_free_moments_keep_the_momentum(rate, body, aliases):
     ],
 )
 def test_one_moment_is_scaled(axis, body, factor, ratio):
-    scene = kr.Scene(body, (0, 0, 1))
+    scene = kr.Scene(body, (0, 0, 1), gravity=1)
     parameters = FreeParameters(scene, ("moments",), [])
     point = replace(parameters.start, rate=np.ones(3))
     found = aliasing._rescale_moment_for_same_momentum(parameters, point, np.array(axis), factor)
@@ -120,7 +120,7 @@ def test_one_moment_is_scaled(axis, body, factor, ratio):
 
 
 def test_an_alias_is_described_by_its_speed():
-    point = FreeParameters(kr.Scene(BODY, (0, 0, 1)), ("velocity",), []).start
+    point = FreeParameters(kr.Scene(BODY, (0, 0, 1), gravity=1), ("velocity",), []).start
     one, other = (replace(point, rate=np.array(rate)) for rate in ((3.0, 0.0, 4.0), (0, 12.0, 5.0)))
     text = aliasing.describe_alternative_spin(one, other)
     assert "fewer than 4 samples per turn" in text and "velocity 13 instead of 5 fits" in text

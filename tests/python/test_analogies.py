@@ -75,7 +75,7 @@ def test_the_rod_section_follows_from_the_body():
 
 def test_an_axis_between_equal_moments_is_a_principal_axis_too():
     body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0), unphysical=True)
-    path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
+    path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5), gravity=1), 5.0, 51)
     rod = kr.rod(path)
     assert rod.frame[:, 2] == pytest.approx(path.apex, abs=1e-14)
     assert rod.lagrangian_density == pytest.approx(path.kinetic - path.potential, abs=1e-13)
@@ -115,7 +115,7 @@ def nutation_by_quadrature(scene, n=400):
     "scene",
     [
         kr.scenes.cusps,
-        kr.Scene(CUBOID, momentum=(0.172, -1.862, 8), attitude=(0.9, 0.3, -0.1, 0.3)),
+        kr.Scene(CUBOID, momentum=(0.172, -1.862, 8), attitude=(0.9, 0.3, -0.1, 0.3), gravity=1),
     ],
     ids=["cusps", "cuboid"],
 )
@@ -159,9 +159,9 @@ def test_the_precession_with_damping_or_friction_is_that_of_the_azimuth(loss):
         kr.scenes.thesis,
         kr.scenes.sleeping,
         kr.scenes.fast,
-        kr.Scene(BODY, momentum=(0.3, 0, 1.1), attitude=HANGING),
-        kr.Scene(BODY, momentum=(0.5, 0, 0)),
-        kr.Scene(BODY, momentum=(2.5, 0, 0), attitude=HANGING),
+        kr.Scene(BODY, momentum=(0.3, 0, 1.1), attitude=HANGING, gravity=1),
+        kr.Scene(BODY, momentum=(0.5, 0, 0), gravity=1),
+        kr.Scene(BODY, momentum=(2.5, 0, 0), attitude=HANGING, gravity=1),
         kr.scenes.sleeping.replace(momentum=(1e-6, 0, 3)),
     ],
     ids=["thesis", "sleeping", "fast", "hanging", "circling", "circling, hanging", "tiny"],
@@ -243,7 +243,9 @@ def test_nutation_of_a_damped_top_is_measured():
 
 def test_nutation_near_a_pole_loses_no_digits():
     """Check that small nutation angles are accurate, although the arc cosine is ill-conditioned."""
-    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), momentum=(1e-6, 0, 5))
+    scene = kr.Scene(
+        kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), momentum=(1e-6, 0, 5), gravity=1
+    )
     top = kr.exact(scene)
     nutation = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()
     assert nutation.greatest == pytest.approx(top.greatest_nutation, rel=1e-6)

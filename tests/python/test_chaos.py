@@ -34,7 +34,7 @@ def test_an_unstable_sleeping_top_falls_at_the_rate_of_the_formula():
 def test_a_free_body_leaves_its_middle_axis_at_the_rate_of_the_formula():
     for one, two, three in ((1.0, 1.6, 2.1), (0.9, 1.0, 1.8)):
         body = kr.Body(mass=1.0, inertia=(one, two, three), com=(0.0, 0.0, 0.0))
-        scene = kr.Scene(body, attitude=UP, momentum=(0.0, 1.3 * two, 0.0))
+        scene = kr.Scene(body, attitude=UP, momentum=(0.0, 1.3 * two, 0.0), gravity=1)
         rate = 1.3 * np.sqrt((three - two) * (two - one) / (one * three))
         assert abs(slope(scene, rate, 2.0 * np.pi / 1.3) - rate) <= 1e-10 * rate
 
@@ -134,11 +134,13 @@ def test_megno_separates_order_from_chaos():
         "euler": kr.Body(mass=1.0, inertia=(1.0, 1.6, 2.1), com=(0.0, 0.0, 0.0)),
     }
     for body in bodies.values():
-        indicator = kr.megno(kr.Ensemble(body, momentum=m, attitude=q), [1000.0])
+        indicator = kr.megno(kr.Ensemble(body, momentum=m, attitude=q, gravity=1), [1000.0])
         assert indicator.value.max() < 8.0 and indicator.failed.size == 0
     level = m.copy()
     level[:, 2] = 0.0
-    ensemble = kr.Ensemble(kr.scenes.goryachev_chaplygin.body, momentum=level, attitude=q)
+    ensemble = kr.Ensemble(
+        kr.scenes.goryachev_chaplygin.body, momentum=level, attitude=q, gravity=1
+    )
     assert kr.megno(ensemble, [1000.0]).value.max() < 8.0
     assert kr.megno(kr.scenes.asymmetric, [1000.0]).value > 70.0
 

@@ -191,7 +191,7 @@ def test_report_runs_the_validation_of_the_source_tree(tmp_path):
     assert (result.returncode, result.stdout) == (3, "made with ['--quick', '-h']\n")
 
 
-PRECESSING = kr.Scene.spinning(LAGRANGE.body, spin=1.0, tilt=1.0, precession=2.0)
+PRECESSING = kr.Scene.spinning(LAGRANGE.body, spin=1.0, tilt=1.0, precession=2.0, gravity=1)
 
 
 def table(text):

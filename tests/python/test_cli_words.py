@@ -204,6 +204,13 @@ def test_errors_in_a_scene_from_standard_input_name_standard_input():
     assert "standard input" in call("compare - --t 1", text="[body]\nmass = 1\n", code=2)
 
 
+def test_a_scene_without_gravity_is_refused_by_the_command_line():
+    body = "[body]\nmass = 1\ninertia = [2, 2, 1]\ncom = [0, 0, 0.5]\n"
+    told = join_lines(call("solve - --t 1", text="momentum = [0, 0, 1]\n" + body, code=2))
+    assert "gravity is required" in told and "9.81" in told
+    assert "q_w" in call("solve - --t 1", text="gravity = 9.81\nspinning = { spin = 9 }\n" + body)
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_can_be_switched_on(shell):
     result = subprocess.run(

@@ -12,7 +12,7 @@ RATIOS = {"kowalewski": 2.0, "goryachev_chaplygin": 4.0}
 def top_of(kind, moments=None, com=(1.0, 0.0, 0.0), momentum=(0.3, 1.1, 0.0), **words):
     moments = moments or (RATIOS[kind], RATIOS[kind], 1.0)
     body = kr.Body(1.0, moments, com, unphysical=True)
-    return kr.Scene(body, momentum=momentum, attitude=ATTITUDE, **words)
+    return kr.Scene(body, momentum, ATTITUDE, **{"gravity": 1, **words})
 
 
 def random_scenes(kind, n, seed=1):

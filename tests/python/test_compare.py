@@ -56,7 +56,7 @@ def test_compare_includes_all_methods_that_apply():
 
 
 def test_compare_continues_after_a_failure():
-    scene = kr.Scene(CORNER, momentum=(1e3, -2e3, 1e3))
+    scene = kr.Scene(CORNER, momentum=(1e3, -2e3, 1e3), gravity=1)
     failed_row, good_row = kr.compare(
         scene, 50, ["rk4", "strang"], steps=[1.0], truth="strang", repeats=1
     )

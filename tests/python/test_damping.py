@@ -78,12 +78,12 @@ def test_zero_damping_equals_no_damping():
 
 def test_damping_may_be_one_or_three_numbers():
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
-    one = kr.Scene(body, (0, 0, 3), damping=0.25)
+    one = kr.Scene(body, (0, 0, 3), damping=0.25, gravity=1)
     assert one.damping == (0.25, 0.25, 0.25)
-    three = kr.Scene(body, velocity=(0, 0, 6), damping=np.array([0.25, 0.25, 0.5]))
+    three = kr.Scene(body, velocity=(0, 0, 6), damping=np.array([0.25, 0.25, 0.5]), gravity=1)
     assert three.damping == (0.25, 0.25, 0.5) and three != one
     assert three.replace(momentum=(1, 0, 0)).damping == three.damping
-    assert kr.Scene(body, (0, 0, 3), attitude_xyzw=(0, 0, 0, 1), damping=0.25) == one
+    assert kr.Scene(body, (0, 0, 3), attitude_xyzw=(0, 0, 0, 1), damping=0.25, gravity=1) == one
     assert pickle.loads(pickle.dumps(three)) == three
 
 

@@ -44,7 +44,11 @@ THREE = ["moments (1.0, 1.7, 0.9)", "symmetric about the first axis", "spherical
 
 def scene_of(name):
     return kr.Scene(
-        BODIES[name], momentum=(0.3, -0.7, 1.5), attitude=(0.8, 0.6, 0, 0), damping=DAMPING
+        BODIES[name],
+        momentum=(0.3, -0.7, 1.5),
+        attitude=(0.8, 0.6, 0, 0),
+        damping=DAMPING,
+        gravity=1,
     )
 
 
@@ -168,7 +172,9 @@ def test_streams_and_resumed_runs_equal_the_path_bitwise(name):
     "scene",
     [
         kr.scenes.kowalewski,
-        kr.Scene(kr.Body.cuboid(half=(0.8, 0.5, 1), pivot=(0, 0, -1)), momentum=(1, 2, 3)),
+        kr.Scene(
+            kr.Body.cuboid(half=(0.8, 0.5, 1), pivot=(0, 0, -1)), momentum=(1, 2, 3), gravity=1
+        ),
     ],
 )
 def test_named_scenes_agree_with_the_series(scene):

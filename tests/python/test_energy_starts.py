@@ -46,7 +46,7 @@ def test_starts_have_the_energy_and_the_vertical_momentum(body, energy, vertical
 
 
 def test_the_ith_start_depends_only_on_the_seed_and_i():
-    words = {"energy": 2.0, "vertical": 1.0}
+    words = {"energy": 2.0, "vertical": 1.0, "gravity": 1}
     many = kr.starts(ASYMMETRIC, n=20, seed=3, **words)
     assert kr.starts(ASYMMETRIC, n=5, seed=3, **words) == many[:5]
     assert not set(kr.starts(ASYMMETRIC, n=20, seed=4, **words)) & set(many)
@@ -54,7 +54,7 @@ def test_the_ith_start_depends_only_on_the_seed_and_i():
 
 
 def test_a_seed_gives_the_same_starts_in_every_version():
-    tops = kr.starts(ASYMMETRIC, energy=2.0, vertical=1.0, n=2, seed=7)
+    tops = kr.starts(ASYMMETRIC, energy=2.0, vertical=1.0, n=2, seed=7, gravity=1)
     first = [0.9115183727699853, 0.1931344077567047, -0.3630886346929978, 0.0]
     assert tops.attitude[0] == pytest.approx(first, abs=1e-12)
     second = [-3.7700409266300934, 5.73886832164318, 1.0]
@@ -64,7 +64,7 @@ def test_a_seed_gives_the_same_starts_in_every_version():
 def test_random_starts_are_uniform_on_the_energy_surface():
     """Check the heights z of a Lagrange top: their density is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
     body = kr.Body.symmetric(1, 1, 0.1, 0.2)
-    tops = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
+    tops = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1, gravity=1)
     heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in tops])
     z = np.linspace(-1, 1, 20001)
     density = 1 / np.sqrt((1 - z * z) + 0.1 * z * z)
@@ -75,7 +75,7 @@ def test_random_starts_are_uniform_on_the_energy_surface():
 
 
 def test_the_grid_contains_exactly_the_possible_starts():
-    words = {"energy": 0.6, "vertical": 0.8}
+    words = {"energy": 0.6, "vertical": 0.8, "gravity": 1}
     tops = kr.starts(TURNED, grid=(8, 10, 4), **words)
     z = -1 + (2 * np.arange(8) + 1) / 8
     angle = 2 * np.pi * (np.arange(10) + 0.5) / 10
@@ -126,7 +126,7 @@ def test_the_least_energy_is_the_same_in_any_unit_of_length():
 def test_starts_are_found_close_to_the_least_energy(body):
     least = -body.mass * np.linalg.norm(body.com)
     for excess in (1e-3, 1e-6, 1e-9, 1e-12):
-        tops = kr.starts(body, energy=least * (1.0 - excess), vertical=0.0, n=50)
+        tops = kr.starts(body, energy=least * (1.0 - excess), vertical=0.0, n=50, gravity=1)
         energy = kr.solve(tops, [0.0]).energy[:, 0]
         assert np.abs(energy - least * (1.0 - excess)).max() < 2e-15 * abs(least)
         hanging = 1.0 + kr.solve(tops, [0.0]).apex[:, 0, 2]
@@ -135,7 +135,7 @@ def test_starts_are_found_close_to_the_least_energy(body):
 
 @pytest.mark.parametrize("energy, vertical", [(3.0, 1.0), (-0.6, 0.1), (20.0, -2.0)])
 def test_a_two_dimensional_grid_starts_at_turning_points_of_the_apex(energy, vertical):
-    tops = kr.starts(TURNED, energy=energy, vertical=vertical, grid=(7, 9))
+    tops = kr.starts(TURNED, energy=energy, vertical=vertical, grid=(7, 9), gravity=1)
     start = kr.solve(tops, [0.0])
     rate = np.cross(start.velocity[:, 0], start.apex[:, 0])[:, 2]
     assert len(tops) >= 8 and np.abs(rate).max() < 1e-14 * np.abs(start.velocity).max()
@@ -170,11 +170,11 @@ def test_a_two_dimensional_grid_starts_at_turning_points_of_the_apex(energy, ver
 )
 def test_invalid_arguments_are_refused(words, exception, message):
     with pytest.raises(exception, match=message):
-        kr.starts(**{"body": ASYMMETRIC, "energy": 2.0, "vertical": 0.1, **words})
+        kr.starts(**{"body": ASYMMETRIC, "energy": 2.0, "vertical": 0.1, "gravity": 1, **words})
 
 
 def test_a_start_with_exactly_the_least_energy_exists():
-    arguments = {"body": TOP.body, "vertical": 1.0, "n": 0}
+    arguments = {"body": TOP.body, "vertical": 1.0, "gravity": 1, "n": 0}
     with pytest.raises(ValueError, match="the smallest energy with this value is") as error:
         kr.starts(energy=-5.0, **arguments)
     least = float(str(error.value).split()[-1])
@@ -186,15 +186,15 @@ def test_a_start_with_exactly_the_least_energy_exists():
 
 
 def test_zero_starts_may_be_requested():
-    assert kr.starts(TOP.body, energy=2.0, vertical=1.0, n=0).shape == (0,)
+    assert kr.starts(TOP.body, energy=2.0, vertical=1.0, n=0, gravity=1).shape == (0,)
     for wrong in ({"n": -1}, {"n": 3, "seed": -1}, {"grid": (0, 3)}, {"grid": (1, 2, 0)}):
         *_, name = wrong
         with pytest.raises(ValueError, match=rf"^{name} must be at least \d and less than 2\*\*63"):
-            kr.starts(TOP.body, energy=2.0, vertical=1.0, **wrong)
+            kr.starts(TOP.body, energy=2.0, vertical=1.0, gravity=1, **wrong)
 
 
 def test_starts_do_not_depend_on_the_block_size(monkeypatch):
-    arguments = {"energy": 2.0, "vertical": 1.0, "n": 11, "seed": 6}
+    arguments = {"energy": 2.0, "vertical": 1.0, "gravity": 1, "n": 11, "seed": 6}
     whole = kr.starts(TOP.body, **arguments)
     monkeypatch.setattr(starts, "_ROWS", 4)
     parts = kr.starts(TOP.body, **arguments)
@@ -262,14 +262,14 @@ def test_the_least_energy_is_the_lower_of_two_minima():
     for side in (1.0, -1.0):
         body = kr.Body(1.0, (1.0, 2.0, 2.5), (0.0, 0.0, side * 1e-5))
         with pytest.raises(ValueError, match="the smallest energy with this value is") as error:
-            kr.starts(body, energy=-5.0, vertical=1.0, n=1)
+            kr.starts(body, energy=-5.0, vertical=1.0, n=1, gravity=1)
         least = float(str(error.value).split()[-1])
         assert least == pytest.approx(0.2 - 1e-5, abs=1e-12)
 
 
 def test_few_cells_give_starts_on_the_energy_surface_too(monkeypatch):
     monkeypatch.setattr(starts, "_HALVINGS", 1)
-    tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=5, seed=2)
+    tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=5, seed=2, gravity=1)
     path = kr.solve(tops, [0.0])
     assert np.allclose(path.energy, 2.0, rtol=1e-12)
     assert np.allclose(path.vertical_momentum, 1.0, rtol=1e-12)

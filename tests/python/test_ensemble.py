@@ -62,14 +62,16 @@ def test_attitudes_are_accepted_in_every_form():
     turns = Rotation.from_quat(Q)
     single = Q.astype(np.float32)
     assert_same(
-        kr.Ensemble(CORNER, velocity=M, attitude=turns),
-        lambda index: kr.Scene(CORNER, velocity=M[index], attitude=turns[index[1]]),
+        kr.Ensemble(CORNER, velocity=M, attitude=turns, gravity=1),
+        lambda index: kr.Scene(CORNER, velocity=M[index], attitude=turns[index[1]], gravity=1),
     )
     assert_same(
-        kr.Ensemble(CORNER, velocity=M, attitude_xyzw=Q, damping=0.3),
-        lambda index: kr.Scene(CORNER, velocity=M[index], attitude_xyzw=Q[index[1]], damping=0.3),
+        kr.Ensemble(CORNER, velocity=M, attitude_xyzw=Q, damping=0.3, gravity=1),
+        lambda index: kr.Scene(
+            CORNER, velocity=M[index], attitude_xyzw=Q[index[1]], damping=0.3, gravity=1
+        ),
     )
-    attitudes = kr.Ensemble(CORNER, momentum=M, attitude=single).attitude
+    attitudes = kr.Ensemble(CORNER, momentum=M, attitude=single, gravity=1).attitude
     np.testing.assert_allclose(np.linalg.norm(attitudes, axis=-1), 1, rtol=0, atol=3e-16)
     np.testing.assert_allclose(attitudes[0], Q, rtol=0, atol=1e-7)
 
@@ -77,10 +79,10 @@ def test_attitudes_are_accepted_in_every_form():
 @pytest.mark.parametrize("n", [(), (3,), (2, 3), (3, 3), (4, 1, 3), (0,), (2, 0)])
 def test_ensembles_may_have_any_shape(n):
     m = RNG.normal(size=(*n, 3))
-    tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.2, 0.3))
+    tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.2, 0.3), gravity=1)
     assert tops.shape == n and tops.gravity.shape == n and tops.attitude.shape == (*n, 4)
     assert np.array_equal(tops.momentum, m) and tops.damping.shape == (*n, 3)
-    assert_same(tops, lambda index: kr.Scene(CORNER, m[index], damping=(0.1, 0.2, 0.3)))
+    assert_same(tops, lambda index: kr.Scene(CORNER, m[index], damping=(0.1, 0.2, 0.3), gravity=1))
 
 
 @pytest.mark.parametrize("body", [LAGRANGE.body, CONES], ids=["one body", "many"])
@@ -97,19 +99,24 @@ def test_textbook_starts_equal_single_scenes_bitwise(body):
         ),
     )
     assert_same(
-        kr.Ensemble.spinning(body, SPIN, TILT, RATE, damping=D),
+        kr.Ensemble.spinning(body, SPIN, TILT, RATE, damping=D, gravity=1),
         lambda index: kr.Scene.spinning(
             body_at(body, index[1]),
             SPIN[index[0], 0],
             TILT[index[1]],
             RATE[index[1]],
             damping=D[index[1]],
+            gravity=1,
         ),
     )
     assert_same(
-        kr.Ensemble.spinning(body, 50 * SPIN, 50 * TILT, degrees=True),
+        kr.Ensemble.spinning(body, 50 * SPIN, 50 * TILT, degrees=True, gravity=1),
         lambda index: kr.Scene.spinning(
-            body_at(body, index[1]), 50 * SPIN[index[0], 0], 50 * TILT[index[1]], degrees=True
+            body_at(body, index[1]),
+            50 * SPIN[index[0], 0],
+            50 * TILT[index[1]],
+            degrees=True,
+            gravity=1,
         ),
     )
 
@@ -132,13 +139,15 @@ def test_steady_precessions_equal_single_scenes_bitwise(body, fast):
 
 def test_general_bodies_may_start_from_angles_of_the_apex():
     angles = RNG.uniform(-3, 3, (3, 3))
-    tops = kr.Ensemble.from_euler(MANY, angles, (0, 0, 1))
-    assert_same(tops, lambda index: kr.Scene.from_euler(MANY[index], angles[index], (0, 0, 1)))
+    tops = kr.Ensemble.from_euler(MANY, angles, (0, 0, 1), gravity=1)
+    assert_same(
+        tops, lambda index: kr.Scene.from_euler(MANY[index], angles[index], (0, 0, 1), gravity=1)
+    )
     # without a lever, the third axis is used
     spheres = kr.Bodies.sphere([1, 2, 3], (0, 0, 0), mass=1)
     assert_same(
-        kr.Ensemble.spinning(spheres, 2.0, 1.0),
-        lambda index: kr.Scene.spinning(spheres[index], 2.0, 1.0),
+        kr.Ensemble.spinning(spheres, 2.0, 1.0, gravity=1),
+        lambda index: kr.Scene.spinning(spheres[index], 2.0, 1.0, gravity=1),
     )
 
 
@@ -181,14 +190,14 @@ def test_rows_and_other_shapes():
     assert all(isinstance(part, kr.Ensemble) for part in FULL)
     assert FULL.reshape(2, 6)[1, 1] == FULL[2, 1] == FULL.reshape((-1, 2))[3, 1]
     assert FULL.ravel().shape == (12,) and row.ravel() is row
-    alone = kr.Ensemble(CORNER, momentum=(0, 0, 1))
+    alone = kr.Ensemble(CORNER, momentum=(0, 0, 1), gravity=1)
     assert alone.reshape(1)[0] == alone[()] == alone[True][0] and alone.ravel().shape == (1,)
     with pytest.raises(ValueError, match="cannot reshape"):
         FULL.reshape(5, 2)
     with pytest.raises(TypeError, match="no length"):
         len(FULL[0, ...][1, ...])
     with pytest.raises(TypeError, match="shape \\(\\)"):
-        iter(kr.Ensemble(CORNER, momentum=(0, 0, 1)))
+        iter(kr.Ensemble(CORNER, momentum=(0, 0, 1), gravity=1))
 
 
 def test_scenes_in_lists_are_an_ensemble():
@@ -202,12 +211,14 @@ def test_scenes_in_lists_are_an_ensemble():
     twin = LAGRANGE.replace(body=copy.copy(LAGRANGE.body))
     assert twin.body is not LAGRANGE.body
     assert kr.Ensemble.of([LAGRANGE, twin]).body is LAGRANGE.body
-    assert kr.Ensemble.of(list(kr.starts(CORNER, energy=3, vertical=1, n=3))).shape == (3,)
+    assert kr.Ensemble.of(list(kr.starts(CORNER, energy=3, vertical=1, n=3, gravity=1))).shape == (
+        3,
+    )
 
 
 @pytest.mark.filterwarnings("error")
 def test_bodies_in_lists_stay_unphysical():
-    odd = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 3), unphysical=True), momentum=(0, 0, 1))
+    odd = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 3), unphysical=True), momentum=(0, 0, 1), gravity=1)
     tops = kr.Ensemble.of([odd, GENERAL])
     assert [tops[0].body.unphysical, tops[1].body.unphysical] == [True, False]
 
@@ -216,20 +227,20 @@ def test_shared_values_are_stored_once():
     n = 10**5
     m = np.random.default_rng(1).normal(size=(n, 3))
     tracemalloc.start()
-    tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.1, 0.1))
+    tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.1, 0.1), gravity=1)
     memory = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
     assert memory < 30 * n and tops.attitude.strides[0] == tops.gravity.strides[0] == 0
     assert len(pickle.dumps(tops[::2])) < 15 * n
-    drag = kr.Ensemble(CORNER, momentum=m, damping=[[0.1]])
+    drag = kr.Ensemble(CORNER, momentum=m, damping=[[0.1]], gravity=1)
     assert pickle.loads(pickle.dumps(drag)) == drag and drag.damping.strides == (0, 0)
     momentum = np.broadcast_to(np.ones(3), (n, 3))
-    assert kr.Ensemble(CORNER, momentum=momentum).momentum.strides[0] == 0
+    assert kr.Ensemble(CORNER, momentum=momentum, gravity=1).momentum.strides[0] == 0
 
 
 def test_ensembles_are_immutable():
     momentum = M.copy()
-    tops = kr.Ensemble(CORNER, momentum=momentum)
+    tops = kr.Ensemble(CORNER, momentum=momentum, gravity=1)
     momentum[:] = np.nan
     assert np.array_equal(tops.momentum, M)
     for field in (tops.momentum, tops.attitude, tops.gravity, tops.damping, FULL[[0]].momentum):
@@ -246,7 +257,7 @@ def test_copies_are_equal():
         assert other == FULL and other[1, 2]._block == FULL[1, 2]._block
         assert other.axes == FULL.axes and [*other.coords] == [*FULL.coords]
     assert FULL[::-1] != FULL and FULL[:3] != FULL and FULL != LAGRANGE
-    assert kr.Ensemble(CORNER, momentum=M) != kr.Ensemble(MANY, momentum=M)
+    assert kr.Ensemble(CORNER, momentum=M, gravity=1) != kr.Ensemble(MANY, momentum=M, gravity=1)
 
 
 def test_the_core_refuses_columns_of_another_shape():

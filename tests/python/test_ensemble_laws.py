@@ -151,7 +151,7 @@ def test_a_failed_member_has_the_path_of_a_failed_single_run():
 
 
 def test_errors_of_one_member_are_its_status():
-    fast = kr.Ensemble(TOPS[1].body, momentum=[(0, 0, 1), (0, 0, 1e300), (1, 0, 0)])
+    fast = kr.Ensemble(TOPS[1].body, momentum=[(0, 0, 1), (0, 0, 1e300), (1, 0, 0)], gravity=1)
     late = kr.solve(fast, [1.0, 2.0])
     assert late.status_names.tolist() == ["OK", "ERR_RESOLUTION", "OK"]
     assert "more turns than a double" in late.message(1) and late.message(0) == "success"

@@ -89,7 +89,9 @@ def test_invalid_times_are_refused(t, message):
 
 
 def test_requests_beyond_the_memory_are_refused():
-    many = kr.Ensemble(SCENES[0].body, momentum=np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3)))
+    many = kr.Ensemble(
+        SCENES[0].body, momentum=np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3)), gravity=1
+    )
     with pytest.raises(MemoryError, match="with 10000001 states each need"):
         kr.solve(many, 1e5, "strang", step=0.01, every=1)
     with pytest.raises(ValueError, match="more steps"):

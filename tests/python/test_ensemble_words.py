@@ -10,7 +10,7 @@ from kreisel._model import variation
 from tops import CORNER, FREE, GENERAL, LAGRANGE
 
 BODY = kr.Body.cone(1, 2, (0, 0, 0), mass=1)
-TOP = kr.Scene.spinning(BODY, spin=10, tilt=0.3)
+TOP = kr.Scene.spinning(BODY, spin=10, tilt=0.3, gravity=1)
 MOVING = kr.Scene.from_euler(BODY, (1, 0.7, 2), (0.3, 0.4, 5), gravity=2)
 SPIN, TILT = np.linspace(0, 20, 5)[:, None], np.linspace(0, 1, 3)
 EACH = np.ones((4, 3))
@@ -28,7 +28,9 @@ EACH = np.ones((4, 3))
         (TOP.vary(mass=[1, 0.9], gravity=[[1.0]]), ("gravity", "mass")),
         (TOP.vary(gravity=3.0), ()),
         (
-            kr.Ensemble(kr.Bodies.cone([1, 2], 2, (0, 0, 0), mass=1), momentum=(0, 0, 1)),
+            kr.Ensemble(
+                kr.Bodies.cone([1, 2], 2, (0, 0, 0), mass=1), momentum=(0, 0, 1), gravity=1
+            ),
             ("radius",),
         ),
         (TOP.vary(spin=SPIN, tilt=TILT)[1:, 2], ("spin",)),
@@ -63,10 +65,10 @@ def test_varied_spin_and_tilt_equal_scene_spinning():
     degrees = TOP.vary(spin=20, tilt=[10, 20], precession=3, degrees=True)
     for i, j in np.ndindex(5, 3):
         spin, tilt = SPIN[i, 0], TILT[j]
-        assert tops[i, j]._block == kr.Scene.spinning(BODY, spin, tilt)._block
-        one = kr.Scene.spinning(BODY, 30 + spin, tilt, steady=True)
+        assert tops[i, j]._block == kr.Scene.spinning(BODY, spin, tilt, gravity=1)._block
+        one = kr.Scene.spinning(BODY, 30 + spin, tilt, steady=True, gravity=1)
         assert steady[i, j]._block == one._block
-    assert degrees[1] == kr.Scene.spinning(BODY, 20, 20, 3, degrees=True)
+    assert degrees[1] == kr.Scene.spinning(BODY, 20, 20, 3, degrees=True, gravity=1)
     tilt_tops = TOP.vary(spin=TILT)
     assert all(
         kr.solve(top, [0.0]).nutation[0] == pytest.approx(0.3, abs=1e-15) for top in tilt_tops
@@ -107,7 +109,7 @@ def test_bodies_vary_and_the_start_stays():
     cones = kr.Bodies.cone([1, 2], 2, (0, 0, 0), mass=1)
     assert TOP.vary(body=cones)[1] == TOP.replace(body=cones[1])
     spinning_tops = TOP.vary(body=cones, spin=3.0, tilt=0.5)
-    assert spinning_tops[1]._block == kr.Scene.spinning(cones[1], 3.0, 0.5)._block
+    assert spinning_tops[1]._block == kr.Scene.spinning(cones[1], 3.0, 0.5, gravity=1)._block
     damped = LAGRANGE.replace(damping=0.1).vary(spin=[1, 2])
     assert damped[0].damping == (0.1, 0.1, 0.1)
 
@@ -197,17 +199,19 @@ REFUSED = {
 @pytest.mark.parametrize("message", REFUSED)
 def test_the_first_invalid_top_is_named(message):
     with pytest.raises(ValueError, match=message):
-        kr.Ensemble(CORNER, **({"momentum": EACH} | REFUSED[message]))
+        kr.Ensemble(CORNER, **({"momentum": EACH, "gravity": 1} | REFUSED[message]))
 
 
 OTHERS = {
     "tilt[1] = 4.0: tilt must lie between 0 and pi": lambda: TOP.vary(tilt=[0, 4]),
     "tilt[0] = 190.0: tilt must lie between 0 and 180": lambda: TOP.vary(tilt=[190], degrees=True),
     "top[0]: there is no steady precession": lambda: TOP.vary(spin=[0, 40], tilt=0.5, steady=True),
-    "the smallest spin with one is": lambda: kr.Ensemble.spinning(BODY, [40, 1], 1.0, steady=True),
-    "spinning needs a symmetric body": lambda: kr.Ensemble.spinning(CORNER, 1.0),
+    "the smallest spin with one is": lambda: kr.Ensemble.spinning(
+        BODY, [40, 1], 1.0, steady=True, gravity=1
+    ),
+    "spinning needs a symmetric body": lambda: kr.Ensemble.spinning(CORNER, 1.0, gravity=1),
     "body[1]: spinning needs a symmetric": lambda: kr.Ensemble.spinning(
-        kr.Bodies(1, [(1, 1, 1), (1, 1.2, 1.4)], (0, 0.1, 0.1)), 1.0
+        kr.Bodies(1, [(1, 1, 1), (1, 1.2, 1.4)], (0, 0.1, 0.1)), 1.0, gravity=1
     ),
     "steady=True cannot be combined with": lambda: TOP.vary(spin=1, precession=1, steady=True),
     "steady=True requires spin and tilt": lambda: TOP.vary(momentum=EACH, steady=True),
@@ -236,11 +240,11 @@ def test_other_types_are_refused():
     with pytest.raises(TypeError, match="unknown parameter 'spn'; did you mean 'spin'"):
         TOP.vary(spn=3)
     with pytest.raises(TypeError, match=r"body must be a kreisel.Body or kreisel.Bodies, not 3"):
-        kr.Ensemble(3, momentum=EACH)
+        kr.Ensemble(3, momentum=EACH, gravity=1)
     with pytest.raises(TypeError, match=r"scenes\[1\]\[0\] must be a kreisel.Scene, not 3"):
         kr.Ensemble.of([[TOP], [3]])
     with pytest.raises(TypeError, match="momentum must be 3 numbers, not 'x'"):
-        kr.Ensemble(BODY, momentum="x")
+        kr.Ensemble(BODY, momentum="x", gravity=1)
 
 
 # Boundary values

@@ -98,7 +98,9 @@ def top_with_push(precession):
     body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, unphysical=True)
     tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
     axis = np.array([0, -np.sin(0.8), np.cos(0.8)])
-    return kr.Scene(body, velocity=20 * axis + precession * np.array([0, 0, 1]), attitude=tilt)
+    return kr.Scene(
+        body, velocity=20 * axis + precession * np.array([0, 0, 1]), attitude=tilt, gravity=1
+    )
 
 
 @pytest.mark.parametrize("precession, loops, cusps", [(-0.3, 2, 0), (0.0, 0, 1), (0.05, 0, 0)])
@@ -126,7 +128,7 @@ def test_plane_events_form_a_section():
 
 def test_separatrix_events_occur_when_the_top_flips_over():
     body = kr.Body.cuboid(half=(0.3, 0.6, 1.0), pivot=(0, 0, 0))
-    tumbling = kr.Scene(body, body_velocity=(1e-6, 1.0, 1e-6))
+    tumbling = kr.Scene(body, body_velocity=(1e-6, 1.0, 1e-6), gravity=1)
     path = kr.solve(tumbling, 300, events=[events.separatrix(tumbling)])
     event_path = path.events.path
     middle = int(np.argsort(body.moments)[1])
@@ -378,7 +380,7 @@ def test_a_single_event_counts_as_a_list():
 def test_thin_bodies_have_all_energy_crossings(least):
     """Check that no false events are found if one moment of inertia is very small."""
     body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
-    scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))
+    scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0), gravity=1)
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
     specifications = events.kinetic(0.1), events.extremum(twice)
     path = kr.solve(scene, 40, "taylor", events=specifications)

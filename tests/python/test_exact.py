@@ -24,9 +24,13 @@ SCENES = {
         kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), unphysical=True),
         (1, 2, 3),
         TILTED.attitude,
+        gravity=1,
     ),
     "spherical": kr.Scene(
-        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), unphysical=True), (1, 2, 3), TILTED.attitude
+        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), unphysical=True),
+        (1, 2, 3),
+        TILTED.attitude,
+        gravity=1,
     ),
     "free": kr.Scene(PLATE, (1.0, 2.0, 3.0), TILTED.attitude, gravity=0.0),
     "at its centre of mass": kr.Scene(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 BODY = kr.Body(1.0, (4.0, 4.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
-SCENE = kr.Scene(BODY, momentum=(0.9, 2.1, 0.0), attitude=(0.8, 0.4, -0.2, 0.4))
+SCENE = kr.Scene(BODY, momentum=(0.9, 2.1, 0.0), attitude=(0.8, 0.4, -0.2, 0.4), gravity=1)
 
 
 def test_the_vertical_momentum_is_zero_at_any_time():
@@ -17,7 +17,7 @@ def test_the_vertical_momentum_is_zero_at_any_time():
 
 def test_motions_are_refused_with_their_reason():
     still, level = (0.0, 0.0, 0.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
-    rest = kr.Scene(BODY, momentum=still, attitude=level)
+    rest = kr.Scene(BODY, momentum=still, attitude=level, gravity=1)
     bad_scene = SCENE.replace(momentum=(0.9, 2.1, 1e-3))
     for scene, reason in ((rest, "in equilibrium"), (bad_scene, "vertical component")):
         with pytest.raises(ValueError, match=f"Goryachev-Chaplygin top has no.*{reason}"):

@@ -33,7 +33,7 @@ class Form:
 
 def make_form(result, ratio, momentum, integral):
     body = kr.Body(1.0, (ratio, ratio, 1.0), (1.0, 0.0, 0.0), unphysical=True)
-    scene = kr.Scene(body, momentum=momentum, attitude=(0.8, 0.4, -0.2, 0.4))
+    scene = kr.Scene(body, momentum=momentum, attitude=(0.8, 0.4, -0.2, 0.4), gravity=1)
     return Form(result, scene, ratio, integral)
 
 
@@ -99,7 +99,7 @@ def test_method_exact_equals_the_closed_form(form):
 
 def test_motions_without_closed_form_are_refused_by_name(form):
     still, level = (0.0, 0.0, 0.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
-    rest = kr.Scene(form.body(), momentum=still, attitude=level)
+    rest = kr.Scene(form.body(), momentum=still, attitude=level, gravity=1)
     with pytest.raises(ValueError, match=f"{form.name} top has no closed form"):
         kr.exact(rest)
     with pytest.raises(ValueError, match="does not apply: this motion"):

@@ -13,8 +13,8 @@ BODIES = {
     for ratio in (2.0, 4.0)
 }
 ATTITUDE = (0.8, 0.4, -0.2, 0.4)
-KOWALEWSKI = kr.Scene(BODIES[2.0], (0.3, 1.1, 0.8), ATTITUDE)
-LEVEL = kr.Scene(BODIES[4.0], (0.9, 2.1, 0.0), ATTITUDE)
+KOWALEWSKI = kr.Scene(BODIES[2.0], (0.3, 1.1, 0.8), ATTITUDE, gravity=1)
+LEVEL = kr.Scene(BODIES[4.0], (0.9, 2.1, 0.0), ATTITUDE, gravity=1)
 SCENES = [
     KOWALEWSKI,
     kr.Scene(BODIES[2.0], (-1.2, 2.0, -1.5), ATTITUDE, gravity=-2.0),

@@ -67,19 +67,25 @@ def scenes_near(rng, kind):
             body, rng.normal(size=3) * 10.0 ** rng.uniform(-2, 2), q, rng.uniform(-1, 1)
         )
     if kind == "cusp":
-        return kr.Scene(body, apex * 3 * math.sqrt(i1 * lever) + deviation * rng.normal(size=3), q)
+        return kr.Scene(
+            body, apex * 3 * math.sqrt(i1 * lever) + deviation * rng.normal(size=3), q, gravity=1
+        )
     if kind == "steady":
         rate = rng.uniform(0.3, 3) * math.sqrt(lever / i1)
         spin = (i1 * rate**2 * math.cos(tilt) + lever) / rate
         transverse = i1 * rate * math.sin(tilt) * np.array((0, math.cos(tilt), math.sin(tilt)))
-        return kr.Scene(body, spin * apex + transverse + deviation * rng.normal(size=3), q)
+        return kr.Scene(
+            body, spin * apex + transverse + deviation * rng.normal(size=3), q, gravity=1
+        )
     if kind == "upright":
         q = unit((1, deviation, 0, 0))
         spin = rng.uniform(0.2, 4) * math.sqrt(i1 * lever)
-        return kr.Scene(body, (deviation * rng.normal(), deviation * rng.normal(), spin), q)
+        return kr.Scene(
+            body, (deviation * rng.normal(), deviation * rng.normal(), spin), q, gravity=1
+        )
     # a pendulum that is faster than on the separatrix by the factor 1 + `deviation`
     rate = 2 * math.sqrt(lever / i1) * math.sin(tilt / 2)
-    return kr.Scene(body, (i1 * rate * (1 + deviation), 0, 0), q)
+    return kr.Scene(body, (i1 * rate * (1 + deviation), 0, 0), q, gravity=1)
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "cusp", "steady", "upright", "separatrix"])
@@ -96,13 +102,13 @@ def test_turning_points_are_roots_of_the_cubic(kind):
 COURSES = {
     "cusps": kr.scenes.cusps,
     "steady": STEADY,
-    "loops": kr.Scene(BODY, body_momentum=(0.0, -0.4, 3.0), attitude=TILTED),
-    "waves": kr.Scene(BODY, body_momentum=(0.0, 0.3, 3.0), attitude=TILTED),
-    "rosette": kr.Scene(BODY, momentum=(0.3, 0, 1)),
-    "pendulum": kr.Scene(BODY, momentum=(0, 0, 0), attitude=TILTED),
-    "separatrix": kr.Scene(BODY, momentum=(2, 0, 0), attitude=(0, 1, 0, 0)),
-    "sleeping": kr.Scene(BODY, momentum=(0, 0, 3)),
-    "hanging": kr.Scene(BODY, momentum=(0, 0, 3), attitude=(0, 1, 0, 0)),
+    "loops": kr.Scene(BODY, body_momentum=(0.0, -0.4, 3.0), attitude=TILTED, gravity=1),
+    "waves": kr.Scene(BODY, body_momentum=(0.0, 0.3, 3.0), attitude=TILTED, gravity=1),
+    "rosette": kr.Scene(BODY, momentum=(0.3, 0, 1), gravity=1),
+    "pendulum": kr.Scene(BODY, momentum=(0, 0, 0), attitude=TILTED, gravity=1),
+    "separatrix": kr.Scene(BODY, momentum=(2, 0, 0), attitude=(0, 1, 0, 0), gravity=1),
+    "sleeping": kr.Scene(BODY, momentum=(0, 0, 3), gravity=1),
+    "hanging": kr.Scene(BODY, momentum=(0, 0, 3), attitude=(0, 1, 0, 0), gravity=1),
     "circle": kr.Scene(BODY, momentum=(1, 2, 3), attitude=TILTED, gravity=0),
     "resting": kr.Scene(BODY, momentum=(0, 0, 0), attitude=TILTED, gravity=0),
 }
@@ -197,7 +203,7 @@ def test_the_critical_spin_separates_sleeping_from_falling_tops():
     spin = kr.exact(COURSES["sleeping"]).critical_spin
     assert spin == 4.0
     for factor, falls in (0.99, True), (1.01, False):
-        scene = kr.Scene(BODY, velocity=(1e-9, 0, factor * spin))
+        scene = kr.Scene(BODY, velocity=(1e-9, 0, factor * spin), gravity=1)
         assert (kr.exact(scene).greatest_nutation > 1e-2) is falls
     assert kr.exact(COURSES["circle"]).critical_spin == 0.0
 
@@ -247,13 +253,16 @@ def test_turning_points_of_spherical_bodies_need_a_rotor_along_the_third_axis(si
 def test_turning_points_do_not_depend_on_the_frame_of_description():
     body = kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), unphysical=True)
     assert body.kind == "lagrange"
-    scene = kr.Scene(body, (1, 2, 3), unit((0.8, 0.4, -0.2, 0.4)))
+    scene = kr.Scene(body, (1, 2, 3), unit((0.8, 0.4, -0.2, 0.4)), gravity=1)
     top = kr.exact(scene)
     nutation = top(np.linspace(0, 3 * top.period, 3001)).nutation
     assert nutation.min() == pytest.approx(top.least_nutation, abs=1e-5)
     assert nutation.max() == pytest.approx(top.greatest_nutation, abs=1e-5)
     ball = kr.Scene(
-        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), unphysical=True), (1, 2, 3), unit((1, 2, 3, 4))
+        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), unphysical=True),
+        (1, 2, 3),
+        unit((1, 2, 3, 4)),
+        gravity=1,
     )
     top = kr.exact(ball)
     nutation = top(np.linspace(0, 3 * top.period, 3001)).nutation
@@ -284,7 +293,7 @@ def test_failures_of_the_core_are_worded(monkeypatch):
     monkeypatch.setattr(exact, "torus_plan", lambda *_: ("ERR_MEMORY", *[None] * 5))
     kowalewski = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
     with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):
-        kr.exact(kr.Scene(kowalewski, (0.3, 3.0, 2.8), TILTED))
+        kr.exact(kr.Scene(kowalewski, (0.3, 3.0, 2.8), TILTED, gravity=1))
     monkeypatch.setattr(turning_points, "exact_turning", lambda _: ("ERR_MEMORY", None, None))
     with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):
         kr.exact(LAGRANGE).least_nutation  # noqa: B018

@@ -141,7 +141,9 @@ def test_a_floor_below_the_sphere_does_not_cut_it(floor, circles):
 
 E20 = np.radians(20.0)
 BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
-LEANING = kr.solve(kr.Scene(BLOCK, attitude=(0.8, 0.6, 0, 0), momentum=(0, 0.02, 0.1)), 2.0)
+LEANING = kr.solve(
+    kr.Scene(BLOCK, attitude=(0.8, 0.6, 0, 0), momentum=(0, 0.02, 0.1), gravity=1), 2.0
+)
 
 
 def rotate(angle, axis):

@@ -130,7 +130,7 @@ def test_the_vertical_nearest_to_the_first_rate_counts():
     values = {"body_velocity": path.body_velocity, "body_vertical": path.body_vertical.copy()}
     values["body_vertical"][:3] = np.nan
     [motion] = reconstruct_motions([kr.Record(T[:20], values)], convert_scene_to_fit_point(HEAVY))
-    first = kr.Scene(HEAVY.body, attitude=motion.attitude[0], momentum=(0, 0, 0))
+    first = kr.Scene(HEAVY.body, attitude=motion.attitude[0], momentum=(0, 0, 0), gravity=1)
     assert np.allclose(kr.solve(first, [0.0]).body_vertical, path.body_vertical[3], atol=1e-12)
 
 

@@ -124,7 +124,7 @@ def test_a_fit_at_the_bound_of_friction_is_reported():
 def test_a_fit_at_the_bound_of_damping_is_reported():
     t = np.linspace(0.0, 3.0, 100)
     body = kr.Body.symmetric(1.0, 1.0, 0.6, 0.0, unphysical=True)
-    top = kr.Scene(body, body_velocity=(0.0, 0.0, 5.0), damping=0.1)
+    top = kr.Scene(body, body_velocity=(0.0, 0.0, 5.0), damping=0.1, gravity=1)
     fit = kr.fit(top, kr.Record(t, {"spin": 5.0 + 0.02 * t}, 0.1), ("velocity", "damping"))
     assert tuple(fit.scene.damping) == (0.0, 0.0, 0.0)
     assert fit.at_bound == (
@@ -359,7 +359,7 @@ def test_records_before_a_start_that_friction_holds_are_refused(name):
 def test_parameters_without_derivatives_are_refused(record, free, message):
     point = (0, 0, 1) if "specific_force" in record else None
     body = kr.Body(1.0, (1.0, 1.3, 0.6), (0, 0, 0), unphysical=True).turn((0.6, 0.48, 0.0, 0.64))
-    scene = kr.Scene(body, momentum=(0, 0, 1), friction=0.1)
+    scene = kr.Scene(body, momentum=(0, 0, 1), friction=0.1, gravity=1)
     with pytest.raises(ValueError, match=message):
         kr.fit(scene, kr.Record(np.arange(9.0), record, 0.1, point=point), free)
 

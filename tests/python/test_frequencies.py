@@ -62,8 +62,10 @@ def top_near_a_pole(rng, side):
     lean = 10 ** rng.uniform(-7, -0.83)
     tilt = lean if side > 0 else math.pi - lean
     angles = (rng.uniform(0, 6), tilt, rng.uniform(0, 6))
-    start = kr.Scene.from_euler(body, angles=angles, rates=(0, 0, 0))
-    return kr.Scene(body, body_velocity=rng.normal(size=3) * (1, 1, 2), attitude=start.attitude)
+    start = kr.Scene.from_euler(body, angles=angles, rates=(0, 0, 0), gravity=1)
+    return kr.Scene(
+        body, body_velocity=rng.normal(size=3) * (1, 1, 2), attitude=start.attitude, gravity=1
+    )
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -91,6 +93,7 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
             0.8804210978487045,
             -0.3744399779465734,
         ),
+        gravity=1,
     )
     frequencies = kr.frequencies(kr.solve(scene, np.linspace(0, 300, states), "taylor"))
     assert largest_relative_error(frequencies, kr.exact(scene)) < 1e-12
@@ -118,7 +121,7 @@ def test_a_pendulum_through_both_poles_has_no_precession():
 def test_frequencies_of_free_bodies():
     body = kr.Body(1, (1, 2, 2.5), (0, 0, 0))
     for momentum in ((3, 0.5, 0.4), (0.4, 0.5, -3), (-2, 1, 1), (0.5, -1, 2)):
-        exact, path = solve_periods(kr.Scene(body, momentum, (0.8, 0.4, -0.2, 0.4)))
+        exact, path = solve_periods(kr.Scene(body, momentum, (0.8, 0.4, -0.2, 0.4), gravity=1))
         assert largest_relative_error(kr.frequencies(path), exact) < 1e-12
 
 
@@ -127,7 +130,7 @@ def test_frequencies_of_free_bodies():
 def test_frequencies_of_free_symmetric_bodies_with_a_rotor(rotor, momentum):
     """Compare with the precession rate |m| / I2 of a body with a rotor along its symmetry axis."""
     body = kr.Body(1.0, (1.0, 2.0, 2.0), (0, 0, 0), rotor=(rotor, 0.0, 0.0))
-    scene = kr.Scene(body, body_momentum=momentum, attitude=(0.8, 0.4, -0.2, 0.4))
+    scene = kr.Scene(body, body_momentum=momentum, attitude=(0.8, 0.4, -0.2, 0.4), gravity=1)
     path = kr.solve(scene, np.linspace(0.0, 200.0, 4096), "taylor")
     found, size = kr.frequencies(path), float(np.linalg.norm(momentum))
     assert found.precession_rate == pytest.approx(size / 2.0, rel=1e-12)
@@ -137,7 +140,7 @@ def test_frequencies_of_free_symmetric_bodies_with_a_rotor(rotor, momentum):
 
 def test_a_free_body_with_a_tilted_rotor_has_no_mean_rates():
     body = kr.Body(1.0, (1.0, 2.0, 2.0), (0, 0, 0), rotor=(0.5, 0.1, 0.0))
-    path = kr.solve(kr.Scene(body, (3.0, 0.5, 0.4)), np.linspace(0.0, 20.0, 100))
+    path = kr.solve(kr.Scene(body, (3.0, 0.5, 0.4), gravity=1), np.linspace(0.0, 20.0, 100))
     with pytest.raises(ValueError, match="if its rotor is not along its axis of symmetry"):
         kr.frequencies(path)
 
@@ -210,7 +213,7 @@ def test_steady_and_resting_axes_have_no_nutation():
     assert frequencies.nutation == 0.0 and frequencies.precession_rate == pytest.approx(
         1.0, abs=1e-12
     )
-    upright = kr.Scene(LAGRANGE.body, (0, 0, 9.0))
+    upright = kr.Scene(LAGRANGE.body, (0, 0, 9.0), gravity=1)
     still = kr.frequencies(kr.solve(upright, np.linspace(0, 9, 100), "taylor"))
     assert (
         math.isnan(still.precession_rate)
@@ -228,7 +231,7 @@ def test_a_top_released_at_rest_has_the_frequency_of_a_slow_one():
     body = kr.Body(1.0, (1.0, 1.5, 2.0), (0.5, 0.0, 0.0))
     lying = (math.cos(0.6), 0.0, math.sin(0.6), 0.0)
     rest, slow = (
-        kr.frequencies(kr.solve(kr.Scene(body, (0, 0, m), attitude=lying), t, "taylor"))
+        kr.frequencies(kr.solve(kr.Scene(body, (0, 0, m), attitude=lying, gravity=1), t, "taylor"))
         for m in (0.0, 1e-12)
     )
     assert rest.nutation == pytest.approx(slow.nutation, rel=1e-9) and rest.nutation > 1.0

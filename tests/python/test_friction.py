@@ -217,7 +217,7 @@ def test_members_of_an_ensemble_equal_single_tops():
 def test_invalid_friction_is_refused(friction):
     for make in (
         lambda: HEAVY.replace(friction=friction),
-        lambda: kr.Scene.from_euler(HEAVY.body, (0, 1, 0), friction=friction),
+        lambda: kr.Scene.from_euler(HEAVY.body, (0, 1, 0), friction=friction, gravity=1),
         lambda: kr.start(HEAVY).change(friction=friction),
     ):
         with pytest.raises((TypeError, ValueError), match="friction"):
@@ -233,7 +233,9 @@ def test_functions_without_friction_refuse_it():
         *list_unsupported_calls(HEAVY, path),
         lambda: kr.exact(SPUN.replace(friction=0.1)),
         lambda: kr.solve(SPUN.replace(friction=0.1), 1.0, "exact"),
-        lambda: kr.Scene.spinning(LAGRANGE, spin=9.0, tilt=0.3, steady=True, friction=0.1),
+        lambda: kr.Scene.spinning(
+            LAGRANGE, spin=9.0, tilt=0.3, steady=True, friction=0.1, gravity=1
+        ),
         lambda: kr.solve(make_scene("general"), 1.0, tangents="friction"),
         lambda: kr.solve(HEAVY.vary(friction=[0.0, 0.1]), 1.0, tangents="friction"),
         lambda: kr.solve(make_scene("free", friction=0.1), 1.0, tangents=("start", "com")),

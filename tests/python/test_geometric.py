@@ -52,7 +52,7 @@ def draw_near_unstable_equilibrium(rng):
     moments = (1.0, rng.choice([1.0, 1.3]), rng.uniform(0.4, 1.0))
     body = kr.Body(1.0, moments, (0.0, 0.0, rng.uniform(0.5, 1.0)), unphysical=True)
     tilt = tilt_about_e1(10 ** rng.uniform(-8, -3))
-    return kr.Scene(body, momentum=small * rng.integers(2), attitude=tilt)
+    return kr.Scene(body, momentum=small * rng.integers(2), attitude=tilt, gravity=1)
 
 
 @pytest.mark.parametrize("seed", range(24))
@@ -105,6 +105,7 @@ def test_error_and_choice_are_those_of_the_path():
                 kr.Body.symmetric(1, 1, 0.06830940206246161, 1, unphysical=True),
                 momentum=(-1.3239140397159607e-4, -5.742476549929807e-4, 1.0073475594600608e-5),
                 attitude=unit((0.08130305842650629, 0.613292368992301, 0.785658275965672, 0.0018)),
+                gravity=1,
             ),
             -50.60872601957112,
             8.9e-4,
@@ -114,6 +115,7 @@ def test_error_and_choice_are_those_of_the_path():
                 kr.Body.symmetric(1, 1.075, 1.129, 0.9546, unphysical=True),
                 momentum=(0, 0, 0),
                 attitude=unit((-0.137051384, 0.9447336, -0.08298514438, -0.28602239)),
+                gravity=1,
             ),
             5.2211658,
             4.9e-4,
@@ -129,7 +131,7 @@ def test_long_steps_meet_the_error_between_grid_points(scene, t, target):
 
 
 def test_a_feasible_error_is_met_at_an_unstable_equilibrium():
-    scene = kr.Scene(PENDULUM, momentum=(0, 0, 0), attitude=tilt_about_e1(1e-6))
+    scene = kr.Scene(PENDULUM, momentum=(0, 0, 0), attitude=tilt_about_e1(1e-6), gravity=1)
     times = np.linspace(0, 100, 1001)
     path = kr.solve(scene, times, method="geometric", error=3e-3)
     assert kr.attitude_error(path.q, kr.solve(scene, times, digits=20).q).max() <= 3e-3
@@ -139,7 +141,7 @@ def test_a_feasible_error_is_met_at_an_unstable_equilibrium():
     "tilt, momentum, target", [(1e-8, 0.0, 1e-9), (1e-8, 0.0, 1e-3), (1e-6, 1e-6, 1e-6)]
 )
 def test_an_impossible_search_ends_soon(tilt, momentum, target):
-    scene = kr.Scene(PENDULUM, momentum=(momentum, 0, 0), attitude=tilt_about_e1(tilt))
+    scene = kr.Scene(PENDULUM, momentum=(momentum, 0, 0), attitude=tilt_about_e1(tilt), gravity=1)
     begin = time.process_time()
     with pytest.raises(ValueError, match="cannot be met"):
         kr.solve(scene, 100, method="geometric", error=target)
@@ -261,7 +263,7 @@ def test_a_hanging_top_with_rounding_errors_is_solved():
         # the centre of mass is turned to -e3
         down = np.array(body.com) / np.linalg.norm(body.com) - (0, 0, 1)
         scene = kr.Scene(
-            body, (0, 0, 0), (0, *unit(down)) if np.linalg.norm(down) else (0, 1, 0, 0)
+            body, (0, 0, 0), (0, *unit(down)) if np.linalg.norm(down) else (0, 1, 0, 0), gravity=1
         )
         assert kr.solve(scene, 5, "geometric", error=1e-6).error <= 1e-6
 
@@ -282,6 +284,7 @@ def test_the_search_continues_after_a_refused_step():
             -0.9541112022693307,
             0.26803858529221253,
         ),
+        gravity=1,
     )
     times = np.linspace(0, 78.32659960393634, 33)[1:]
     path = kr.solve(scene, times, "geometric", error=0.09172786661884054)

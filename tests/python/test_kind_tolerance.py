@@ -72,7 +72,7 @@ def test_tensors_change_only_by_rounding_errors():
 @pytest.mark.parametrize("kind", NEARLY)
 @pytest.mark.parametrize("difference", [4e-14, 9e-13, 2e-10])
 def test_differences_above_rounding_change_the_kind(kind, difference):
-    scene = kr.Scene(NEARLY[kind](difference), momentum=(0, 0.3, 1), attitude=TILT)
+    scene = kr.Scene(NEARLY[kind](difference), momentum=(0, 0.3, 1), attitude=TILT, gravity=1)
     assert scene.body.kind == "general"
     assert kr.solve(scene, 1).method == "taylor"
     assert "'lagrange' only up to" in kr.plan(scene).why
@@ -89,7 +89,7 @@ def test_differences_above_rounding_change_the_kind(kind, difference):
 
 @pytest.mark.parametrize("kind", NEARLY)
 def test_differences_of_rounding_size_keep_the_kind(kind):
-    scene = kr.Scene(NEARLY[kind](8 * EPS), momentum=(0, 0.3, 1), attitude=TILT)
+    scene = kr.Scene(NEARLY[kind](8 * EPS), momentum=(0, 0.3, 1), attitude=TILT, gravity=1)
     assert scene.body.kind == "lagrange" and kr.solve(scene, 1).method == "exact"
     paths = [kr.solve(scene, 10), kr.solve(scene, 10, "kahan_li8", step=0.01)]
     true = kr.solve(scene, 10, digits=30)
@@ -99,7 +99,9 @@ def test_differences_of_rounding_size_keep_the_kind(kind):
 
 
 def test_a_tiny_asymmetry_of_the_body_makes_the_top_fall():
-    scene = kr.Scene(kr.Body(1, (1, 1, 0.5), (0.9e-12, 0, 1), unphysical=True), momentum=(0, 0, 1))
+    scene = kr.Scene(
+        kr.Body(1, (1, 1, 0.5), (0.9e-12, 0, 1), unphysical=True), momentum=(0, 0, 1), gravity=1
+    )
     path, true = kr.solve(scene, 35), kr.solve(scene, 35, digits=30)
     assert kr.attitude_error(path.q[-1], true.q[-1]) < 1e-9
     assert true.apex[-1, 2] < 0.9
@@ -126,7 +128,7 @@ def test_a_top_with_a_tiny_tilt_falls(size, words):
     """
     push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
-    scene = kr.Scene(body, momentum=(0, push, 0), attitude=(1, lean, 0, 0))
+    scene = kr.Scene(body, momentum=(0, push, 0), attitude=(1, lean, 0, 0), gravity=1)
     with pytest.raises(ValueError, match="tilt and velocity are below 1e-70"):
         kr.exact(scene)
     with pytest.raises(ValueError, match="'exact' does not apply: no closed form can resolve"):
@@ -141,17 +143,17 @@ def test_a_top_with_a_tiny_tilt_falls(size, words):
 
 def test_slightly_tilted_and_upright_tops_have_a_closed_form():
     body, falls = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), -np.log(1e-69)
-    little = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 1e-69, 0, 0))
+    little = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 1e-69, 0, 0), gravity=1)
     path = kr.solve(little, [falls - 5, falls + 1])
     assert path.method == "exact" and kr.exact(little).period > falls
     assert path.error < 1e-8
     for upright in ((1, 0, 0, 0), (0, 1, 0, 0), (0.6, 0, 0, 0.8)):
-        stands = kr.Scene(body, momentum=(0, 0, 0.5), attitude=upright)
+        stands = kr.Scene(body, momentum=(0, 0, 0.5), attitude=upright, gravity=1)
         assert kr.exact(stands).period == np.inf and kr.exact(stands)(1e3).nutation[0] in (0, np.pi)
 
 
 @pytest.mark.parametrize("across, is_exact", [(0.0, True), (1e-17, False), (-1e-17, False)])
 def test_a_rotor_beside_the_axis_has_no_exact_closed_form(across, is_exact):
     body = kr.Body(1.0, (2.0, 2.0, 0.5), (0, 0, 1), rotor=(across, 0.0, 1.0))
-    top = kr.Scene(body, momentum=(0.1, 0.0, 1.0), attitude=unit((0.9, 0.3, 0.1, 0.3)))
+    top = kr.Scene(body, momentum=(0.1, 0.0, 1.0), attitude=unit((0.9, 0.3, 0.1, 0.3)), gravity=1)
     assert body.kind == "lagrange" and has_cheap_exact_form(top) is is_exact

@@ -22,7 +22,7 @@ def random_bodies(number, kinds, seed):
         q = rng.normal(size=4)
         momentum = rng.normal(size=3) * max(body.moments) * np.exp(rng.normal(0.0, 0.7))
         yield (
-            kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q)),
+            kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q), gravity=1),
             float(np.exp(rng.uniform(-2.5, 1.0))),
         )
 

@@ -33,7 +33,7 @@ def constructor_calls():
     return {
         "Body": partial(kr.Body, 1.0, tensor, (0.1, 0.2, 0.3)),
         "Body.cuboid": partial(kr.Body.cuboid, half=(0.8, 0.8, 1.0), pivot=(0, 0, -1)),
-        "Scene": partial(kr.Scene, body, momentum=(1, 2, 3)),
+        "Scene": partial(kr.Scene, body, momentum=(1, 2, 3), gravity=1),
         "Scene.replace": partial(TOP.replace, gravity=0.5),
         "exact": partial(kr.exact, SYMMETRIC),
         "exact, states": lambda: kr.exact(SYMMETRIC)(TIMES),

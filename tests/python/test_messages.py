@@ -51,10 +51,10 @@ def body():
 
 
 CALLS = {
-    "momentum": lambda x: kr.Scene(body(), momentum=x),
-    "velocity": lambda x: kr.Scene(body(), velocity=x),
-    "attitude": lambda x: kr.Scene(body(), momentum=(1, 2, 3), attitude=x),
-    "attitude_xyzw": lambda x: kr.Scene(body(), momentum=(1, 2, 3), attitude_xyzw=x),
+    "momentum": lambda x: kr.Scene(body(), momentum=x, gravity=1),
+    "velocity": lambda x: kr.Scene(body(), velocity=x, gravity=1),
+    "attitude": lambda x: kr.Scene(body(), momentum=(1, 2, 3), attitude=x, gravity=1),
+    "attitude_xyzw": lambda x: kr.Scene(body(), momentum=(1, 2, 3), attitude_xyzw=x, gravity=1),
     "gravity": lambda x: GENERAL.replace(gravity=x),
     "step": lambda x: kr.solve(GENERAL, 1, "strang", step=x),
     "tol": lambda x: kr.solve(GENERAL, 1, tol=x),
@@ -146,7 +146,7 @@ def test_numbers_with_a_unit_are_refused(name):
 
 def test_messages_show_shapes_instead_of_arrays():
     with pytest.raises(ValueError, match=r"3 numbers, not an array of shape \(300, 3\)$"):
-        kr.Scene(body(), momentum=ROWS)
+        kr.Scene(body(), momentum=ROWS, gravity=1)
     with pytest.raises(ValueError, match=r"4 numbers .* not an array of shape \(101, 4\)$"):
         CALLS["attitude_xyzw"](np.ones((101, 4)))
 

@@ -193,7 +193,7 @@ def test_fourth_integrals_are_constant():
 )
 def test_methods_refuse_other_bodies(name, body):
     with pytest.raises(ValueError, match=r"does not apply.*it is for"):
-        kr.solve(kr.Scene(BODIES[body], momentum=(1, 2, 3)), 1, method=name, step=0.1)
+        kr.solve(kr.Scene(BODIES[body], momentum=(1, 2, 3), gravity=1), 1, method=name, step=0.1)
 
 
 @pytest.mark.parametrize(

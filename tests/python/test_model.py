@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import pickle
+from functools import partial
 
 import kreisel as kr
 import numpy as np
@@ -110,7 +111,10 @@ def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
     tensor = axes @ np.diag(body.inertia) @ axes.T
     other_body = kr.Body(body.mass, tensor, axes @ body.com, unphysical=body.unphysical)
     attitude = unit(quaternion.multiply(TILT, quaternion.conjugate(turn)))
-    scenes = [kr.Scene(b, GENERAL.momentum, q) for b, q in ((body, TILT), (other_body, attitude))]
+    scenes = [
+        kr.Scene(b, GENERAL.momentum, q, gravity=1)
+        for b, q in ((body, TILT), (other_body, attitude))
+    ]
     options = {"tol": 1e-13} if name == "extrap" else {"step": 0.01}
     own, other = (kr.solve(scene, [1, 2], name, **options) for scene in scenes)
     for quantity in ("m", "velocity", "torque", "apex", "energy"):
@@ -133,7 +137,7 @@ def test_momentum_and_velocity_agree_in_space_and_body_frames():
         "body_velocity": q.T @ velocity,
     }
     for word, value in words.items():
-        scene = kr.Scene(CORNER, attitude=TILT, **{word: value})
+        scene = kr.Scene(CORNER, attitude=TILT, gravity=1, **{word: value})
         np.testing.assert_allclose(scene.momentum, in_space, rtol=1e-14, err_msg=word)
         np.testing.assert_allclose(
             kr.solve(scene, [0.0]).velocity[0], velocity, rtol=1e-14, err_msg=word
@@ -141,14 +145,14 @@ def test_momentum_and_velocity_agree_in_space_and_body_frames():
 
 
 def test_simple_starts_are_not_rounded():
-    scene = kr.Scene(kr.Body.symmetric(1, 3, 1, 1), velocity=(0.1, 0.7, 0.3))
+    scene = kr.Scene(kr.Body.symmetric(1, 3, 1, 1), velocity=(0.1, 0.7, 0.3), gravity=1)
     assert scene.momentum == (3 * 0.1, 3 * 0.7, 0.3)
-    assert kr.Scene(CORNER, body_momentum=(0.1, 0.7, 0.3)).momentum == (0.1, 0.7, 0.3)
+    assert kr.Scene(CORNER, body_momentum=(0.1, 0.7, 0.3), gravity=1).momentum == (0.1, 0.7, 0.3)
 
 
 def test_the_attitude_can_be_given_scalar_last():
     w, x, y, z = TILT
-    scene = kr.Scene(CORNER, momentum=GENERAL.momentum, attitude_xyzw=(x, y, z, w))
+    scene = kr.Scene(CORNER, momentum=GENERAL.momentum, attitude_xyzw=(x, y, z, w), gravity=1)
     assert scene == GENERAL and scene.attitude_xyzw == (x, y, z, w)
 
 
@@ -169,7 +173,7 @@ def test_replace_changes_one_argument():
     assert dataclasses.replace(GENERAL, gravity=2).gravity == 2.0
     assert dataclasses.replace(CORNER, mass=2).mass == 2.0
     slow = GENERAL.replace(body_velocity=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1))
-    assert slow == kr.Scene(CORNER, body_velocity=(0, 0, 1))
+    assert slow == kr.Scene(CORNER, body_velocity=(0, 0, 1), gravity=1)
     assert GENERAL.replace(momentum=GENERAL.momentum) == GENERAL
 
 
@@ -241,3 +245,76 @@ def test_a_least_moment_below_rounding_is_refused():
             kr.Body.cuboid(half=half, pivot=distance * np.array((0.3, -0.4, 0.5)))
         straight = kr.Body.cuboid(half=half, pivot=(0, 0, -distance))
         assert min(straight.moments) == pytest.approx(mass / 3, rel=1e-15)
+
+
+# Gravity
+
+HEAVY = kr.Body.symmetric(1.0, 1.0, 0.5, 0.8, unphysical=True)
+HEAVY_TOML = "[body.symmetric]\nmass = 1\ni1 = 1\ni3 = 0.5\nheight = 0.8\nunphysical = true\n"
+WEIGHTLESS = kr.Body(1.0, (1.0, 1.0, 1.5), (0.0, 0.0, 0.0))
+FLOATING = kr.Scene(WEIGHTLESS, momentum=(0.1, 0.2, 3.0))
+
+
+def read_toml(text):
+    return lambda gravity=None: kr.Scene.from_toml(
+        ("" if gravity is None else f"gravity = {gravity}\n") + text + HEAVY_TOML
+    )
+
+
+WITHOUT_GRAVITY = {
+    "Scene": partial(kr.Scene, HEAVY, momentum=(0, 0, 1)),
+    "Scene, scalar last": partial(kr.Scene, HEAVY, (0, 0, 1), attitude_xyzw=(0, 0, 0, 1)),
+    "Scene.spinning": partial(kr.Scene.spinning, HEAVY, 9.0, 0.3),
+    "Scene.spinning, steady": partial(kr.Scene.spinning, HEAVY, 20.0, 0.3, steady=True),
+    "Scene.from_euler": partial(kr.Scene.from_euler, HEAVY, (0, 1, 0)),
+    "Ensemble": partial(kr.Ensemble, HEAVY, momentum=[(0, 0, 1)]),
+    "Ensemble of bodies": partial(
+        kr.Ensemble, kr.Bodies(1, (1, 1, 1), [(0, 0, 0), (0, 0, 0.3)]), momentum=(0, 0, 1)
+    ),
+    "Ensemble.spinning": partial(kr.Ensemble.spinning, HEAVY, [9.0, 8.0]),
+    "Ensemble.spinning, steady": partial(kr.Ensemble.spinning, HEAVY, [20.0], steady=True),
+    "Ensemble.from_euler": partial(kr.Ensemble.from_euler, HEAVY, [(0, 1, 0)]),
+    "starts": partial(kr.starts, HEAVY, energy=9, vertical=1, n=3),
+    "Scene.replace": partial(FLOATING.replace, body=HEAVY),
+    "Scene.vary, body": partial(FLOATING.vary, body=HEAVY, momentum=[(0, 0, 1)]),
+    "Scene.vary, com": partial(FLOATING.vary, com=[(0, 0, 0.1), (0, 0, 0.2)]),
+    "Scene.vary, steady": partial(FLOATING.vary, body=HEAVY, spin=[20.0], tilt=1, steady=True),
+    "Run.change": lambda **words: kr.start(FLOATING).change(body=HEAVY, **words),
+    "TOML": read_toml("momentum = [0, 0, 1]\n"),
+    "TOML, spinning": read_toml("spinning = { spin = 30, tilt = 60, degrees = true }\n"),
+    "TOML, from_euler": read_toml("from_euler = { angles = [0, 1, 0] }\n"),
+}
+
+
+@pytest.mark.parametrize("entry", WITHOUT_GRAVITY)
+def test_gravity_has_no_default_away_from_the_fixed_point(entry):
+    make = WITHOUT_GRAVITY[entry]
+    with pytest.raises(TypeError, match=r"gravity is required .* 9\.81 .* 1 in units"):
+        make()
+    tops = make(gravity=9.81)
+    assert tops is None or np.all(tops.gravity == 9.81)
+
+
+@pytest.mark.parametrize("gravity", [None, 0.0, 9.81])
+def test_a_body_supported_at_its_centre_of_mass_needs_no_gravity(gravity):
+    scene = kr.Scene.spinning(WEIGHTLESS, 3.0, 0.4, gravity=gravity)
+    assert scene.gravity == (gravity or 0.0)
+    assert eval(repr(scene), {"Scene": kr.Scene, "Body": kr.Body}) == scene
+    assert kr.Scene.from_toml(scene.to_toml()) == scene
+    tops = kr.Ensemble.spinning(WEIGHTLESS, [3.0], 0.4, gravity=gravity)
+    assert tops[0] == scene and scene.vary(spin=[3.0]).gravity == scene.gravity
+    path, pulled = kr.solve(scene, 2.0), kr.solve(scene.replace(gravity=1), 2.0)
+    assert path.states.tobytes() == pulled.states.tobytes()
+
+
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_a_given_gravity_is_kept(gravity):
+    scene = kr.Scene(HEAVY, momentum=(0.1, 0.2, 3.0), gravity=gravity)
+    assert f"gravity={gravity}" in repr(scene) and f"gravity = {gravity}" in scene.to_toml()
+    assert scene.replace(body=kr.scenes.cusps.body, damping=0.1).gravity == gravity
+    for tops in (
+        scene.vary(spin=[1, 2]),
+        scene.vary(com=[(0, 0, 0.1)]),
+        scene.scatter(3, attitude=0.1),
+    ):
+        assert (tops.gravity == gravity).all()

@@ -311,7 +311,7 @@ def test_traces_of_the_apex_are_unit_vectors_at_even_times():
 @pytest.mark.parametrize("com", [(0.0, 0.0, 0.2), (0.2, 0.0, 0.0)])
 def test_the_height_of_the_apex_follows_from_its_horizontal_components(attitude, side, com):
     body = kr.Body(1.0, (1.0, 1.0, 0.9), com=com)
-    point = convert_scene_to_fit_point(kr.Scene(body, (0, 0, 1), attitude))
+    point = convert_scene_to_fit_point(kr.Scene(body, (0, 0, 1), attitude, gravity=1))
     t = np.arange(12.0)
     x, y = 0.6 + 0.001 * t, -0.3 + 0.001 * t
     x[5], y[7], x[11], y[11] = np.nan, np.nan, 0.8, -0.61

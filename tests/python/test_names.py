@@ -49,7 +49,7 @@ def test_the_attitude_error_is_the_angle_between():
 
 
 def test_conventions_agree_with_the_core():
-    quarter = kr.Scene(CORNER, momentum=(0, 0, 0), attitude=unit((1, 0, 0, 1)))
+    quarter = kr.Scene(CORNER, momentum=(0, 0, 0), attitude=unit((1, 0, 0, 1)), gravity=1)
     assert quaternion.turn(quarter.attitude, (1.0, 0.0, 0.0)) == pytest.approx((0, 1, 0), abs=1e-15)
     expected = quaternion.turn(quarter.attitude, quaternion.turn(CORNER.axes, (1.0, 0.0, 0.0)))
     assert kr.solve(quarter, [0.0]).frame[0, 0] == pytest.approx(expected, abs=1e-15)

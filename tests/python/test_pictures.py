@@ -91,7 +91,9 @@ SPARSE = {
     "damped": lambda _: kr.solve(kr.scenes.fast.replace(damping=0.5), 10.0, tol=1e-6),
     "fixed step": lambda _: kr.solve(GENERAL, 30.0, "strang", step=0.01, every=1000),
     "wanted": lambda _: kr.solve(GENERAL, [0.0, 30.0], want=WANTED),
-    "spherical": lambda _: kr.solve(kr.Scene(kr.Body(1, (2, 2, 2), (1, 0, 0)), (3, 2, 9)), 20),
+    "spherical": lambda _: kr.solve(
+        kr.Scene(kr.Body(1, (2, 2, 2), (1, 0, 0)), (3, 2, 9), gravity=1), 20
+    ),
     "pendulum": lambda _: kr.solve(kr.scenes.cusps.replace(momentum=(0, 0, 0)), 30),
     "changed run": changed_run,
     "loaded": loaded,
@@ -501,7 +503,7 @@ def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
 
 
 def test_a_film_shows_a_block_on_a_lever_that_begins_at_the_fixed_point():
-    scene = kr.Scene(BLOCK, attitude=(0.8, 0.6, 0, 0), momentum=(0, 0, 0.1))
+    scene = kr.Scene(BLOCK, attitude=(0.8, 0.6, 0, 0), momentum=(0, 0, 0.1), gravity=1)
     figure = next(kr.solve(scene, 1.0).animate(fps=1, size=100)._draw_frames())
     needle, lever = steel_lines(figure)
     assert not lever[0].any() and needle[0].any()

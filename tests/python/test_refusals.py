@@ -13,7 +13,7 @@ NAN, INF = float("nan"), float("inf")
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
 CUBOID = {"half": (1, 1, 1), "pivot": (0, 0, -1)}
 LAGRANGE = kr.Body(**BODY)
-SCENE = {"body": LAGRANGE, "momentum": (0.1, 0.2, 0.3)}
+SCENE = {"body": LAGRANGE, "momentum": (0.1, 0.2, 0.3), "gravity": 1}
 TOP = kr.Scene(**SCENE)
 FIXED = {"method": "rk4", "step": 0.1}
 
@@ -164,9 +164,9 @@ def test_invalid_scenes_are_refused(change, exception, message):
 
 def test_an_attitude_may_be_off_by_rounding():
     q = np.array([0.8, 0.4, -0.2, 0.4])
-    assert kr.Scene(LAGRANGE, (0, 0, 1), tuple(q * (1 + 4e-13))).attitude[0] > 0.8
+    assert kr.Scene(LAGRANGE, (0, 0, 1), tuple(q * (1 + 4e-13)), gravity=1).attitude[0] > 0.8
     with pytest.raises(ValueError, match="divide by it"):
-        kr.Scene(LAGRANGE, (0, 0, 1), tuple(q * (1 + 1e-12)))
+        kr.Scene(LAGRANGE, (0, 0, 1), tuple(q * (1 + 1e-12)), gravity=1)
 
 
 @pytest.mark.parametrize(
@@ -302,15 +302,15 @@ def test_invalid_arguments_of_compare_are_refused(words, exception, message):
         lambda: kr.Body(1, (1, 1, 1), (0, 0, 0), unphysical=list(range(10**5))),
         lambda: kr.Body.disk(10**5000, (0, 0, 0), mass=1),
         lambda: kr.Body.sphere("x" * 10**6, (0, 0, 0), mass=1),
-        lambda: kr.Scene("x" * 10**6, (1, 2, 3)),
-        lambda: kr.Scene(LAGRANGE, np.full((300, 3), 0.123456789)),
-        lambda: kr.Scene(LAGRANGE, (1, 2, 3), np.full((300, 4), 0.123456789)),
+        lambda: kr.Scene("x" * 10**6, (1, 2, 3), gravity=1),
+        lambda: kr.Scene(LAGRANGE, np.full((300, 3), 0.123456789), gravity=1),
+        lambda: kr.Scene(LAGRANGE, (1, 2, 3), np.full((300, 4), 0.123456789), gravity=1),
         lambda: kr.Scene(LAGRANGE, (1, 2, 3), gravity=np.full((300, 3), 0.123456789)),
         lambda: kr.Scene(LAGRANGE, (1, 2, 3), gravity=-(10**5000)),
         lambda: kr.Scene.from_toml(f"momentum = {list(range(10**4))}\n[body]\nmass = 1"),
         lambda: kr.Scene.from_toml(f"{'x' * 10**6} = 1\n" + TOP.to_toml()),
         lambda: kr.Scene.from_toml(f"body = {list(range(10**4))}\nmomentum = [1, 2, 3]"),
-        lambda: kr.starts(LAGRANGE, energy=1, vertical=1, grid=list(range(10**5))),
+        lambda: kr.starts(LAGRANGE, energy=1, vertical=1, grid=list(range(10**5)), gravity=1),
     ],
 )
 def test_long_arguments_are_abbreviated(make):

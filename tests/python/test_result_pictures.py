@@ -17,7 +17,7 @@ from matplotlib.colors import LogNorm, to_rgb
 from matplotlib.figure import Figure
 
 TOP = kr.scenes.asymmetric
-TOPS = kr.starts(TOP.body, energy=2, vertical=1, n=5, seed=2)
+TOPS = kr.starts(TOP.body, energy=2, vertical=1, n=5, seed=2, gravity=1)
 SECTION = kr.section(TOPS, n=20)
 CURVES = kr.megno(TOPS, 1000)
 PNG = 'src="data:image/png;base64,iVBORw0KGgo'
@@ -111,7 +111,9 @@ def test_a_chaotic_spectrum_has_lines_without_numbers():
 
 
 def test_a_top_at_rest_has_a_spectrum_without_lines():
-    top = kr.Scene(kr.Body.symmetric(1.0, 1.0, 0.5, 1.0, unphysical=True), momentum=(0, 0, 0))
+    top = kr.Scene(
+        kr.Body.symmetric(1.0, 1.0, 0.5, 1.0, unphysical=True), momentum=(0, 0, 0), gravity=1
+    )
     found = kr.frequencies(kr.solve(top, np.linspace(0.0, 50.0, 200)))
     axes = found.plot()
     assert axes.get_title().startswith("0 lines, rest ") and not axes.texts
@@ -178,7 +180,7 @@ def test_a_curve_of_one_point_has_no_scale_bar():
 
 
 def test_indicators_of_three_dimensions_are_not_drawn():
-    indicator = kr.oli(kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3))), 1.0)
+    indicator = kr.oli(kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3)), gravity=1), 1.0)
     with pytest.raises(ValueError, match="indicators of 3 dimensions cannot be drawn: select two"):
         indicator.plot()
     assert indicator._repr_html_() is None and kr.oli(TOPS[:0], 1.0)._repr_html_() is None

@@ -159,7 +159,7 @@ def test_members_of_an_ensemble_equal_single_tops():
 
 def test_velocities_include_the_rotor():
     for body in (GENERAL, TENSOR):
-        scene = kr.Scene(body, body_velocity=(1, 2, 3), attitude=START["attitude"])
+        scene = kr.Scene(body, body_velocity=(1, 2, 3), attitude=START["attitude"], gravity=1)
         inertia = np.array(body.inertia)
         inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
         expected = inertia @ (1, 2, 3) + body.rotor
@@ -340,9 +340,11 @@ def test_bodies_keep_their_rotors(tmp_path):
         assert kr.Scene.from_toml(scene.to_toml()) == scene
         kr.solve(scene, [0.0, 1.0]).save(tmp_path / "path.npz")
         assert kr.load(tmp_path / "path.npz").scene == scene
-    text = "momentum = [0, 0, 3]\n[body]\nrotor = [0, 0, 1]\n[body.cone]\nradius = 1\nheight = 2\n"
+    text = "momentum = [0, 0, 3]\ngravity = 1\n[body]\nrotor = [0, 0, 1]\n[body.cone]\n"
     cone = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-    other_body = kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1\n").body
+    other_body = kr.Scene.from_toml(
+        text + "radius = 1\nheight = 2\npivot = [0, 0, 0]\nmass = 1\n"
+    ).body
     assert other_body == cone.with_rotor(spin=10, inertia=0.1, axis=(0, 0, 5))
     assert (GENERAL + GENERAL).rotor == (0.6, -0.8, 1.6)
     half = (math.sqrt(0.5), math.sqrt(0.5), 0, 0)
@@ -390,8 +392,8 @@ def test_functions_without_rotors_refuse_them():
         lambda: kr.solve(HEAVY.replace(gravity=0), 1.0, "exact"),
         lambda: kr.exact(axial, map="bobenko_suris", step=0.01),
         lambda: kr.rod(path),
-        lambda: kr.starts(GENERAL, energy=2.0, vertical=0.5, n=2),
-        lambda: kr.Scene.spinning(axial.body, spin=9.0, tilt=0.3, steady=True),
+        lambda: kr.starts(GENERAL, energy=2.0, vertical=0.5, n=2, gravity=1),
+        lambda: kr.Scene.spinning(axial.body, spin=9.0, tilt=0.3, steady=True, gravity=1),
         lambda: axial.vary(spin=[9.0, 8.0], steady=True),
         lambda: kr.events.separatrix(HEAVY.replace(gravity=0)),
     ):

@@ -82,7 +82,7 @@ def test_a_struck_free_body_precesses_about_its_new_momentum(name):
     """Compare the motion after an impulse with the closed form for a free symmetric body."""
     method, _, digits = name.partition(" ")
     body = kr.Body(mass=1.0, inertia=(2.0, 2.0, 0.5), com=(0, 0, 0))
-    spinning = kr.Scene(body, momentum=(0.0, 0.0, 1.5))
+    spinning = kr.Scene(body, momentum=(0.0, 0.0, 1.5), gravity=1)
     words = words_for(method) | ({"digits": int(digits)} if digits else {})
     run = kr.start(spinning, method, **words)
     assert run.to(2.0).apex[-1].tolist() == [0.0, 0.0, 1.0]
@@ -175,7 +175,9 @@ def exact_momentum(old, new, state):
 @pytest.mark.parametrize("old", [CORNER, TURNED, LAGRANGE.body])
 @pytest.mark.parametrize("new", [CORNER, TURNED, kr.Body(mass=1, inertia=(1, 3, 2), com=(1, 0, 0))])
 def test_a_change_of_body_preserves_momentum_or_velocity(old, new, digits):
-    run = kr.start(kr.Scene(old, momentum=(1, 2, 3), attitude=TILT), "taylor", digits=digits)
+    run = kr.start(
+        kr.Scene(old, momentum=(1, 2, 3), attitude=TILT, gravity=1), "taylor", digits=digits
+    )
     last = run.to(2.0)[-1]
     other = copy.copy(run)
     run.change(body=new)
@@ -407,7 +409,7 @@ def test_events_after_a_push_are_found_once():
 def test_a_top_can_be_pushed_at_each_terminal_event():
     """Check that a top conserves its energy when it bounces off an obstacle at a given height."""
     floor = kr.events.crossing("apex_z", 0.5, direction=-1, terminal=True)
-    top = kr.Scene.spinning(LAGRANGE.body, spin=0.0, tilt=0.5)
+    top = kr.Scene.spinning(LAGRANGE.body, spin=0.0, tilt=0.5, gravity=1)
     run, times = kr.start(top, events=[floor]), []
     for _ in range(4):
         path = run.to(100.0)
@@ -553,7 +555,7 @@ def test_another_thread_cannot_change_a_run_during_a_call():
 
 def test_a_momentum_beyond_the_range_of_doubles_is_refused():
     light = kr.Body(1e-3, (1e10,) * 3, (0, 0, 0), unphysical=True)
-    run = kr.start(kr.Scene(light, (1e300, 0.0, 0.0)))
+    run = kr.start(kr.Scene(light, (1e300, 0.0, 0.0), gravity=1))
     heavy = kr.Body(1.0, (1e20,) * 3, (0, 0, 0))
     with pytest.raises(ValueError, match="the momentum after the change exceeds the range"):
         run.change(body=heavy, keep="velocity")

@@ -18,8 +18,9 @@ def test_scenes_from_plain_numbers_equal_validated_ones(word, way):
     for _ in range(50):
         row, q = rng.normal(size=3), rng.normal(size=4)
         q /= np.linalg.norm(q)
-        plain = kr.Scene(CORNER, **{word: way(row)}, attitude=way(q))
-        validated = kr.Scene(CORNER, **{word: list(row)}, attitude_xyzw=[*q[1:], q[0]])
+        plain = kr.Scene(CORNER, **{word: way(row)}, attitude=way(q), gravity=1)
+        other = {word: list(row), "attitude_xyzw": [*q[1:], q[0]]}
+        validated = kr.Scene(CORNER, gravity=1, **other)
         assert plain == validated and plain._block == validated._block
         assert all(type(x) is float for x in (*plain.momentum, *plain.attitude, plain.gravity))
 
@@ -50,7 +51,7 @@ def test_integers_are_accepted():
 
 def test_a_scene_copies_its_arguments():
     row = [*MOMENTUM]
-    scene = kr.Scene(CORNER, momentum=row, attitude=TILT)
+    scene = kr.Scene(CORNER, momentum=row, attitude=TILT, gravity=1)
     row[0] = 7.0
     assert scene == GENERAL and scene.replace(momentum=np.array(MOMENTUM)) == GENERAL
 

@@ -22,7 +22,7 @@ def same(one, other):
 
 def random_ensemble(n):
     momenta = np.random.default_rng(5).normal(size=(n, 3))
-    return kr.Ensemble(CORNER, momentum=momenta, attitude=(0.8, 0.4, -0.2, 0.4))
+    return kr.Ensemble(CORNER, momentum=momenta, attitude=(0.8, 0.4, -0.2, 0.4), gravity=1)
 
 
 @pytest.mark.parametrize("scene", [LAGRANGE, kr.scenes.cusps])
@@ -50,7 +50,7 @@ def test_the_section_of_a_free_body_lies_on_its_ellipsoid():
 
 @pytest.mark.parametrize("event", [LOW, LOOP])
 def test_kowalewskis_integral_is_constant_on_sections(event):
-    tops = kr.starts(kr.scenes.kowalewski.body, energy=1.0, vertical=0.5, n=4)
+    tops = kr.starts(kr.scenes.kowalewski.body, energy=1.0, vertical=0.5, n=4, gravity=1)
     section = kr.section(tops, event, n=100, max_wait=200)
     assert len(section.t) > 100
     for i in range(4):
@@ -119,7 +119,7 @@ def test_a_top_without_events_is_reported():
     with pytest.raises(kr.Error, match=r"top\[0\], the first of 2 of 3") as failure:
         section.check()
     assert failure.value.paths is section and len(failure.value.path) == 0
-    rest = kr.section(kr.Scene(LAGRANGE.body, (0, 0, 0)), n=3)
+    rest = kr.section(kr.Scene(LAGRANGE.body, (0, 0, 0), gravity=1), n=3)
     assert rest.status_names.tolist() == ["ERR_EVENT"]
 
 

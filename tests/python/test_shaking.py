@@ -158,8 +158,8 @@ def test_invalid_shaking_is_refused(shaking):
     for make in (
         lambda: HEAVY.replace(shaking=shaking),
         lambda: HEAVY.vary(shaking=shaking),
-        lambda: kr.Ensemble(HEAVY.body, momentum=(0, 0, 1), shaking=shaking),
-        lambda: kr.Scene.from_euler(HEAVY.body, (0, 1, 0), shaking=shaking),
+        lambda: kr.Ensemble(HEAVY.body, momentum=(0, 0, 1), shaking=shaking, gravity=1),
+        lambda: kr.Scene.from_euler(HEAVY.body, (0, 1, 0), shaking=shaking, gravity=1),
         lambda: kr.start(HEAVY).change(shaking=shaking),
     ):
         with pytest.raises((TypeError, ValueError), match="shaking"):
@@ -174,7 +174,9 @@ def test_functions_without_shaken_supports_refuse_them():
         lambda: kr.solve(kr.Scene(axial, **START, shaking=SHAKING), 1.0, "bobenko_suris", step=0.1),
         lambda: kr.view(HEAVY, open=False),
         lambda: kr.events.separatrix(HEAVY),
-        lambda: kr.Scene.spinning(axial, spin=9.0, tilt=0.3, steady=True, shaking=SHAKING),
+        lambda: kr.Scene.spinning(
+            axial, spin=9.0, tilt=0.3, steady=True, shaking=SHAKING, gravity=1
+        ),
     ):
         with pytest.raises(ValueError, match="shak"):
             call()

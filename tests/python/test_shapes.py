@@ -219,13 +219,13 @@ def line():
 
 def test_a_rod_on_its_own_line_is_refused_as_a_body():
     for use in (
-        lambda: kr.Scene(line(), (0, 0, 1)),
+        lambda: kr.Scene(line(), (0, 0, 1), gravity=1),
         lambda: line().kind,
-        lambda: kr.Scene.spinning(line(), 3.0),
+        lambda: kr.Scene.spinning(line(), 3.0, gravity=1),
         lambda: kr.Scene.from_toml(
             "momentum = [0, 0, 1]\n[body.rod]\nlength = 1\npivot = [0, 0, 0]\nmass = 1"
         ),
-        lambda: kr.starts(line(), energy=1, vertical=0, n=1),
+        lambda: kr.starts(line(), energy=1, vertical=0, n=1, gravity=1),
     ):
         with pytest.raises(ValueError, match="thin rod whose fixed point lies on its own line"):
             use()
@@ -265,7 +265,7 @@ def test_a_rotor_on_a_rod_becomes_part_of_the_whole_body():
     text = "momentum = [0, 0, 1]\n[body]\nrotor = [0, 0, 1]\n[body.rod]\nlength = 1\n"
     for use in (
         lambda: rod.moments,
-        lambda: kr.Scene(rod, momentum=(0, 0, 1)),
+        lambda: kr.Scene(rod, momentum=(0, 0, 1), gravity=1),
         lambda: kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1"),
     ):
         with pytest.raises(ValueError, match="thin rod whose fixed point lies on its own line"):

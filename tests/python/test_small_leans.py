@@ -20,13 +20,13 @@ def permute_axes(axis, moments, lever=1.0):
     shift = (axis + 1) % 3
     body = kr.Body(1, np.roll(moments, shift), com=np.roll((0, 0, lever), shift), unphysical=True)
     attitude = multiply(LEAN, conjugate(CYCLES[axis]))
-    return kr.Scene(body, momentum=(0, 0, 0.25), attitude=attitude)
+    return kr.Scene(body, momentum=(0, 0, 0.25), attitude=attitude, gravity=1)
 
 
 @pytest.mark.parametrize("moments", [(0.8, 1.0, 1.2), (1.0, 1.2, 0.8), (1.0, 0.8, 1.2)])
 def test_general_bodies_keep_a_small_tilt(moments):
     body = kr.Body(1, moments, com=(0, 0, 1), unphysical=True)
-    scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-13, 3e-13, 0))
+    scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-13, 3e-13, 0), gravity=1)
     path = kr.solve(scene, [31.0])
     q, _ = Series(scene, DIGITS).to(31.0)
     assert path.nutation[0] > 0.3
@@ -35,7 +35,7 @@ def test_general_bodies_keep_a_small_tilt(moments):
 
 def test_general_bodies_keep_a_tilt_below_double_precision():
     body = kr.Body(1, (1.0, 0.8, 1.2), com=(0, 0, 1), unphysical=True)
-    scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-21, 3e-21, 0))
+    scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-21, 3e-21, 0), gravity=1)
     q, _ = Series(scene, DIGITS).to(51.0)
     ensemble = kr.solve(kr.Ensemble.of([scene]), [51.0], "taylor")
     for path in (kr.solve(scene, [51.0]), ensemble[0]):

@@ -17,7 +17,7 @@ BODY = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), unphysical=True)
 
 def scene(damping, **changes):
     return kr.Scene(
-        BODY, momentum=(0.3, 0.4, 1.0), attitude=(0.8, 0.6, 0, 0), damping=damping
+        BODY, momentum=(0.3, 0.4, 1.0), attitude=(0.8, 0.6, 0, 0), damping=damping, gravity=1
     ).replace(**changes)
 
 
@@ -65,7 +65,7 @@ def compute_creep_nutation(t, damping, height=1.0):
 def test_a_top_creeps_at_the_rate_of_the_slow_motion(damping):
     body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
-    top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
+    top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping, gravity=1)
     times = np.array([0.1, 1.0, 3.0]) * damping
     path = kr.solve(top, times, max_steps=100)
     assert np.abs(path.nutation - [compute_creep_nutation(t, damping) for t in times]).max() < 1e-11
@@ -75,7 +75,7 @@ def test_a_top_creeps_at_the_rate_of_the_slow_motion(damping):
 @pytest.mark.parametrize("damping", [1e4, 1e9])
 def test_a_free_body_comes_to_rest_and_stays(damping):
     body = kr.Body(1, (1, 1, 1), (0, 0, 0))
-    top = kr.Scene(body, velocity=(0, 0, 3), damping=damping)
+    top = kr.Scene(body, velocity=(0, 0, 3), damping=damping, gravity=1)
     times = np.array([1.0, 20.0, 200.0, 1e3, 1e9]) / damping
     path = kr.solve(top, times, max_steps=300)
     decay = np.exp(-damping * times)
@@ -91,7 +91,7 @@ def test_a_free_body_comes_to_rest_and_stays(damping):
 def test_a_symmetric_top_reaches_the_slow_manifold_with_any_spin(damping, velocity):
     body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
-    top = kr.Scene(body, body_velocity=velocity, attitude=attitude, damping=damping)
+    top = kr.Scene(body, body_velocity=velocity, attitude=attitude, damping=damping, gravity=1)
     for settings in ({}, {"tol": 1e-9}, {"digits": 20}):
         path = kr.solve(top, [1.0, 3 * damping], max_steps=800, **settings)
         assert path.nutation[0] == pytest.approx(0.5, abs=20 / damping)
@@ -116,7 +116,7 @@ def test_every_function_takes_the_same_steps():
 def test_events_are_found_on_the_slow_manifold():
     body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     attitude, damping = (math.cos(0.25), math.sin(0.25), 0, 0), 1e8
-    top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
+    top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping, gravity=1)
     level = kr.events.plane((0, 0, 1), of="apex")
     found = kr.solve(top, 5 * damping, events=[level]).events
     expected = damping * math.log(1 / math.tan(0.25)) + 1 / damping
@@ -169,7 +169,8 @@ RESTS = {
 def test_a_top_comes_to_rest(name, digits):
     body, damping, words = RESTS[name]
     attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
-    top = kr.Scene(body, momentum=(0.1, 0.2, 0.3), attitude=attitude, damping=damping, **words)
+    words = {"attitude": attitude, "gravity": 1, "damping": damping, **words}
+    top = kr.Scene(body, momentum=(0.1, 0.2, 0.3), **words)
     t = 300 * np.max(damping)
     path = kr.solve(top, [0.01 * t, 0.5 * t, t], digits=digits, max_steps=1500)
     com = np.array(body.com) / np.linalg.norm(body.com)
@@ -183,7 +184,7 @@ def test_a_top_comes_to_rest(name, digits):
 @pytest.mark.parametrize("digits", [None, 20, 30])
 def test_the_last_approach_to_rest(damping, digits):
     attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
-    top = kr.Scene(LAGRANGE, momentum=(0, 0, 0), attitude=attitude, damping=damping)
+    top = kr.Scene(LAGRANGE, momentum=(0, 0, 0), attitude=attitude, damping=damping, gravity=1)
     times = np.array([5.0, 10.0, 20.0, 30.0, 100.0]) * damping
     path = kr.solve(top, times, digits=digits, max_steps=200)
     tilts = 2 * np.arctan(np.exp(-(times - 1 / damping) / damping) / math.tan(0.25))
@@ -195,7 +196,7 @@ def test_the_last_approach_to_rest(damping, digits):
 
 def test_a_nearly_upright_top_with_spin_falls_at_the_right_time():
     body = kr.Body(1, (1, 1.2, 0.7), (0, 0, 1), unphysical=True)
-    top = kr.Scene(body, momentum=(1e-25, 1e-28, 1e-3), damping=1e3)
+    top = kr.Scene(body, momentum=(1e-25, 1e-28, 1e-3), damping=1e3, gravity=1)
     times = [6e4, 6.2e4, 1e5, 1e6]
     path, truth = (kr.solve(top, times, digits=n, max_steps=400) for n in (None, 30))
     assert 0.01 < path.nutation[0] < path.nutation[1] < 1.0

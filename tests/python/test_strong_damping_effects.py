@@ -9,7 +9,7 @@ from validation.references import radau
 from validation.references.problems import Problem
 
 MOMENTS, COM = (1, 1.2, 1.7), (0.1, 0.2, 1)
-START = {"momentum": (0.3, 0.4, 1.0), "attitude": (0.8, 0.6, 0, 0)}
+START = {"momentum": (0.3, 0.4, 1.0), "attitude": (0.8, 0.6, 0, 0), "gravity": 1}
 ROTOR, NONE = (0.3, -0.4, 0.8), (0, 0, 0)
 TURNING, SHAKING = {"turning": (0.1, 0.2, 0.3)}, {"shaking": (0.1, 3.0, 0.2)}
 BOTH = TURNING | SHAKING
@@ -84,7 +84,9 @@ def test_every_precision_agrees_with_the_series(damping, rotor, effects):
 def test_a_rotor_along_the_axis_slows_the_fall():
     damping = rotor = 1e6
     body = kr.Body(1, (1, 1, 1), (0, 0, 1), unphysical=True, rotor=(0, 0, rotor))
-    top = kr.Scene(body, body_velocity=(0, 0, 0), attitude=START["attitude"], damping=damping)
+    top = kr.Scene(
+        body, body_velocity=(0, 0, 0), attitude=START["attitude"], damping=damping, gravity=1
+    )
     path = kr.solve(top, [0.0, 1e6], max_steps=100)
     # On the slow manifold D w = h x w + P x c, so that the apex falls as if D were D + h^2 / D.
     effective_damping = damping + rotor**2 / damping
@@ -111,14 +113,18 @@ def test_a_top_from_rest_fails_soon_backward():
 
 
 def test_a_top_at_rest_stays_at_rest_backward():
-    hanging = kr.Scene(kr.Body(1, MOMENTS, (0, 0, -1), unphysical=True), velocity=(0, 0, 0))
+    hanging = kr.Scene(
+        kr.Body(1, MOMENTS, (0, 0, -1), unphysical=True), velocity=(0, 0, 0), gravity=1
+    )
     path = kr.solve(hanging.replace(damping=1e5), [-1.0], max_steps=40000)
     assert np.array_equal(path.q[0], (1, 0, 0, 0)) and not path.m.any()
 
 
 def test_events_before_the_refused_time_are_found():
     level = kr.events.plane((0, 0, 1), of="apex", terminal=True)
-    top = kr.Scene(kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True), velocity=(30, 0, 0))
+    top = kr.Scene(
+        kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True), velocity=(30, 0, 0), gravity=1
+    )
     found = kr.solve(top.replace(damping=100.0), -0.02, events=[level]).events
     assert len(found) == 1
     again = kr.solve(top.replace(damping=100.0), -1.0, events=[level]).events
@@ -135,7 +141,9 @@ def test_few_steps_suffice(effects):
 
 def test_a_top_on_a_turning_support_falls_as_on_a_support_at_rest():
     body = kr.Body(1, (1, 1, 1), (0, 0, 1), unphysical=True)
-    top = kr.Scene(body, body_velocity=(0, 0, 0), attitude=START["attitude"], damping=1e6)
+    top = kr.Scene(
+        body, body_velocity=(0, 0, 0), attitude=START["attitude"], damping=1e6, gravity=1
+    )
     # A support that turns about the vertical carries the ball along without tilting it.
     path = kr.solve(top.replace(turning=(0, 0, 2.0)), [0.0, 1e6], max_steps=100)
     nutation = 2 * np.arctan(np.tan(path.nutation[0] / 2) * np.exp(1.0))
@@ -150,7 +158,9 @@ def test_permuted_axes_give_the_same_path():
     cycle = np.array((0.5, 0.5, 0.5, 0.5))  # takes x to y, y to z and z to x
     body = kr.Body(1, np.roll(MOMENTS, 1), np.roll(COM, 1), unphysical=True)
     attitude = kr.quaternion.multiply(START["attitude"], kr.quaternion.conjugate(cycle))
-    top = kr.Scene(body, momentum=START["momentum"], attitude=attitude, damping=(2e3, 300, 1e4))
+    top = kr.Scene(
+        body, momentum=START["momentum"], attitude=attitude, damping=(2e3, 300, 1e4), gravity=1
+    )
     path = kr.solve(top.replace(**BOTH), times, max_steps=300)
     assert np.abs(path.apex - other_path.apex).max() < 1e-14
     assert np.abs(path.m - other_path.m).max() < 1e-14

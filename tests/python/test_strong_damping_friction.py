@@ -6,7 +6,7 @@ import pytest
 from moving_tops import TENSOR, check_members, check_resumed, integrate_with_stops
 
 MOMENTS, COM = (1, 1.2, 1.7), (0.1, 0.2, 1)
-START = {"momentum": (0.3, 0.4, 1.0), "attitude": (0.8, 0.6, 0, 0)}
+START = {"momentum": (0.3, 0.4, 1.0), "attitude": (0.8, 0.6, 0, 0), "gravity": 1}
 TURNING, SHAKING = (0.1, 0.2, 0.3), (0.1, 3.0, 0.2)
 ROTOR = (0.3, -0.4, 0.8)
 BODIES = {
@@ -117,7 +117,7 @@ def test_few_steps_suffice(damping):
 
 def test_a_slow_spin_is_kept_beside_strong_damping():
     body = kr.Body(1, (1, 1, 1.7), (0, 0, 1), unphysical=True)
-    losses = {"damping": (1e10, 1e10, 0), "friction": 1e-6}
+    losses = {"gravity": 1, "damping": (1e10, 1e10, 0), "friction": 1e-6}
     top = kr.Scene(body, body_velocity=(0, 0, 1e-4), attitude=(0.8, 0.6, 0, 0), **losses)
     stop = 1.7 * 1e-4 / 1e-6
     path = kr.solve(top, [0.5 * stop, 2 * stop], max_steps=200)

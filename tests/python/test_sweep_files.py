@@ -214,7 +214,9 @@ def test_an_ensemble_is_a_source(tmp_path, tops):
 
 
 def test_a_large_ensemble_has_a_file_beside_the_plan(tmp_path):
-    tops = kr.Ensemble(TOP.body, momentum=np.random.default_rng(3).normal(size=(25000, 3)))
+    tops = kr.Ensemble(
+        TOP.body, momentum=np.random.default_rng(3).normal(size=(25000, 3)), gravity=1
+    )
     words = {"t": [0.1], "reduce": {"energy": "last"}, "method": "strang", "step": 0.1}
     sweep = kr.sweep(tops, folder=tmp_path, **words, part_size=10000)
     (file,) = tmp_path.glob("starts-*.npy")

@@ -142,7 +142,9 @@ def test_tables_refuse_quantities_that_were_not_wanted():
 
 def test_euler_angles_reproduce_the_attitude():
     body = kr.Body(1.0, (2.0, 3.0, 4.0), (0.0, 0.0, 0.5))  # a body whose apex is its third axis
-    path = kr.solve(kr.Scene(body, momentum=(1.0, -2.0, 3.0), attitude=GENERAL.attitude), TIMES)
+    path = kr.solve(
+        kr.Scene(body, momentum=(1.0, -2.0, 3.0), attitude=GENERAL.attitude, gravity=1), TIMES
+    )
     matrices = Rotation.from_euler("ZXZ", path.euler()).as_matrix()
     np.testing.assert_allclose(matrices, Rotation.from_quat(path.q_xyzw).as_matrix(), atol=1e-13)
     assert np.array_equal(path.euler()[:, 1], path.nutation)

@@ -148,6 +148,7 @@ def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
             kr.Body.cuboid(half=half, pivot=pivot),
             momentum=random.normal(scale=5, size=3),
             attitude=attitude / np.linalg.norm(attitude),
+            gravity=1,
         )
         path = kr.solve(
             scene,

@@ -28,7 +28,7 @@ def angles_of(scene, t=0.0):
 
 def test_the_attitude_agrees_with_scipy():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
-    scene = kr.Scene.from_euler(CONE, ANGLES)
+    scene = kr.Scene.from_euler(CONE, ANGLES, gravity=1)
     expected = Rotation.from_euler("ZXZ", ANGLES).as_matrix()
     np.testing.assert_allclose(matrix(scene.attitude), expected, atol=1e-15)
     assert scene.momentum == (0, 0, 0)
@@ -38,7 +38,7 @@ def test_the_attitude_agrees_with_scipy():
 @pytest.mark.parametrize("angles", [ANGLES, (-3, 0.01, 3), (2, 3.1, -2), (0.3, 1.5, 0)])
 def test_paths_start_with_the_given_angles(body, angles):
     """Check the initial Euler angles of bodies whose apex lies along different body axes."""
-    scene = kr.Scene.from_euler(body, angles, RATES)
+    scene = kr.Scene.from_euler(body, angles, RATES, gravity=1)
     np.testing.assert_allclose(angles_of(scene), angles, atol=2e-13)
 
 
@@ -51,12 +51,14 @@ def test_paths_start_with_the_given_rates(body):
 
 
 def test_degrees_is_a_keyword_argument():
-    other = kr.Scene.from_euler(CONE, np.degrees(ANGLES), np.degrees(RATES), degrees=True)
-    scene = kr.Scene.from_euler(CONE, ANGLES, RATES)
+    other = kr.Scene.from_euler(
+        CONE, np.degrees(ANGLES), np.degrees(RATES), degrees=True, gravity=1
+    )
+    scene = kr.Scene.from_euler(CONE, ANGLES, RATES, gravity=1)
     np.testing.assert_allclose(other.attitude, scene.attitude, atol=1e-15)
     np.testing.assert_allclose(other.momentum, scene.momentum, rtol=1e-14)
     with pytest.raises(TypeError, match="positional"):
-        kr.Scene.from_euler(CONE, ANGLES, RATES, True)
+        kr.Scene.from_euler(CONE, ANGLES, RATES, True, gravity=1)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +73,7 @@ def test_degrees_is_a_keyword_argument():
 )
 def test_invalid_angles_are_refused(words, exception, message):
     with pytest.raises(exception, match=message):
-        kr.Scene.from_euler(**{"body": CONE, "angles": ANGLES, **words})
+        kr.Scene.from_euler(**{"body": CONE, "angles": ANGLES, "gravity": 1, **words})
 
 
 # Attitudes
@@ -81,12 +83,12 @@ def test_an_attitude_may_be_given_by_scipy():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     w, x, y, z = TILT
     rotation = Rotation.from_quat((x, y, z, w))
-    scene = kr.Scene(CORNER, MOMENTUM, rotation)
+    scene = kr.Scene(CORNER, MOMENTUM, rotation, gravity=1)
     np.testing.assert_allclose(scene.attitude, TILT, rtol=1e-15)
     assert scene.replace(attitude=rotation) == scene
     for several in (Rotation.concatenate([rotation, rotation]), rotation.as_rotvec):
         with pytest.raises((TypeError, ValueError), match=r"a single rotation|attitude must be 4"):
-            kr.Scene(CORNER, MOMENTUM, several)
+            kr.Scene(CORNER, MOMENTUM, several, gravity=1)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float16])
@@ -96,13 +98,13 @@ def test_a_single_precision_attitude_is_normalized_in_double(dtype):
         q = rng.normal(size=4).astype(dtype)
         q /= np.linalg.norm(q)
         for words in ({"attitude": q}, {"attitude_xyzw": q}, {"attitude": list(q)}):
-            scene = kr.Scene(CORNER, MOMENTUM, **words)
+            scene = kr.Scene(CORNER, MOMENTUM, gravity=1, **words)
             assert abs(math.hypot(*scene.attitude) - 1) < 4e-16
         np.testing.assert_allclose(scene.attitude, q.astype(float), atol=4 * np.finfo(dtype).eps)
     with pytest.raises(ValueError, match="divide by it"):
-        kr.Scene(CORNER, MOMENTUM, q.astype(float) * (1 + 1e-7))
+        kr.Scene(CORNER, MOMENTUM, q.astype(float) * (1 + 1e-7), gravity=1)
     with pytest.raises(ValueError, match="divide by it"):
-        kr.Scene(CORNER, MOMENTUM, q * dtype(1.1))
+        kr.Scene(CORNER, MOMENTUM, q * dtype(1.1), gravity=1)
 
 
 # Steady precession
@@ -124,7 +126,7 @@ def test_a_steady_precession_stays_steady(spin, tilt, gravity, fast):
     "changes", [{"spin": [30.0, -40.0], "tilt": 0.7}, {"tilt": [0.2, 2.0]}, {}]
 )
 def test_a_nodding_scene_can_be_varied_to_steady_precessions(changes, fast):
-    scene = kr.Scene.from_euler(CONE, (0.1, 0.8, 0.3), rates=(0.2, 0.9, 20.0))
+    scene = kr.Scene.from_euler(CONE, (0.1, 0.8, 0.3), rates=(0.2, 0.9, 20.0), gravity=1)
     tops = [*scene.vary(steady=True, fast=fast, **changes).reshape(-1)]
     grid = {"spin": [30.0, 40.0], "steady": True, "fast": fast}
     for top in [*tops, *(kr.Source.grid(scene, **grid)[i] for i in range(2))]:
@@ -228,7 +230,7 @@ def test_spinning_starts_with_or_without_precession():
     ],
 )
 def test_the_axis_may_have_any_direction(body):
-    path = kr.solve(kr.Scene.spinning(body, 30.0, 0.6, steady=True), 3)
+    path = kr.solve(kr.Scene.spinning(body, 30.0, 0.6, steady=True, gravity=1), 3)
     assert abs(path.nutation - 0.6).max() < 1e-12 and abs(path.spin - 30.0).max() < 1e-12
 
 
@@ -263,7 +265,7 @@ def test_the_axis_may_have_any_direction(body):
 )
 def test_spinning_refuses_invalid_arguments(words, exception, message):
     with pytest.raises(exception, match=message):
-        kr.Scene.spinning(**{"body": CONE, "spin": 3.0, "tilt": 0.3, **words})
+        kr.Scene.spinning(**{"body": CONE, "spin": 3.0, "tilt": 0.3, "gravity": 1, **words})
 
 
 def test_textbook_starts_may_be_damped():
@@ -271,9 +273,17 @@ def test_textbook_starts_may_be_damped():
         kr.Scene.spinning(CONE, 60.0, 1.0, gravity=9.81, damping=d) for d in (None, 0.1)
     )
     assert damped == free.replace(damping=0.1) and damped.damping == (0.1, 0.1, 0.1)
-    assert kr.Scene.from_euler(CONE, ANGLES, RATES, damping=(1, 1, 2)).damping == (1, 1, 2)
+    assert kr.Scene.from_euler(CONE, ANGLES, RATES, damping=(1, 1, 2), gravity=1).damping == (
+        1,
+        1,
+        2,
+    )
     assert kr.solve(damped, 1).spin[-1] < 59.9
-    assert kr.Scene.spinning(CONE, 60.0, 1.0, steady=True, damping=0.0).damping == (0, 0, 0)
+    assert kr.Scene.spinning(CONE, 60.0, 1.0, steady=True, damping=0.0, gravity=1).damping == (
+        0,
+        0,
+        0,
+    )
 
 
 # Boundary values
@@ -281,12 +291,12 @@ def test_textbook_starts_may_be_damped():
 
 def test_the_tilt_is_at_most_half_a_turn():
     body = THESIS.body
-    scene = kr.Scene.spinning(body, tilt=math.pi, spin=10.0, steady=True)
-    many = kr.Ensemble.spinning(body, tilt=[0.5, math.pi], spin=10.0, steady=True)
+    scene = kr.Scene.spinning(body, tilt=math.pi, spin=10.0, steady=True, gravity=1)
+    many = kr.Ensemble.spinning(body, tilt=[0.5, math.pi], spin=10.0, steady=True, gravity=1)
     assert scene.attitude[0] == pytest.approx(0.0, abs=1e-15) and len(many) == 2
     for wrong in (math.nextafter(math.pi, 4.0), -5e-324):
         with pytest.raises(ValueError, match=r"tilt"):
-            kr.Ensemble.spinning(body, tilt=[0.5, wrong], spin=10.0, steady=True)
+            kr.Ensemble.spinning(body, tilt=[0.5, wrong], spin=10.0, steady=True, gravity=1)
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
@@ -295,11 +305,11 @@ def test_symmetry_does_not_depend_on_the_units(scale):
     lever = 0.5 * scale**0.5
     unlike = kr.Body(1.0, tuple(moments), (0, 0, lever))
     with pytest.raises(ValueError, match="symmetric"):
-        kr.Scene.spinning(unlike, tilt=0.5, spin=10.0, steady=True)
+        kr.Scene.spinning(unlike, tilt=0.5, spin=10.0, steady=True, gravity=1)
     symmetric = kr.Body(1.0, (scale, scale, 0.5 * scale), (0, 0, lever))
     both = kr.Ensemble.of([THESIS.replace(body=unlike), THESIS.replace(body=symmetric)]).body
     with pytest.raises(ValueError, match=r"^body\[0\]: "):
-        kr.Ensemble.spinning(both, tilt=0.5, spin=10.0, steady=True)
+        kr.Ensemble.spinning(both, tilt=0.5, spin=10.0, steady=True, gravity=1)
     leans = kr.Body(1.0, tuple(moments), (1e-3 * lever, 0, lever))
     path = kr.solve(TOP.replace(body=leans), [0.0])
     with pytest.raises(ValueError, match="no rod for this top"):
@@ -309,7 +319,7 @@ def test_symmetry_does_not_depend_on_the_units(scale):
 def test_steady_precessions_of_symmetric_ensembles_equal_single_ones():
     bodies = [kr.Body(1.0, (4.0, 4.0, c), (0, 0, z)) for c, z in ((3.0, 1.0), (2.0, -0.5))]
     many = kr.Ensemble.of([THESIS.replace(body=body) for body in bodies]).body
-    tops = kr.Ensemble.spinning(many, tilt=0.5, spin=10.0, steady=True)
+    tops = kr.Ensemble.spinning(many, tilt=0.5, spin=10.0, steady=True, gravity=1)
     for i, body in enumerate(bodies):
-        one = kr.Scene.spinning(body, tilt=0.5, spin=10.0, steady=True)
+        one = kr.Scene.spinning(body, tilt=0.5, spin=10.0, steady=True, gravity=1)
         np.testing.assert_allclose(tops[i].momentum, one.momentum, rtol=1e-14, atol=1e-14)

@@ -7,7 +7,7 @@ from tops import CORNER, TILT
 
 THESIS = kr.scenes.thesis
 
-GOOD = "[body]\nmass = 1\ninertia = [2, 2, 1]\ncom = [0, 0, 1]\n"
+GOOD = "[body]\nmass = 1\ninertia = [2, 2, 1]\ncom = [0, 0, 0]\n"
 
 
 @pytest.mark.parametrize("scale", [1e-40, 1, 1e40])
@@ -48,9 +48,10 @@ def test_toml_preserves_every_bit(scale, tmp_path):
 )
 def test_toml_accepts_the_arguments_of_the_constructors(body, expected, tmp_path):
     file = tmp_path / "top.toml"
-    file.write_text(f"body_velocity = [0, 0.1, 2]\nattitude_xyzw = [0, 0, 1, 0]\n[body]\n{body}\n")
+    start = "body_velocity = [0, 0.1, 2]\nattitude_xyzw = [0, 0, 1, 0]\ngravity = 1\n"
+    file.write_text(f"{start}[body]\n{body}\n")
     assert kr.Scene.from_toml(file) == kr.Scene(
-        expected, body_velocity=(0, 0.1, 2), attitude_xyzw=(0, 0, 1, 0)
+        expected, body_velocity=(0, 0.1, 2), attitude_xyzw=(0, 0, 1, 0), gravity=1
     )
 
 
@@ -91,7 +92,7 @@ def test_invalid_toml_is_refused(text, exception, message, tmp_path):
 
 
 def scene_of(body, **start):
-    return kr.Scene(body, **{"momentum": (0, 0, 1), **start})
+    return kr.Scene(body, **{"momentum": (0, 0, 1), "gravity": 9.81, **start})
 
 
 @pytest.mark.parametrize(
@@ -137,7 +138,7 @@ def scene_of(body, **start):
     ],
 )
 def test_a_scene_is_read_from_text_as_from_a_file(body, expected, tmp_path):
-    text = f"momentum = [0, 0, 1]\n[body]\n{body}\n"
+    text = f"momentum = [0, 0, 1]\ngravity = 9.81\n[body]\n{body}\n"
     assert kr.Scene.from_toml(text) == scene_of(expected)
     assert kr.Scene.from_toml(kr.Scene.from_toml(text).to_toml()) == scene_of(expected)
     file = tmp_path / "eps=0.1.toml"
@@ -155,8 +156,12 @@ def test_a_scene_is_read_from_text_as_from_a_file(body, expected, tmp_path):
             ),
         ),
         (
-            "[spinning]\nspin = 60\ntilt = 1\nsteady = true",
-            lambda body: kr.Scene.spinning(body, 60, 1, steady=True),
+            "[spinning]\nspin = 60\ntilt = 1\nsteady = true\ngravity = 1",
+            lambda body: kr.Scene.spinning(body, 60, 1, steady=True, gravity=1),
+        ),
+        (
+            "gravity = 2\nfriction = 0.1\n[spinning]\nspin = 60\ndamping = 0.3",
+            lambda body: kr.Scene.spinning(body, 60, gravity=2, damping=0.3, friction=0.1),
         ),
     ],
 )
@@ -167,13 +172,13 @@ def test_starts_have_a_table(start, expected):
 
 
 def test_a_byte_order_mark_is_ignored(tmp_path):
-    text = "momentum = [0, 0, 1]\n" + GOOD
+    text = "momentum = [0, 0, 1]\ngravity = 9.81\n" + GOOD
     file = tmp_path / "notepad.toml"
     file.write_text(text, encoding="utf-8-sig")
     assert (
         kr.Scene.from_toml(file)
         == kr.Scene.from_toml("\ufeff" + text)
-        == scene_of(kr.Body(1, (2, 2, 1), (0, 0, 1)))
+        == scene_of(kr.Body(1, (2, 2, 1), (0, 0, 0)))
     )
 
 
@@ -196,9 +201,14 @@ def test_a_byte_order_mark_is_ignored(tmp_path):
         ("mass = 1\nmomentum = [0, 0, 1]\n" + GOOD, ValueError, r"^mass belongs below \[body\]$"),
         ("cone = { radius = 1 }\n" + GOOD, ValueError, r"^cone belongs below \[body\]$"),
         (
-            "gravity = 2\nspinning = { spin = 1 }\n" + GOOD,
+            "degrees = true\nspinning = { spin = 1 }\n" + GOOD,
             ValueError,
-            r"^gravity belongs in \[spinning\]$",
+            r"^degrees belongs in \[spinning\]$",
+        ),
+        (
+            "gravity = 2\nspinning = { spin = 1, gravity = 2 }\n" + GOOD,
+            ValueError,
+            "^gravity is given twice",
         ),
         (
             "momentum = [0, 0, 1]\nspinning = { spin = 1 }\n" + GOOD,

@@ -12,9 +12,9 @@ BODIES = {
 }
 ATTITUDE = (0.8, 0.4, -0.2, 0.4)
 SCENES = [
-    kr.Scene(BODIES[2.0], (0.3, 1.1, 0.8), ATTITUDE),
+    kr.Scene(BODIES[2.0], (0.3, 1.1, 0.8), ATTITUDE, gravity=1),
     kr.Scene(BODIES[2.0], (-1.2, 2.0, -1.5), ATTITUDE, gravity=-2.0),
-    kr.Scene(BODIES[4.0], (0.9, 2.1, 0.0), ATTITUDE),
+    kr.Scene(BODIES[4.0], (0.9, 2.1, 0.0), ATTITUDE, gravity=1),
 ]
 CHANGE = np.array((0.6, -0.8, 0.0))  # of the momentum; <m, e3> stays the same
 

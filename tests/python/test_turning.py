@@ -156,18 +156,23 @@ def test_velocities_are_relative_to_the_support():
         inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
         q = START["attitude"]
         for word, velocity in (("velocity", (1, 2, 3)), ("body_velocity", (3, -1, 2))):
-            scene = kr.Scene(body, **{word: velocity}, attitude=q, turning=TURNING)
+            scene = kr.Scene(body, **{word: velocity}, attitude=q, turning=TURNING, gravity=1)
             path = kr.solve(scene, [0.0])
             assert np.abs(getattr(path, word) - velocity).max() < 1e-14
             own = turn_back(q, velocity) if word == "velocity" else velocity
             own = inertia @ (np.array(own) + turn_back(q, TURNING)) + body.rotor
             assert np.abs(path.m[0] - turn(q, tuple(own))).max() < 1e-14
-            tops = kr.Ensemble(body, **{word: [velocity]}, attitude=q, turning=[TURNING, (0, 0, 1)])
+            words = {word: [velocity], "turning": [TURNING, (0, 0, 1)]}
+            tops = kr.Ensemble(body, attitude=q, gravity=1, **words)
             assert tops[0] == scene
-    euler_scene = kr.Scene.from_euler(body, (0.3, 1.0, 0.2), (1.0, 0.5, 3.0), turning=TURNING)
+    euler_scene = kr.Scene.from_euler(
+        body, (0.3, 1.0, 0.2), (1.0, 0.5, 3.0), turning=TURNING, gravity=1
+    )
     assert (
         euler_scene
-        == kr.Ensemble.from_euler(body, [(0.3, 1.0, 0.2)], (1.0, 0.5, 3.0), turning=TURNING)[0]
+        == kr.Ensemble.from_euler(
+            body, [(0.3, 1.0, 0.2)], (1.0, 0.5, 3.0), turning=TURNING, gravity=1
+        )[0]
     )
     t = np.linspace(0, 1e-3, 5)
     angles = kr.solve(euler_scene, t, digits=20).nutation
@@ -239,8 +244,9 @@ def test_toml_and_archives_contain_the_turning(tmp_path):
     assert HEAVY.replace(turning=None) != HEAVY and eval(repr(HEAVY), vars(kr)) == HEAVY
     kr.solve(HEAVY, [0.0, 1.0]).save(tmp_path / "path.npz")
     assert kr.load(tmp_path / "path.npz").scene == HEAVY
-    text = "[spinning]\nspin = 9\nturning = [0, 0, 1]\n[body.cone]\nradius = 1\nheight = 2\n"
-    scene = kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1\n")
+    start = "[spinning]\nspin = 9\ngravity = 1\nturning = [0, 0, 1]\n"
+    body = "[body.cone]\nradius = 1\nheight = 2\npivot = [0, 0, 0]\nmass = 1\n"
+    scene = kr.Scene.from_toml(start + body)
     assert scene.turning == (0, 0, 1) and kr.solve(scene, [0.0]).spin[0] == pytest.approx(9.0)
 
 
@@ -272,8 +278,8 @@ def test_invalid_turning_is_refused(turning):
     for make in (
         lambda: HEAVY.replace(turning=turning),
         lambda: HEAVY.vary(turning=turning),
-        lambda: kr.Ensemble(HEAVY.body, momentum=(0, 0, 1), turning=turning),
-        lambda: kr.Scene.from_euler(HEAVY.body, (0, 1, 0), turning=turning),
+        lambda: kr.Ensemble(HEAVY.body, momentum=(0, 0, 1), turning=turning, gravity=1),
+        lambda: kr.Scene.from_euler(HEAVY.body, (0, 1, 0), turning=turning, gravity=1),
         lambda: kr.Source.grid(HEAVY, turning=[turning, turning]),
         lambda: kr.start(HEAVY).change(turning=turning),
     ):
@@ -301,7 +307,9 @@ def test_functions_without_turning_supports_refuse_them():
         ),
         lambda: kr.events.separatrix(HEAVY),
         lambda: kr.solve(HEAVY, 1.0, events=[kr.events.kinetic(1.0)]),
-        lambda: kr.Scene.spinning(LAGRANGE, spin=9.0, tilt=0.3, steady=True, turning=TURNING),
+        lambda: kr.Scene.spinning(
+            LAGRANGE, spin=9.0, tilt=0.3, steady=True, turning=TURNING, gravity=1
+        ),
         lambda: kr.Scene(LAGRANGE, **START).vary(spin=[9.0], steady=True, turning=TURNING),
         lambda: kr.exact(kr.Scene(LAGRANGE, **START, turning=ABOUT_E3)),
         lambda: kr.exact(kr.Scene(LAGRANGE, **START).vary(turning=[ABOUT_E3, (0, 0, 1)])),
@@ -392,7 +400,9 @@ def test_refusals_on_a_support_that_turns_about_e3_describe_the_body():
     for tops in (upright, upright.vary(mass=[1.0, 2.0])):
         with pytest.raises(ValueError, match=expected):
             kr.solve(tops, 1.0, "hirota_kimura", step=0.1)
-    falling = kr.Scene(LAGRANGE, attitude=(1, 1e-80, 0, 0), momentum=(0, 0, 0), turning=ABOUT_E3)
+    falling = kr.Scene(
+        LAGRANGE, attitude=(1, 1e-80, 0, 0), momentum=(0, 0, 0), turning=ABOUT_E3, gravity=1
+    )
     assert "whose initial tilt and velocity are below" in find_refusal(falling, "exact")
 
 

@@ -37,8 +37,9 @@ def test_moments_about_the_centre_of_mass_are_a_named_argument():
     np.testing.assert_allclose(body.moments, (0.0052, 0.0052, 1e-4), rtol=1e-15)
     assert body == kr.Body.from_com(0.5, CENTRAL, COM, (0, 0, 0)) and not body.unphysical
     assert dataclasses.replace(body, mass=0.4).inertia == body.inertia
-    text = "momentum = [0, 0, 1]\n[body]\nmass = 0.5\ninertia_about_com = [2e-4, 2e-4, 1e-4]\n"
-    assert kr.Scene.from_toml(text + "com = [0, 0, 0.1]").body == body
+    text = "mass = 0.5\ninertia_about_com = [2e-4, 2e-4, 1e-4]\ncom = [0, 0, 0.1]"
+    scene = kr.Scene.from_toml(f"momentum = [0, 0, 1]\ngravity = 1\n[body]\n{text}")
+    assert scene.body == body
 
 
 @pytest.mark.parametrize(
@@ -88,7 +89,8 @@ def test_invalid_arguments_of_a_body_are_refused(words, exception, message):
         lambda: dataclasses.replace(kr.Body.cone(1, 2, (0, 0, 0), mass=1), mass=2),
         lambda: (
             kr.Scene.from_toml(
-                "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
+                "momentum = [0, 0, 1]\ngravity = 1\n"
+                "[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
             ).body
         ),
     ],
@@ -127,7 +129,7 @@ def test_physical_bodies_do_not_warn(scale):
 
 def test_a_body_warns_once():
     body, _ = call_and_warning(lambda: kr.Body(**MISTAKE))
-    scene = kr.Scene(body, body_velocity=(0, 0, 30.0))
+    scene = kr.Scene(body, body_velocity=(0, 0, 30.0), gravity=1)
     run = kr.start(scene, "rk4", step=0.01)
     run.to(0.5)
     for again in (
@@ -149,9 +151,9 @@ def test_bodies_passed_as_unphysical_do_not_warn():
     assert body.unphysical and repr(body).endswith("com=(0.0, 0.0, 1.0), unphysical=True)")
     assert kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True) == body
     assert kr.Body.from_com(1, (0.1, 0.1, 0.5), (0, 0, 1), (0, 0, 0), unphysical=True).unphysical
-    assert "unphysical = true" in kr.Scene(body, (0, 0, 1)).to_toml()
+    assert "unphysical = true" in kr.Scene(body, (0, 0, 1), gravity=1).to_toml()
     real = kr.Body.cone(1, 2, (0, 0, 0), mass=1)
-    assert "unphysical" not in repr(real) + kr.Scene(real, (0, 0, 1)).to_toml()
+    assert "unphysical" not in repr(real) + kr.Scene(real, (0, 0, 1), gravity=1).to_toml()
     assert dataclasses.replace(real, unphysical=True) == real
 
 
@@ -159,7 +161,7 @@ def test_physical_bodies_keep_the_flag():
     one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), unphysical=True)
     assert one.unphysical and dataclasses.replace(one, com=(0, 0, 5)).unphysical
     assert pickle.loads(pickle.dumps(one)).unphysical
-    assert kr.Scene.from_toml(kr.Scene(one, (0, 0, 1)).to_toml()).body.unphysical
+    assert kr.Scene.from_toml(kr.Scene(one, (0, 0, 1), gravity=1).to_toml()).body.unphysical
 
 
 def test_named_scenes_are_flagged_as_unphysical():
@@ -172,7 +174,8 @@ def test_named_scenes_are_flagged_as_unphysical():
 def test_the_command_line_warns_in_one_line(tmp_path):
     file = tmp_path / "top.toml"
     file.write_text(
-        "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
+        "momentum = [0, 0, 1]\ngravity = 1\n"
+        "[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
     )
     result = python("from kreisel._cli import main; main()", "solve", str(file), "--t", "1")
     lines = [line for line in result.stderr.splitlines() if line]
@@ -188,7 +191,7 @@ def test_published_moments_are_not_changed():
     assert eval(repr(body), {"Body": kr.Body}) == body
     assert pickle.loads(pickle.dumps(body)) == body
     assert dataclasses.replace(body, mass=2).inertia_rtol == 0.0021
-    scene = kr.Scene(body, (0.1, 0.2, 1.0))
+    scene = kr.Scene(body, (0.1, 0.2, 1.0), gravity=1)
     assert kr.Scene.from_toml(scene.to_toml()) == scene
     assert "inertia_rtol = 0.0021\n" in scene.to_toml()
     run = kr.start(scene, "rk4", step=0.01)
@@ -234,7 +237,7 @@ def choose_attitude_limit(name):
 @pytest.mark.parametrize("body", ROUNDED, ids=["water", "heavy", "lagrange"])
 def test_every_method_solves_or_refuses_rounded_bodies(name, body):
     """Check that energy is conserved and that the attitude agrees with a 20-digit solution."""
-    scene = kr.Scene(body, (0.1, 0.2, 1.0), attitude=(0.8, 0.6, 0, 0))
+    scene = kr.Scene(body, (0.1, 0.2, 1.0), attitude=(0.8, 0.6, 0, 0), gravity=1)
     if not kr.methods[name].suits(scene):
         with pytest.raises(ValueError, match="does not apply to this body"):
             kr.solve(scene, 1, name, **words_for(name))
@@ -260,7 +263,7 @@ def test_a_rounded_body_follows_eulers_equations():
             m[0] * m[1] * (1 / i2 - 1 / i1),
         ]
 
-    scene = kr.Scene(ROUNDED[0], (0.1, 0.2, 1.0))
+    scene = kr.Scene(ROUNDED[0], (0.1, 0.2, 1.0), gravity=1)
     true = solve_ivp(euler, (0, 20), scene.momentum, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     for method in ("exact", "taylor"):
         momentum = kr.solve(scene, [20.0], method).body_momentum[0]
@@ -269,7 +272,7 @@ def test_a_rounded_body_follows_eulers_equations():
 
 def test_the_viewer_refuses_rounded_bodies():
     with pytest.raises(ValueError, match="the viewer does not support a tolerance"):
-        kr.view(kr.Scene(ROUNDED[0], (0, 0, 1)), open=False)
+        kr.view(kr.Scene(ROUNDED[0], (0, 0, 1), gravity=1), open=False)
 
 
 # Boundary values

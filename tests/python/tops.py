@@ -18,9 +18,11 @@ def matrix(q):
 
 TILT = unit((0.8, 0.4, -0.2, 0.4))  # no torque acts on an upright top, which would hide errors
 MOMENTUM = (0.172, -1.862, 1.46)
-LAGRANGE = kr.Scene(kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1)), momentum=MOMENTUM)
+LAGRANGE = kr.Scene(
+    kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1)), momentum=MOMENTUM, gravity=1
+)
 CORNER = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))  # no two moments are equal
-GENERAL = kr.Scene(CORNER, momentum=MOMENTUM, attitude=TILT)
+GENERAL = kr.Scene(CORNER, momentum=MOMENTUM, attitude=TILT, gravity=1)
 FREE = kr.scenes.dzhanibekov
 WILD = kr.scenes.thesis.replace(attitude=TILT, momentum=(5, -10, 5))  # too fast for steps of 0.5
 

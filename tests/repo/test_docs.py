@@ -101,7 +101,8 @@ def test_the_recommended_symplectic_methods_are_symplectic():
 def test_the_table_of_conventions_names_arguments_and_attributes():
     ((_, text),) = read_table_rows("start.md", "unit quaternion")
     path = kr.solve(
-        kr.Scene(kr.scenes.thesis.body, momentum=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1)), [1.0]
+        kr.Scene(kr.scenes.thesis.body, momentum=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1), gravity=1),
+        [1.0],
     )
     assert "the argument `attitude_xyzw` and the attribute `path.q_xyzw`" in text
     assert path.q_xyzw.shape == (1, 4)

@@ -40,7 +40,7 @@ def test_critical_values_change_their_order_at_the_borders():
 @pytest.mark.parametrize("region", range(10))
 def test_the_least_and_greatest_k_are_critical(region):
     g, h = kowalewski.REGIONS[region]
-    words = {"energy": h, "vertical": kowalewski.vertical_momentum(g)}
+    words = {"energy": h, "vertical": kowalewski.vertical_momentum(g), "gravity": 1}
     tops = kr.starts(kowalewski.BODY, n=20000, **words)
     K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0]
     values = [value for value, _ in kowalewski.critical_values(g, h)]
@@ -101,9 +101,9 @@ def test_the_map_is_empty_where_no_motion_exists():
         words = {"energy": energies[row], "vertical": verticals[column], "n": 1}
         if np.isnan(value):
             with pytest.raises(ValueError, match="no start has"):
-                kr.starts(body, **words)
+                kr.starts(body, gravity=1, **words)
         else:
-            assert len(kr.starts(body, **words)) == 1 and value < 0.5
+            assert len(kr.starts(body, gravity=1, **words)) == 1 and value < 0.5
     assert 0 < np.isnan(values).sum() < 20
 
 

@@ -9,11 +9,11 @@ from validation.references.floquet import floquet_tangents
 
 def free(inertia, momentum=(0.3, 0.9, 1.2)):
     body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, 0.0))
-    return kr.Scene(body, momentum=momentum, attitude=(0.8, 0.0, 0.6, 0.0))
+    return kr.Scene(body, momentum=momentum, attitude=(0.8, 0.0, 0.6, 0.0), gravity=1)
 
 
 def heavy(inertia, com, momentum=(0.3, 0.9, 1.2)):
-    return kr.Scene(kr.Body(mass=1.0, inertia=inertia, com=com), momentum=momentum)
+    return kr.Scene(kr.Body(mass=1.0, inertia=inertia, com=com), momentum=momentum, gravity=1)
 
 
 TOPS = {
@@ -66,7 +66,7 @@ def test_tangents_of_consecutive_intervals_multiply():
 
 def test_a_separatrix_has_no_period():
     body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), unphysical=True)
-    falls = kr.Scene(body, attitude=(0.0, 1.0, 0.0, 0.0), momentum=(2.0, 0.0, 0.0))
+    falls = kr.Scene(body, attitude=(0.0, 1.0, 0.0, 0.0), momentum=(2.0, 0.0, 0.0), gravity=1)
     with pytest.raises(ValueError, match="lies on a separatrix"):
         floquet_tangents(falls, 1e4)
     with pytest.raises(ValueError, match="finite"):
@@ -76,7 +76,7 @@ def test_a_separatrix_has_no_period():
 @pytest.mark.parametrize("tilt", [1e-13, 1e-14, 1e-15])
 def test_a_top_that_leaves_the_vertical_at_once_has_no_period(tilt):
     body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), unphysical=True)
-    leaves = kr.Scene(body, attitude=(1.0, tilt, 0.0, 0.0), momentum=(0.0, 0.0, 0.3))
+    leaves = kr.Scene(body, attitude=(1.0, tilt, 0.0, 0.0), momentum=(0.0, 0.0, 0.3), gravity=1)
     with pytest.raises(ValueError, match="lies on a separatrix"):
         floquet_tangents(leaves, 1e3)
 
@@ -95,7 +95,7 @@ def test_a_free_body_at_rest_has_no_period():
 
 def test_times_within_the_first_period_need_no_tangents_of_a_period():
     body = kr.Body(1.0, (1.2, 1.2, 1.1), (0.0, 0.0, 1.5), unphysical=True)
-    slow = kr.Scene(body, momentum=(0.0, 0.0, -0.03))
+    slow = kr.Scene(body, momentum=(0.0, 0.0, -0.03), gravity=1)
     for t in (-0.43, 0.43, -3.0):
         path = kr.solve(slow, [t], digits=30, tangents="start")
         error = np.abs(floquet_tangents(slow, [t]) - path.tangents).max()

@@ -16,7 +16,7 @@ def test_the_sweep_picture_resumes_an_existing_sweep(tmp_path):
     sweep = sweep_picture.run_sweep(tmp_path / "runs", spins, tilts)
     assert sweep.dims == ("spin", "tilt") and sweep.shape == (5, 3)
     top = kr.Scene.from_euler(
-        sweep_picture.BODY, angles=(0.0, tilts[1], 0.0), rates=(0.0, 0.0, spins[3])
+        sweep_picture.BODY, angles=(0.0, tilts[1], 0.0), rates=(0.0, 0.0, spins[3]), gravity=1
     )
     alone = kr.solve(top, sweep_picture.TIMES, tol=1e-9).nutation.max()
     assert float(sweep[3, 1]) == pytest.approx(alone, rel=1e-9)

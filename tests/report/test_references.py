@@ -107,7 +107,10 @@ def test_all_computations_agree_within_the_conditioning(name):
 def test_the_conditioning_agrees_with_a_perturbed_scene():
     problem, size = load_problem("asymmetric"), 1e-8
     neighbour = kr.Scene(
-        problem.to_scene().body, [m * (1 + size) for m in problem.momentum], problem.attitude
+        problem.to_scene().body,
+        [m * (1 + size) for m in problem.momentum],
+        problem.attitude,
+        gravity=1,
     )
     ends = [
         kr.solve(scene, 30.0, method="extrap", tol=1e-13).q[-1]
@@ -165,7 +168,9 @@ def test_energies_agree_with_kreisel(name):
 @pytest.mark.parametrize("damping", [(0.0, 0.0, 0.0), (0.2, 0.5, 1.0), (10.0, 30.0, 0.0)])
 def test_collocation_agrees_with_heyoka_in_128_bits(damping):
     body = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), unphysical=True)
-    top = kr.Scene(body, momentum=(0.3, 0.4, 1.0), attitude=(0.8, 0.6, 0, 0), damping=damping)
+    top = kr.Scene(
+        body, momentum=(0.3, 0.4, 1.0), attitude=(0.8, 0.6, 0, 0), damping=damping, gravity=1
+    )
     problem = problem_of_scene("damped", top)
     (q,), (m,) = radau.integrate(problem, [5.0])
     (truth,) = reference.integrate_states(problem, [5.0])

@@ -211,7 +211,7 @@ UNKNOWN_TO_THE_REFERENCE = {
 def test_the_report_refuses_a_top_without_reference_solution(reason, tmp_path):
     of_body, of_scene = UNKNOWN_TO_THE_REFERENCE[reason]
     body, file = kr.Body(**HEAVY, **of_body), tmp_path / "mine.toml"
-    kr.Scene(body, body_velocity=(0.3, 0.2, 2.0), **of_scene).to_toml(file)
+    kr.Scene(body, body_velocity=(0.3, 0.2, 2.0), gravity=1, **of_scene).to_toml(file)
     with pytest.raises(ValueError, match=rf"mine\.toml: this top has {reason}, but"):
         report.load_problems([file], BUDGETS["quick"])
     assert report.main(["--quick", "--out", str(tmp_path / "out"), str(file)]) == 2
@@ -227,7 +227,9 @@ def test_the_report_refuses_a_top_at_rest_on_a_turning_support_for_its_support(t
 
 def test_a_shaking_of_amplitude_zero_is_accepted(tmp_path):
     file = tmp_path / "mine.toml"
-    kr.Scene(kr.Body(**HEAVY), body_velocity=(0.3, 0.2, 2.0), shaking=(0.0, 3.0, 1.0)).to_toml(file)
+    kr.Scene(
+        kr.Body(**HEAVY), body_velocity=(0.3, 0.2, 2.0), shaking=(0.0, 3.0, 1.0), gravity=1
+    ).to_toml(file)
     assert len(report.load_problems([file], BUDGETS["quick"])) == 1
 
 

@@ -64,7 +64,7 @@ def test_scaled_units_scale_damping():
 
 def test_scaled_units_keep_an_unphysical_body():
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
-    scene = kr.Scene(body, momentum=(0, 0, 1))
+    scene = kr.Scene(body, momentum=(0, 0, 1), gravity=1)
     units = scaled_units(body)
     assert units.back(units.into(scene)).body.unphysical
 
@@ -76,6 +76,7 @@ TOPS = {
     "rotor": kr.Scene(
         kr.Body(2.0, (1.5, 1.5, 0.5), (0.0, 0.0, 0.7), unphysical=True, rotor=(0.0, 0.0, 3.0)),
         momentum=(0.3, 0.2, 2.0),
+        gravity=1,
     ),
 }
 

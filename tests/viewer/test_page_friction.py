@@ -362,7 +362,9 @@ def test_damping_aligns_the_axis_with_that_of_the_turntable(page):
 
 def test_view_shows_friction_rotor_and_turntable():
     body = kr.Body.symmetric(1, 1, 0.4, 0.5).with_rotor(spin=2, inertia=1, axis=(0, 0, 1))
-    scene = kr.Scene(body, momentum=(0, 1, 4), damping=0.1, friction=0.2, turning=(0, 1, 2))
+    scene = kr.Scene(
+        body, momentum=(0, 1, 4), damping=0.1, friction=0.2, turning=(0, 1, 2), gravity=1
+    )
     data = kr.view(scene, open=False).scene
     assert data["damping"] == 0.1 and data["rotor"] == (0.0, 0.0, 2.0)
     assert data["friction"] == 0.2 and data["turning"] == (0.0, 1.0, 2.0)
@@ -377,6 +379,6 @@ def test_view_shows_friction_rotor_and_turntable():
     ],
 )
 def test_view_refuses_scenes_that_the_viewer_cannot_compute(parameters, words):
-    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.4, 0.5), momentum=(0, 1, 4), **parameters)
+    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.4, 0.5), momentum=(0, 1, 4), gravity=1, **parameters)
     with pytest.raises(ValueError, match=words):
         kr.view(scene, open=False)

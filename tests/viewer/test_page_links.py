@@ -112,7 +112,7 @@ def test_a_link_loads_in_the_open_viewer(page):
     assert page.get_by_text("To look at.").is_visible()
     advance(page, 2)
     expected = kr.solve(
-        kr.Scene(kr.Body.cuboid((0.8, 0.8, 1), (0, 0, -1)), (1, 2, 3)),
+        kr.Scene(kr.Body.cuboid((0.8, 0.8, 1), (0, 0, -1)), (1, 2, 3), gravity=1),
         2,
         "rk4",
         step=0.02,

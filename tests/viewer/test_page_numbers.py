@@ -329,7 +329,7 @@ def test_the_solid_of_revolution_has_the_mass_and_moments_of_the_scene(page, pre
 
 def draw_solid(page, body):
     """Show a body as a solid of revolution, and return the drawn profile."""
-    scene = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
+    scene = kr.view(kr.Scene(body, (0.0, 0.0, 1.0), gravity=1), open=False).scene
     page.evaluate("given => kreisel.page.load(given)", {**scene, "show": {"solid": "top"}})
     return np.array(page.evaluate("kreisel.view.revolution.profile"))
 

@@ -332,6 +332,6 @@ def test_a_body_given_by_numbers_is_described(page, name):
     body = kr.Body(2.0, [[3.0, 0.2, 0.1], [0.2, 4.0, 0.3], [0.1, 0.3, 5.0]], (0.1, 0.2, 0.3))
     page.evaluate(
         "given => kreisel.page.load(given)",
-        kr.view(kr.Scene(body, (1.0, 2.0, 3.0)), open=False).scene,
+        kr.view(kr.Scene(body, (1.0, 2.0, 3.0), gravity=1), open=False).scene,
     )
     check_body(page, body)

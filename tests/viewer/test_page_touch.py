@@ -85,7 +85,7 @@ def test_a_push_changes_the_momentum_of_the_running_top(page, pointer):
         page.evaluate("kreisel.page.setRunning(false)")
         top = scene_in_python(read_scene(page))
         before = kr.solve(
-            kr.Scene(top.body, (0.172, -1.862, 1.46)),
+            kr.Scene(top.body, (0.172, -1.862, 1.46), gravity=1),
             after["taken"],
             "bobenko_suris",
             step=0.01,

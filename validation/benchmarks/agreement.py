@@ -48,8 +48,8 @@ def make_body(moments, com):
 
 
 def make_scene(rng, body, **parameters):
-    state = {"momentum": rng.normal(size=3) * 2, "attitude": random_attitude(rng)} | parameters
-    return kr.Scene(body, **state)
+    start = {"momentum": rng.normal(size=3) * 2, "attitude": random_attitude(rng)}
+    return kr.Scene(body, **start | {"gravity": 1} | parameters)
 
 
 def general_damped(rng):
@@ -71,7 +71,7 @@ def sphere_damped(rng):
 def sleeping(rng):
     body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, unphysical=True)
     spin = math.copysign(10 ** rng.uniform(1.2, 2.7), rng.normal())
-    return kr.Scene(body, body_velocity=(0, 0, spin))
+    return kr.Scene(body, body_velocity=(0, 0, spin), gravity=1)
 
 
 def free_about_an_axis(rng):
@@ -85,7 +85,9 @@ def free_about_an_axis(rng):
 def steady_precession(rng):
     body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, unphysical=True)
     spin, tilt = rng.uniform(10, 30), rng.uniform(0.2, 1.4)
-    return kr.Scene.spinning(body, spin, tilt, steady=True, fast=bool(rng.random() < 0.3))
+    return kr.Scene.spinning(
+        body, spin, tilt, steady=True, fast=bool(rng.random() < 0.3), gravity=1
+    )
 
 
 def lagrange_in_rotated_axes(rng):
@@ -125,7 +127,7 @@ def nearly_upright(rng):
     tilt = 10.0 ** rng.uniform(-16, -4) / 2
     attitude = kr.quaternion.multiply((math.cos(tilt), math.sin(tilt), 0, 0), turn)
     spin = com * 2 * rng.uniform(0, 9)
-    return kr.Scene(make_body(moments, com), body_velocity=spin, attitude=attitude)
+    return kr.Scene(make_body(moments, com), body_velocity=spin, attitude=attitude, gravity=1)
 
 
 FAMILIES = [

@@ -18,7 +18,7 @@ import numpy as np
 
 MEMBERS = 32
 SPAN = {16: 400.0, 20: 100.0, 30: 20.0}  # time of a path [T]
-START = {"momentum": (0.4, -0.5, 0.9), "attitude": (0.5, 0.5, -0.5, 0.5)}
+START = {"momentum": (0.4, -0.5, 0.9), "attitude": (0.5, 0.5, -0.5, 0.5), "gravity": 1}
 BODIES = {
     "asymmetric": kr.Body(1.0, (1.0, 1.3, 0.8), (0.2, -0.1, 0.5), unphysical=True),
     "symmetric": kr.Body.symmetric(1.0, 1.0, 0.6, 0.5, unphysical=True),

@@ -50,7 +50,7 @@ def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
 
 def scene_factory(body, tilt=0.5, **start):
     """Return a function that creates the scene of a test case."""
-    words = {"attitude": tilt_attitude(tilt)} | start
+    words = {"attitude": tilt_attitude(tilt), "gravity": 1} | start
     return lambda: kr.Scene(body(), **words)
 
 

@@ -44,7 +44,7 @@ def compute_sleeping_map(side):
     """
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)
-    tops = kr.Scene.spinning(top, spin=0.0).vary(spin=spin[:, None], tilt=tilt)
+    tops = kr.Scene.spinning(top, spin=0.0, gravity=1).vary(spin=spin[:, None], tilt=tilt)
     return kr.exact(tops).greatest_nutation
 
 

@@ -22,6 +22,7 @@ def measure_rotation(orbits, name):
         vertical=section_data.VERTICAL,
         n=orbits,
         seed=2,
+        gravity=1,
     )
     section = kr.section(tops, n=400).check()
     spin, axial = (
@@ -61,7 +62,7 @@ def largest_frequency_error(n):
         i1 = rng.uniform(0.5, 2.0)
         body = kr.Body.symmetric(1.0, i1, rng.uniform(0.1, 2.0 * i1), 1.0, unphysical=True)
         q = rng.normal(size=4)
-        scene = kr.Scene(body, 2.0 * rng.normal(size=3), q / np.linalg.norm(q))
+        scene = kr.Scene(body, 2.0 * rng.normal(size=3), q / np.linalg.norm(q), gravity=1)
         exact = kr.exact(scene)
         path = kr.solve(scene, np.linspace(0.0, 40.0 * min(exact.period, 10.0), 4096), "taylor")
         frequencies, nutation = kr.frequencies(path), 2.0 * np.pi / exact.period

@@ -15,7 +15,7 @@ TIMES = 5.0  # motions whose growth rate exceeds this multiple of ln(t)/t are ch
 def draw_starts(body, energy, vertical, seed):
     """Return random initial states, or None if the energy is too low."""
     try:
-        return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
+        return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed, gravity=1)
     except ValueError:  # no motion has such a low energy
         return None
 
@@ -34,6 +34,7 @@ def map_exponents(side):
         body,
         momentum=np.concatenate([ensembles[k].momentum for k in indices]),
         attitude=np.concatenate([ensembles[k].attitude for k in indices]),
+        gravity=1,
     )
     exponents = kr.lyapunov(ensemble, [MAPPED_LONG]).value.reshape(-1, STARTS)
     values[indices] = exponents.max(axis=1)
@@ -51,6 +52,7 @@ def summarize_exponents(name, n):
         vertical=section_data.VERTICAL,
         n=n,
         seed=2,
+        gravity=1,
     )
     indicator = kr.lyapunov(tops, [LONG])
     chaotic = indicator.value[indicator.value > TIMES * np.log(LONG) / LONG]

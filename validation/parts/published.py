@@ -78,6 +78,7 @@ def load_gni(entry):
         kr.Body(1.0, entry["inertia"], (0.0, 0.0, entry["mgl"]), unphysical=True),
         body_momentum=entry["L0"],
         attitude=entry["q0"],
+        gravity=1,
     )
     steps = {float(h): error for h, error in entry["table"].items() if h != "what"}
     literature = [
@@ -105,6 +106,7 @@ def load_simo_wong(entry):
         kr.Body.symmetric(1.0, *entry["inertia"][1:], entry["mgl"], unphysical=True),
         body_velocity=entry["w0"],
         attitude=(cos(0.025), sin(0.025), 0.0, 0.0),
+        gravity=1,
     )
     literature = [{"by": "Simo and Wong", "setting": "step 0.009", "t": 10.0, "energy_error": 1e-3}]
     return PublishedProblem(
@@ -152,7 +154,7 @@ def measure_run(case, problem, contender, setting):
         row["attitude_error"] = attitude_error(q[-1], case.reference["q"])
         row["seconds"] = min(timing.time_once(short.solve) for _ in range(3))
         if "w_space" in case.reference:
-            end = kr.Scene(case.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
+            end = kr.Scene(case.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]), gravity=1)
             row["velocity_error"] = abs(initial_velocity(end)[1] - case.reference["w_space"][1])
         long = contender.make(problem, case.energy_end, setting)
         row["energy_error"] = relative_energy_error(

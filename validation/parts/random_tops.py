@@ -59,7 +59,7 @@ def draw_scene(kind, random):
     q = random.normal(size=4)
     body = draw_body(kind, random)
     momentum = random.normal(0.0, 1.5, 3) * max(body.moments)
-    top = kr.Scene(body, momentum, q / np.linalg.norm(q))
+    top = kr.Scene(body, momentum, q / np.linalg.norm(q), gravity=1)
     rate = problem_of_scene(kind, top).rate
     return top.replace(momentum=np.array(top.momentum) / rate, gravity=top.gravity / rate**2)
 

@@ -24,7 +24,7 @@ def make_body(name):
 
 def compute_section(name, orbits, crossings):
     """Return the Poincare section of random orbits with equal energy and vertical momentum."""
-    tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
+    tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2, gravity=1)
     return kr.section(tops, n=crossings).check()
 
 
@@ -32,7 +32,12 @@ def compute_kowalewski_section(region, orbits, crossings):
     """Return the Poincare section of orbits with nearly evenly spaced values of K^(1/4)."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
-        kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
+        kowalewski.BODY,
+        energy=h,
+        vertical=kowalewski.vertical_momentum(g),
+        n=MANY * orbits,
+        seed=1,
+        gravity=1,
     )
     K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0] ** 0.25
     levels = np.linspace(K.min(), K.max(), orbits)

@@ -37,7 +37,9 @@ def lowest_scene():
     tilt = acos(VERTICAL**2 / (2.0 * I1) - 1.0)
     transverse = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
     attitude = (cos(tilt / 2.0), sin(tilt / 2.0), 0.0, 0.0)
-    return kr.Scene(make_body(0.0), body_momentum=(0.0, transverse, VERTICAL), attitude=attitude)
+    return kr.Scene(
+        make_body(0.0), body_momentum=(0.0, transverse, VERTICAL), attitude=attitude, gravity=1
+    )
 
 
 @cache
@@ -61,7 +63,7 @@ def measure_swings(e, n):
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
     transverse = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)
-    tops = kr.Ensemble(make_body(e), body_momentum=np.stack(transverse, axis=1))
+    tops = kr.Ensemble(make_body(e), body_momentum=np.stack(transverse, axis=1), gravity=1)
     section = kr.section(tops, kr.events.nutation(), n=2 * n + 3).check()
     spin, axial, tilt = (
         values.reshape(PUSHES, -1)

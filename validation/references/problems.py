@@ -54,6 +54,7 @@ class Problem:
             momentum=self.momentum,
             attitude=self.attitude,
             damping=self.damping,
+            gravity=1,
         )
 
     def to_principal_axes(self, q):

@@ -35,7 +35,7 @@ def any_body(rng):
             q = np.array([q[1], q[0], q[3], q[2]])
     speed = rng.choice([1.0, 10.0, 0.01], p=[0.8, 0.1, 0.1])
     momentum = rng.normal(0.0, 1.0, 3) * max(body.moments) * np.exp(rng.normal(0.0, 0.7)) * speed
-    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q))
+    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q), gravity=1)
 
 
 def place_near_upright(rng, body, speed):
@@ -45,7 +45,7 @@ def place_near_upright(rng, body, speed):
     tilt = rng.normal(size=3) * 10 ** rng.uniform(-9, -2)
     q = np.array(kr.quaternion.multiply((1.0, *tilt), (0.0, *(half / np.linalg.norm(half)))))
     momentum = rng.normal(size=3) * max(body.moments) * speed
-    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q))
+    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q), gravity=1)
 
 
 def draw_heavy_body(rng):
@@ -88,7 +88,7 @@ def near_a_rod(rng):
     speed = 10 ** rng.uniform(-8, 0)
     q = rng.normal(size=4)
     momentum = rng.normal(size=3) * (1.0, 1.0, least)
-    return kr.Scene(body, body_momentum=momentum * speed, attitude=q / np.linalg.norm(q))
+    return kr.Scene(body, body_momentum=momentum * speed, attitude=q / np.linalg.norm(q), gravity=1)
 
 
 def nearly_flipping(rng):
@@ -97,7 +97,7 @@ def nearly_flipping(rng):
     lever = body.mass * np.linalg.norm(body.com)
     momentum = rng.normal(size=3) * np.sqrt(lever * max(body.moments))
     q = rng.normal(size=4)
-    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q))
+    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q), gravity=1)
 
 
 def fast(rng):

@@ -23,7 +23,7 @@ TARGET = Path(__file__).with_name("sweep.png")
 
 def run_sweep(folder, spins=SPINS, tilts=TILTS):
     """Return the largest nutation [rad] of each top, with one row per spin."""
-    top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0))
+    top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0), gravity=1)
     # all tops are released without precession
     source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)
     kr.sweep(source, TIMES, folder=folder, reduce={"nutation": "max"}, tol=1e-9)

@@ -42,7 +42,7 @@ def draw_starts(body: kr.Body, n: int, size: float, rng: np.random.Generator) ->
     q = rng.standard_normal((n, 4))
     momentum = size * rng.standard_normal((n, 3))
     attitude = q / np.linalg.norm(q, axis=1, keepdims=True)
-    return kr.Ensemble(body, momentum=momentum, attitude=attitude)
+    return kr.Ensemble(body, momentum=momentum, attitude=attitude, gravity=1)
 
 
 def compute_curves(families: int) -> np.ndarray:

@@ -34,14 +34,14 @@ def draw_families():
     unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
     skew = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.3, -0.5, -1.0))
     momenta = np.array([0.172, -1.862, 1.46]) + 0.3 * rng.normal(size=(TOPS, 3))
-    yield "an unequal cuboid", [kr.Scene(unlike, m) for m in momenta], 100.0
-    yield "off its axes", [kr.Scene(skew, m) for m in momenta], 100.0
-    yield "fast", [kr.Scene(unlike, 10.0 * m) for m in momenta], 100.0
+    yield "an unequal cuboid", [kr.Scene(unlike, m, gravity=1) for m in momenta], 100.0
+    yield "off its axes", [kr.Scene(skew, m, gravity=1) for m in momenta], 100.0
+    yield "fast", [kr.Scene(unlike, 10.0 * m, gravity=1) for m in momenta], 100.0
     bodies = [
         kr.Body.cuboid(rng.uniform(0.05, 2.05, 3), pivot=rng.normal(size=3)) for _ in range(TOPS)
     ]
     starts = 3.0 * rng.normal(size=(TOPS, 3))
-    yield "all sorts", [kr.Scene(*top) for top in zip(bodies, starts, strict=True)], 30.0
+    yield "all sorts", [kr.Scene(*top, gravity=1) for top in zip(bodies, starts, strict=True)], 30.0
 
 
 class LaneRunner:

@@ -31,7 +31,7 @@ def draw_scenes(kind: str, n: int, seed: int) -> Iterator[kr.Scene]:
         momentum = rng.normal(size=3) * 10.0 ** rng.uniform(-1.5, 1.5)
         if kind == "goryachev_chaplygin":  # integrable only for <m, e3> = 0
             momentum[2] = 0.0
-        yield kr.Scene(body, momentum, attitude / np.linalg.norm(attitude))
+        yield kr.Scene(body, momentum, attitude / np.linalg.norm(attitude), gravity=1)
 
 
 def measure_speed(scene: kr.Scene, end: float) -> float:

@@ -44,7 +44,7 @@ def draw_tops(chart, vertical):
     rows = []
     least = vertical**2 / 4 - 1  # the energy of a hanging top that turns about the vertical
     for i, energy in enumerate(np.linspace(least, 3, 91)[1:]):
-        tops = kr.starts(body, energy=energy, vertical=vertical, n=14, seed=i)
+        tops = kr.starts(body, energy=energy, vertical=vertical, n=14, seed=i, gravity=1)
         k = np.sqrt(kr.solve(tops, [0.0], want=("kowalewski",)).kowalewski[:, 0])
         for j in range(tops.size):
             try:

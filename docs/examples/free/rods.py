@@ -13,10 +13,12 @@ import numpy as np
 
 body = kr.Body.symmetric(mass=1, i1=1, i3=0.6, height=1, unphysical=True)
 starts = {
-    "helix": kr.Scene.spinning(body, spin=3.2, tilt=1.0, steady=True),
-    "loops": kr.Scene.spinning(body, spin=2.5, tilt=0.9, precession=-1.5),
-    "cusps": kr.Scene.spinning(body, spin=3.0, tilt=0.9),
-    "elastica": kr.Scene(body, velocity=(1.3, 0, 0), attitude=(0.2, np.sqrt(0.96), 0, 0)),
+    "helix": kr.Scene.spinning(body, spin=3.2, tilt=1.0, steady=True, gravity=1),
+    "loops": kr.Scene.spinning(body, spin=2.5, tilt=0.9, precession=-1.5, gravity=1),
+    "cusps": kr.Scene.spinning(body, spin=3.0, tilt=0.9, gravity=1),
+    "elastica": kr.Scene(
+        body, velocity=(1.3, 0, 0), attitude=(0.2, np.sqrt(0.96), 0, 0), gravity=1
+    ),
 }
 figure, axes = plt.subplots(1, 4, figsize=(9.2, 3.6), layout="constrained")
 for chart, (name, scene) in zip(axes, starts.items(), strict=True):
@@ -30,7 +32,7 @@ for chart, (name, scene) in zip(axes, starts.items(), strict=True):
 # cross-section. A dot marks the beginning of the rod, and a bar shows the scale:
 
 flat = kr.Body.cuboid(half=(0.9, 0.35, 1), pivot=(0, 0, -1))
-path = kr.solve(kr.Scene(flat, momentum=(1.2, -3, 7)), np.linspace(0, 14, 900))
+path = kr.solve(kr.Scene(flat, momentum=(1.2, -3, 7), gravity=1), np.linspace(0, 14, 900))
 rod = kr.rod(path)
 print(rod)
 rod.plot(elevation=15)

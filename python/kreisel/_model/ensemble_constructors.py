@@ -33,7 +33,7 @@ from .ensemble_data import (
     make_invalid_member_error,
     validate_body_type,
 )
-from .environment import EnvironmentArguments, validate_ensemble_environment
+from .environment import EnvironmentArguments, validate_ensemble_environment, validate_gravities
 from .euler_angles import (
     cos,
     find_symmetry_moments,
@@ -61,7 +61,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         rates: ArrayLike = (0.0, 0.0, 0.0),
         *,
         degrees: bool = False,
-        gravity: ArrayLike = 1.0,
+        gravity: ArrayLike | None = None,
         damping: ArrayLike | None = None,
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
@@ -75,7 +75,7 @@ class EnsembleConstructors(EnsembleBase[S]):
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> kr.Ensemble.from_euler(body, [(0, 1, 0), (0, 2, 0)], rates=(0, 0, 5)).shape
+        >>> kr.Ensemble.from_euler(body, [(0, 1, 0), (0, 2, 0)], rates=(0, 0, 5), gravity=1).shape
         (2,)
         """
         bodies, in_degrees = validate_body_type(body), as_bool("degrees", degrees)
@@ -114,7 +114,7 @@ class EnsembleConstructors(EnsembleBase[S]):
 
         Raises the same exception as the constructor `one` would for the first invalid member.
         """
-        environment_parameters, columns = validate_ensemble_environment(environment)
+        environment_parameters, columns = validate_ensemble_environment(environment, body)
         compute_common_top_shape(body, [*parameters, *environment_parameters])
         attitudes, frame_attitudes = (
             stack_components(*quaternion_from_euler(angles)),
@@ -141,10 +141,10 @@ class EnsembleConstructors(EnsembleBase[S]):
         """Return the quaternions for the Euler angles of bodies aligned with the space frame."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
-            one = cls._one(body, momentum=(0.0, 0.0, 0.0))
+            one = cls._one(body, momentum=(0.0, 0.0, 0.0), gravity=0.0)
             angles = [values(name, one._block, one._start_state)[0] for name in names]
         else:
-            ensemble = cls(body, momentum=(0.0, 0.0, 0.0))
+            ensemble = cls(body, momentum=(0.0, 0.0, 0.0), gravity=0.0)
             angles = [ensemble._core_scenes.values(name).reshape(ensemble.shape) for name in names]
         return stack_components(*quaternion_from_euler((angles[0], angles[1], angles[2])))
 
@@ -159,7 +159,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         steady: bool = False,
         fast: bool = False,
         degrees: bool = False,
-        gravity: ArrayLike = 1.0,
+        gravity: ArrayLike | None = None,
         damping: ArrayLike | None = None,
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
@@ -172,9 +172,9 @@ class EnsembleConstructors(EnsembleBase[S]):
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> tops = kr.Ensemble.spinning(body, spin=[[20], [40]], tilt=[0.1, 0.2, 0.3])
+        >>> tops = kr.Ensemble.spinning(body, spin=[[20], [40]], tilt=[0.1, 0.2], gravity=1)
         >>> tops.shape, tops.axes
-        ((2, 3), ('spin', 'tilt'))
+        ((2, 2), ('spin', 'tilt'))
         """
         bodies, in_degrees = validate_body_type(body), as_bool("degrees", degrees)
         one: Any = partial(cls._one.spinning, degrees=in_degrees)
@@ -185,7 +185,7 @@ class EnsembleConstructors(EnsembleBase[S]):
         if is_steady_precession_requested(steady, fast, precession, environment):
             one = partial(one, steady=True, fast=fast)
             precession_rate = compute_steady_precession_rates(
-                bodies, [*parameters, validate_parameter("gravity", gravity)], in_degrees, fast, one
+                bodies, [*parameters, validate_gravities(gravity, bodies)], in_degrees, fast, one
             )
         else:
             parameters.append(

@@ -50,7 +50,7 @@ class EnsembleBase(BatchBase[S]):
         body: Body | Bodies,
         momentum: ArrayLike | None = None,
         attitude: ArrayLike | Rotation | None = None,
-        gravity: ArrayLike = 1.0,
+        gravity: ArrayLike | None = None,
         *,
         velocity: ArrayLike | None = None,
         body_momentum: ArrayLike | None = None,
@@ -67,7 +67,7 @@ class EnsembleBase(BatchBase[S]):
         bodies, start = validate_body_type(body), select_momentum_parameter(arguments)
         attitude_parameter, q = validate_attitudes(attitude, attitude_xyzw)
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
-        environment_parameters, columns = validate_ensemble_environment(environment)
+        environment_parameters, columns = validate_ensemble_environment(environment, bodies)
         parameters = [start, attitude_parameter, *environment_parameters]
         compute_common_top_shape(bodies, parameters)
         momenta = compute_start_momenta(bodies, start, q, columns["turning"])

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._utils.validation import Array, Vector, as_float, as_three_floats, short_repr
+from .bodies import Bodies
+from .body import Body
 from .broadcasting import BatchParameter, validate_parameter
 
 _STILL: Final = (0.0, 0.0, 0.0)
@@ -26,16 +28,18 @@ _TURN: Final = Fraction(
 class EnvironmentArguments(NamedTuple):
     """The environment parameters of a scene or an ensemble, before validation."""
 
-    gravity: Any = 1.0
+    gravity: Any = None
     damping: ArrayLike | None = None
     turning: ArrayLike | None = None
     shaking: ArrayLike | None = None
     friction: ArrayLike | None = None
 
-    def validate_single_top_environment(self) -> tuple[float, Vector, Vector, Vector, float]:
+    def validate_single_top_environment(
+        self, body: Body
+    ) -> tuple[float, Vector, Vector, Vector, float]:
         """Validate the values for a single top; raise TypeError or ValueError if any is invalid."""
         return (
-            validate_gravity(self.gravity),
+            validate_gravity(self.gravity, body),
             validate_damping(self.damping),
             validate_turning(self.turning),
             validate_shaking(self.shaking),
@@ -43,9 +47,25 @@ class EnvironmentArguments(NamedTuple):
         )
 
 
-def validate_gravity(value: object) -> float:
+def resolve_gravity(gravity: Any, body: Body | Bodies) -> Any:
+    """Return `gravity`, or 0 if it is None and each centre of mass is exactly at the fixed point.
+
+    There, gravity exerts no torque. Raises TypeError if `gravity` is None for other bodies.
+    """
+    if gravity is not None:
+        return gravity
+    if np.any(body.com):
+        raise TypeError(
+            "gravity is required unless the centre of mass is at the fixed point: 9.81 in SI "
+            "units, 1 in units in which gravity is 1, 0 for a top without weight"
+        )
+    return 0.0
+
+
+def validate_gravity(value: object, body: Body) -> float:
+    known = resolve_gravity(value, body)
     try:
-        return as_float("gravity", value)
+        return as_float("gravity", known)
     except TypeError as error:
         raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
 
@@ -153,15 +173,19 @@ def refuse_disturbances(
     )
 
 
+def validate_gravities(gravity: ArrayLike | None, body: Body | Bodies) -> BatchParameter:
+    return validate_parameter("gravity", resolve_gravity(gravity, body))
+
+
 def validate_ensemble_environment(
-    environment: EnvironmentArguments,
+    environment: EnvironmentArguments, body: Body | Bodies
 ) -> tuple[list[BatchParameter], dict[str, Array]]:
     """Validate the environment parameters of an ensemble, and convert them to columns.
 
     If turning, shaking or friction is None, its column is zero, and the returned list omits it.
     """
     gravity, (drag, dampings) = (
-        validate_parameter("gravity", environment.gravity),
+        validate_gravities(environment.gravity, body),
         _validate_dampings(environment.damping),
     )
     parameters, columns = [gravity, drag], {"gravity": gravity.values, "damping": dampings}

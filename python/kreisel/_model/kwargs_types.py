@@ -52,7 +52,7 @@ class SceneKwargs(TypedDict, total=False):
     body_velocity: ArrayLike
     attitude: ArrayLike | Rotation
     attitude_xyzw: ArrayLike
-    gravity: float
+    gravity: float | None
     damping: ArrayLike | None
     turning: ArrayLike | None
     shaking: ArrayLike | None

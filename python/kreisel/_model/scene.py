@@ -25,7 +25,7 @@ from .._utils.name_hints import (
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, validate_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
-from .environment import EnvironmentArguments
+from .environment import EnvironmentArguments, validate_gravity
 from .euler_angles import (
     attitude_from_euler,
     compute_steady_precession_rate,
@@ -62,7 +62,8 @@ class Scene(metaclass=HintingType):
               (components in the frame in which the body is described)
     attitude  unit quaternion (w, x, y, z), scalar first, from the frame of the body into space, or
               a single scipy Rotation. Alternatively, attitude_xyzw, scalar last
-    gravity   acceleration along -e3, of either sign [L T^-2]
+    gravity   acceleration along -e3, of either sign [L T^-2]; required unless the centre of mass is
+              exactly at the fixed point
     damping   linear drag [M L^2 T^-1], one number for each principal axis or one for all: the
               torque about an axis is -damping times the angular velocity about it. kr.fit
               estimates one number or three, as given
@@ -101,7 +102,7 @@ class Scene(metaclass=HintingType):
         body: Body,
         momentum: ArrayLike | None = None,
         attitude: ArrayLike | Rotation | None = None,
-        gravity: float = 1.0,
+        gravity: float | None = None,
         *,
         velocity: ArrayLike | None = None,
         body_momentum: ArrayLike | None = None,
@@ -143,6 +144,8 @@ class Scene(metaclass=HintingType):
     def __repr__(self) -> str:
         """Return the constructor call as text, omitting a support at rest and zero friction."""
         words: dict[str, object] = dict(self._list_constructor_arguments())
+        if self._optional_gravity is None:
+            del words["gravity"]
         for name in ("turning", "shaking"):
             if not any(getattr(self, name)):
                 del words[name]
@@ -156,7 +159,7 @@ class Scene(metaclass=HintingType):
             "body": self.body,
             "momentum": self.momentum,
             "attitude": self.attitude,
-            "gravity": self.gravity,
+            "gravity": self._optional_gravity,
             "damping": self._damping_argument,
             "turning": self.turning,
             "shaking": self.shaking,
@@ -168,6 +171,11 @@ class Scene(metaclass=HintingType):
         """The damping as one number if it was given as one, which kr.fit keeps as one."""
         is_one = self._has_common_damping and self._has_damping
         return self.damping[0] if is_one else self.damping
+
+    @property
+    def _optional_gravity(self) -> float | None:
+        """The gravity, or None if a top without weight need not have been given any."""
+        return self.gravity if self.gravity or any(self.body.com) else None
 
     @property
     def _has_damping(self) -> bool:
@@ -294,7 +302,7 @@ class Scene(metaclass=HintingType):
         rates: ArrayLike = (0.0, 0.0, 0.0),
         *,
         degrees: bool = False,
-        gravity: float = 1.0,
+        gravity: float | None = None,
         damping: ArrayLike | None = None,
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
@@ -317,7 +325,7 @@ class Scene(metaclass=HintingType):
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> scene = kr.Scene.from_euler(top, (30, 60, 0), rates=(0, 0, 720), degrees=True)
+        >>> scene = kr.Scene.from_euler(top, (30, 60, 0), (0, 0, 720), degrees=True, gravity=1)
         >>> round(float(kr.solve(scene, [0.0]).nutation[0]), 12)
         1.047197551197
         """
@@ -344,7 +352,7 @@ class Scene(metaclass=HintingType):
         steady: bool = False,
         fast: bool = False,
         degrees: bool = False,
-        gravity: float = 1.0,
+        gravity: float | None = None,
         damping: ArrayLike | None = None,
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
@@ -370,7 +378,7 @@ class Scene(metaclass=HintingType):
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> scene = kr.Scene.spinning(top, spin=50, tilt=1.0, steady=True)
+        >>> scene = kr.Scene.spinning(top, spin=50, tilt=1.0, steady=True, gravity=1)
         >>> path = kr.solve(scene, 10)
         >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
         True
@@ -382,9 +390,7 @@ class Scene(metaclass=HintingType):
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         if is_steady_precession_requested(steady, fast, precession, environment):
             refuse_rotor_in_steady_precession(body)
-            torque = (
-                body.mass * environment.validate_single_top_environment()[0] * math.hypot(*body.com)
-            )
+            torque = body.mass * validate_gravity(gravity, body) * math.hypot(*body.com)
             precession_rate = compute_steady_precession_rate(
                 i1, i3, torque, rate, angle, fast, degrees
             )
@@ -400,13 +406,14 @@ class Scene(metaclass=HintingType):
 
         A str of several lines is parsed as TOML text; any other argument is a file name. The
         top-level keys are the parameters of Scene, and the keys of the table [body] are those of
-        Body. Instead of the keys of Scene, the text may contain a table [from_euler] or [spinning]
-        with the parameters of the constructor of that name. Instead of the keys of Body, a table
-        such as [body.cuboid] may give the parameters of the constructor of that name. Raises
-        ValueError for unknown keys.
+        Body. Instead of the momentum and the attitude, the text may contain a table [from_euler] or
+        [spinning] with the parameters of the constructor of that name; those from gravity to
+        friction may also be top-level keys. Instead of the keys of Body, a table such as
+        [body.cuboid] may give the parameters of the constructor of that name. Raises ValueError for
+        unknown keys.
 
         >>> import kreisel as kr
-        >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"
+        >>> text = "momentum = [0, 0, 3]\ngravity = 9.81\n[body.cone]\nradius = 1\nheight = 2\n"
         >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1").body.com
         (0.0, 0.0, 1.5)
         """
@@ -418,11 +425,8 @@ class Scene(metaclass=HintingType):
         Passing this text to Scene.from_toml gives an equal scene.
         """
         body = self.body
-        start: dict[str, object] = {
-            "momentum": self.momentum,
-            "attitude": self.attitude,
-            "gravity": self.gravity,
-        }
+        start: dict[str, object] = {"momentum": self.momentum, "attitude": self.attitude}
+        start |= {} if self._optional_gravity is None else {"gravity": self.gravity}
         if self._has_damping:
             start["damping"] = self._damping_argument
         start |= {"turning": self.turning} if any(self.turning) else {}
@@ -450,7 +454,8 @@ class Ensemble(EnsembleConstructors[Scene]):
               body_velocity (..., 3)
     attitude  (..., 4) unit quaternions (w, x, y, z), or an array of scipy Rotations. Alternatively,
               attitude_xyzw (..., 4)
-    gravity   (...,) acceleration along -e3 [L T^-2]
+    gravity   (...,) acceleration along -e3 [L T^-2]; required unless each centre of mass is exactly
+              at the fixed point
     damping   one number for all tops, or (..., 3) along the principal axes, or (..., 1) if the
               three axes of a top have the same damping [M L^2 T^-1]
     turning   (..., 3) angular velocities of the supports [T^-1]
@@ -501,10 +506,14 @@ def build_scene_from_table(table: dict[str, object]) -> Scene:
         )
     name, *others = [*names, *(word for word in table if word not in names)]
     make = partial(_SCENE_MAKERS[name], body)
-    if others and others[0] in signature(make).parameters:
-        raise ValueError(f"{others[0]} belongs in [{name}]")
-    if others:
-        raise ValueError(f"a scene must be described in one way, not by {', '.join(table)}")
-    return call_constructor_with_table(
-        make, f"[{name}]", require_toml_table(name, table[name]), _BELOW
-    )
+    words = dict(require_toml_table(name, table[name]))
+    for word in others:
+        if word in words:
+            raise ValueError(f"{word} is given twice: above [body] and in [{name}]")
+        if word in EnvironmentArguments._fields:
+            words[word] = table[word]
+        elif word in signature(make).parameters:
+            raise ValueError(f"{word} belongs in [{name}]")
+        else:
+            raise ValueError(f"a scene must be described in one way, not by {', '.join(table)}")
+    return call_constructor_with_table(make, f"[{name}]", words, _BELOW)

@@ -56,7 +56,7 @@ def validate_scene_arguments(
     environment: EnvironmentArguments,
 ) -> SceneData:
     """Validate the arguments of a scene one by one."""
-    environment_values = environment.validate_single_top_environment()
+    environment_values = environment.validate_single_top_environment(body)
     if attitude_xyzw is not None:
         if attitude is not None:
             raise ValueError("give either attitude or attitude_xyzw, not both")

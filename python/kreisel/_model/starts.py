@@ -28,6 +28,7 @@ from .._utils.validation import Array, as_float, as_int, short_repr, validate_ty
 from .._utils.validation import as_finite_array as array_of
 from ..quaternion import turn_back
 from .body import Body
+from .environment import validate_gravity
 from .scene import Ensemble
 
 _TRIALS = 1 << 14  # largest number of draws for one start
@@ -134,7 +135,7 @@ def starts(
     n: int | None = None,
     grid: ArrayLike | None = None,
     seed: int = 0,
-    gravity: float = 1.0,
+    gravity: float | None = None,
 ) -> Ensemble:
     """Return an ensemble of tops that all have the same energy and vertical momentum.
 
@@ -148,6 +149,7 @@ def starts(
               Three integers are the numbers of heights of the vertical along the body's third axis,
               of angles about that axis, and of directions of the momentum. Starts lie at the
               centres of cells of equal size. A cell is omitted if no start exists at its centre
+    gravity   as in kreisel.Scene
 
     The heading of a top affects neither its energy nor its vertical momentum, so each attitude is
     the smallest rotation from the upright position. Raises ValueError if no initial state has the
@@ -155,7 +157,7 @@ def starts(
     ValueError also if the body has a rotor.
 
     >>> import kreisel as kr
-    >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=3, seed=7)
+    >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, gravity=1, n=3)
     >>> [round(float(kr.solve(top, [0.0]).energy[0]), 12) for top in tops]
     [2.0, 2.0, 2.0]
     """
@@ -164,7 +166,7 @@ def starts(
         raise ValueError(
             "starts does not support a body with a rotor: the energy surface depends on the rotor"
         )
-    g = as_float("gravity", gravity)
+    g = validate_gravity(gravity, body)
     surface = _EnergySurface(
         np.array(body.moments),
         body.mass * g * np.array(body.principal_com),

@@ -32,7 +32,7 @@ from .ensemble_constructors import (
     validate_tilts,
 )
 from .ensemble_data import ONE_OF, compute_common_top_shape
-from .environment import EnvironmentArguments
+from .environment import EnvironmentArguments, validate_gravities
 from .euler_angles import cos, is_steady_precession_requested
 
 E = TypeVar("E", bound=EnsembleConstructors[Any])
@@ -103,7 +103,8 @@ def _override_scene_environment(scene: Any, changes: Mapping[str, Any]) -> Envir
     words = {name: changes.get(name) for name in _AROUND}
     for name, value in words.items():
         scene_value = np.asarray(getattr(scene, name))
-        if value is None and (name in ("gravity", "damping") or scene_value.any()):
+        is_known = scene._optional_gravity is not None if name == "gravity" else name == "damping"
+        if value is None and (is_known or scene_value.any()):
             words[name] = BatchParameter(name, scene_value, scene_value.shape)
     return EnvironmentArguments(**words)
 
@@ -188,7 +189,7 @@ def _compute_varied_spin_start(
             for n in ("spin", "tilt")
         ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
-        gravity_parameter = validate_parameter("gravity", gravity)
+        gravity_parameter = validate_gravities(gravity, body)
         turning = compute_steady_precession_rates(
             body, [*spin_and_tilt, gravity_parameter], degrees, steady[1], one
         )

@@ -138,7 +138,7 @@ class Section(EnsembleResult, QuantityAttributes):
         time_unit  the unit of time in which the scenes are described, for the labels
 
             >>> import kreisel as kr
-            >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
+            >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, gravity=1, n=5)
             >>> axes = kr.section(tops, n=20).plot(indicator=kr.megno(tops, 1000))
             >>> axes.get_xlabel(), axes.get_ylabel()
             ('spin angle [°]', 'apex z')
@@ -219,7 +219,7 @@ class Section(EnsembleResult, QuantityAttributes):
         """Return the path of one top, or the section of several tops, selected by a NumPy index.
 
         >>> import kreisel as kr
-        >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
+        >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, gravity=1, n=5)
         >>> kr.section(tops, n=20)[2:4]
         <kreisel.Section of shape (2,), 40 states of 2 tops: taylor, none failed>
         """

@@ -369,7 +369,8 @@ class ExactKowalewski(ExactTorus):
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
-        >>> top = kr.exact(kr.Scene(body, momentum=(0.3, 1.1, 0.8), attitude=(0.8, 0.6, 0, 0)))
+        >>> scene = kr.Scene(body, momentum=(0.3, 1.1, 0.8), attitude=(0.8, 0.6, 0, 0), gravity=1)
+        >>> top = kr.exact(scene)
         >>> top.certificate < 1e-13, top.mismatch
         (True, 0.0)
         >>> round(float(top(1e6).m[0, 2]), 12)
@@ -388,7 +389,8 @@ class ExactGoryachevChaplygin(ExactTorus):
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)
-        >>> top = kr.exact(kr.Scene(body, momentum=(0.9, 2.1, 0), attitude=(0.8, 0, 0.6, 0)))
+        >>> scene = kr.Scene(body, momentum=(0.9, 2.1, 0), attitude=(0.8, 0, 0.6, 0), gravity=1)
+        >>> top = kr.exact(scene)
         >>> top.certificate < 1e-13, top.mismatch, top.frequencies[2]
         (True, 0.0, 0.0)
     """

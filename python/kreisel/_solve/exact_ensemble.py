@@ -66,7 +66,7 @@ class ExactEnsemble:
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
         >>> spins, tilts = np.linspace(10, 30, 3), np.linspace(0, 1, 2)
-        >>> tops = kr.Ensemble.spinning(top, spin=spins[:, None], tilt=tilts)
+        >>> tops = kr.Ensemble.spinning(top, spin=spins[:, None], tilt=tilts, gravity=1)
         >>> np.degrees(kr.exact(tops).greatest_nutation).round(1)
         array([[  0. , 104.7],
                [  0. ,  69.2],

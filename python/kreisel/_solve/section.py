@@ -58,7 +58,7 @@ def section(
     body_vertical, body_velocity, body_momentum, apex_z and spin.
 
         >>> import kreisel as kr
-        >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
+        >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, gravity=1, n=5)
         >>> section = kr.section(tops, n=20)
         >>> section
         <kreisel.Section of shape (5,), 100 states of 5 tops: taylor, none failed>

@@ -7,7 +7,7 @@ import kreisel as kr
 import numpy as np
 
 body = kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1))
-scene = kr.Scene(body, momentum=(0.172, -1.862, 1.46))
+scene = kr.Scene(body, momentum=(0.172, -1.862, 1.46), gravity=1)
 heavier = scene.replace(gravity=2.0, momentum=np.array([1.0, 2.0, 3.0]))
 times = np.linspace(0, 10, 11)
 for t in (10, 10.0, [1, 2.5], (1, 2), range(3), times, np.arange(3), np.float32(3), np.int64(2)):
@@ -52,7 +52,11 @@ print(
 ensemble = scene.vary(spin=np.linspace(0, 5, 3)[:, None], tilt=[0.1, 0.2], degrees=False)
 print(ensemble.coords["spin"], ensemble.attitude.max(), scene.scatter(5, seed=1, attitude=0.1).size)
 bodies = kr.Bodies.cone(radius=[1, 2], height=2, pivot=(0, 0, 0), mass=1)
-print(kr.Ensemble.spinning(bodies, 5.0).body, bodies.moments, kr.Ensemble.of([scene]).gravity)
+print(
+    kr.Ensemble.spinning(bodies, 5.0, gravity=1).body,
+    bodies.moments,
+    kr.Ensemble.of([scene]).gravity,
+)
 paths = kr.solve(tops, times, want=("nutation",), threads=2)
 print(
     paths.nutation.max(), paths.failed, paths.check().status_names, paths.message(0), paths.t.shape

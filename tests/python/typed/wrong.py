@@ -31,7 +31,7 @@ kr.solve(scene, 1, events=["loop"])  # wrong
 kr.start(scene, events=kr.events.loop)  # wrong
 path.energy = path.t  # wrong
 scene.vary(spn=1.0)  # wrong
-kr.Ensemble(scene.body, momntum=[(0, 0, 1)])  # wrong
+kr.Ensemble(scene.body, momntum=[(0, 0, 1)], gravity=1)  # wrong
 kr.Ensemble.of([scene]).momentum = path.m  # wrong
 kr.solve(scene, 1, threads=2)  # wrong
 kr.reduce(kr.Ensemble.of([scene]), 1, {"spin": "most"})  # wrong
