@@ -19,6 +19,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._sweep.store import open_sweep_store
+from kreisel._utils.atomic_io import atomic_open
 from toolbox import python
 
 END, CHUNK = 24.0, 100
@@ -60,7 +61,7 @@ for writer, write in {
     "table": command("compare", "asymmetric", "--t", "1", "--methods", "strang", "--steps", "0.1",
                      "--repeats", "1", "--csv"),
 }.items():
-    (folder / writer).mkdir()
+    (folder / writer).mkdir(exist_ok=True)
     endings = {"npz": "npz", "rows": "csv", "csv": "csv", "table": "csv", "page": "html"}
     file = folder / writer / f"file.{endings.get(writer, 'own')}"
     file.write_bytes(b"old")
@@ -107,6 +108,19 @@ def test_a_killed_writer_leaves_the_old_file(tmp_path, moment):
     for writer in WRITERS:
         new, file = sorted((tmp_path / writer).iterdir())
         assert file.read_bytes() == b"old" and JUNK.fullmatch(new.name)
+    run_writers("none", tmp_path)
+    for writer in WRITERS:
+        (file,) = (tmp_path / writer).iterdir()
+        assert file.read_bytes() != b"old", "the next writer removes the remains"
+
+
+def test_a_file_that_is_being_written_is_not_taken_for_abandoned(tmp_path):
+    with atomic_open(tmp_path / "file") as one, atomic_open(tmp_path / "file") as other:
+        one.append_bytes(b"one")
+        other.append_bytes(b"other")
+        TOP.to_toml(tmp_path / "file")
+        assert len(os.listdir(tmp_path)) == 3
+    assert (tmp_path / "file").read_bytes() == b"one" and len(os.listdir(tmp_path)) == 1
 
 
 def test_a_full_disk_leaves_the_old_file_and_raises(tmp_path):

@@ -1,12 +1,16 @@
 """Atomic file output: write a temporary file, then rename it into place.
 
 A file with the final name is always complete, even if the disk becomes full or the process crashes.
+The temporary file of a killed process is removed when the file is next written. Its name depends on
+the final name, and its lock shows whether a process is still writing it.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -52,16 +56,17 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[BlockAppender]:
         with open(path, "wb", buffering=0) as stream:
             yield BlockAppender(stream.fileno(), name)
         return
-    new = _make_temp_path(file)
+    new, descriptor = _create_temp_file(file, name)
     try:
-        with open(_create_temp_file(new, file, name), "wb") as stream:
-            appender = BlockAppender(stream.fileno(), name)
-            yield appender
-            os.fsync(stream.fileno())
-        if appender.is_empty:
-            new.unlink()
-        else:
-            os.replace(new, file)
+        with _hold_lock(descriptor):
+            with open(descriptor, "wb") as stream:
+                appender = BlockAppender(stream.fileno(), name)
+                yield appender
+                os.fsync(stream.fileno())
+            if appender.is_empty:
+                new.unlink()
+            else:
+                os.replace(new, file)
     except BaseException:
         new.unlink(missing_ok=True)
         raise
@@ -102,7 +107,7 @@ def check_file_is_writable(path: str | os.PathLike[str]) -> None:
         return
     if not file.parent.is_dir():
         raise FileNotFoundError(f"{os.fspath(path)}: there is no folder {file.parent}")
-    new = _make_temp_path(file)
+    new = _make_random_temp_path(file)
     try:
         os.close(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
     except OSError as error:
@@ -118,15 +123,62 @@ def _is_device_or_pipe(path: str | os.PathLike[str]) -> bool:
     return Path(path).exists() and not Path(path).is_file()
 
 
-def _make_temp_path(file: Path) -> Path:
+def _make_random_temp_path(file: Path) -> Path:
     return file.with_name(f".{os.urandom(8).hex()}.new")
 
 
-def _create_temp_file(new: Path, file: Path, name: str) -> int:
-    """Create a temporary file with the permissions of the final file."""
+def _create_temp_file(file: Path, name: str) -> tuple[Path, int]:
+    """Create and lock a temporary file with the permissions of the final file."""
+    key = hashlib.blake2b(os.fsencode(file.name), digest_size=8).hexdigest()
+    new = file.with_name(f".{key}.new")
+    _remove_if_abandoned(new)
     try:
         permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
-        return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)
+        try:
+            descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)
+        except FileExistsError:  # another process is writing the same file
+            new = _make_random_temp_path(file)
+            descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)
     except OSError as error:
         error.filename = name
         raise
+    _lock(descriptor, is_waiting=True)
+    if os.fstat(descriptor).st_nlink:
+        return new, descriptor
+    os.close(descriptor)  # it was removed before it was locked
+    return _create_temp_file(file, name)
+
+
+def _remove_if_abandoned(new: Path) -> None:
+    """Remove a temporary file that no process is writing."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(new, os.O_WRONLY)
+        try:
+            if _lock(descriptor, is_waiting=False):
+                new.unlink()
+        finally:
+            os.close(descriptor)
+
+
+def _lock(descriptor: int, is_waiting: bool) -> bool:
+    """Lock a file until it is closed; return False if it is locked or cannot be locked."""
+    if sys.platform == "win32":
+        return False
+    import fcntl
+
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if is_waiting else fcntl.LOCK_NB))
+    except OSError:
+        return False
+    return True
+
+
+@contextlib.contextmanager
+def _hold_lock(descriptor: int) -> Iterator[None]:
+    """Keep a file locked after its descriptor is closed, until the end of a `with` block."""
+    held = None if sys.platform == "win32" else os.dup(descriptor)
+    try:
+        yield
+    finally:
+        if held is not None:
+            os.close(held)
