@@ -311,7 +311,7 @@ def test_missing_arguments_are_named_without_inner_classes():
             call()
     for matrix in np.eye(3), np.eye(3).tolist():
         with pytest.raises(ValueError, match=r"Rotation\.from_matrix"):
-            kr.Scene(LAGRANGE.body, (1, 2, 3), matrix)
+            kr.Scene(LAGRANGE.body, (1, 2, 3), matrix, gravity=1.0)
 
 
 def test_functions_with_hints_keep_signatures_and_can_be_pickled():

@@ -84,6 +84,7 @@ def loaded(file):
 
 
 WANTED = ("apex", "nutation", "precession_angle")
+SPHERE = kr.Scene(kr.Body(1, (2, 2, 2), (1, 0, 0)), (3, 2, 9), gravity=1.0)
 SPARSE = {
     "closed form": lambda _: kr.solve(kr.scenes.cusps, [0.0, 20.0, 47.0]),
     "back in time": lambda _: kr.solve(GENERAL, [0.0, -20.0]),
