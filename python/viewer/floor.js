@@ -1,5 +1,6 @@
-// The floor, the lights and soft shadows. A shadow is the body projected onto the floor from
-// several points of a wide lamp: sharp near the contact and soft farther up.
+// The room: the floor, the lights and soft shadows. A shadow is the body projected onto the floor
+// from several points of a wide lamp: sharp near the contact and soft farther up. The picture is
+// seen from the support: about a turntable, which stands still in the picture, the room turns.
 import * as THREE from "three";
 
 const LAMP = new THREE.Vector3(2.2, -2.6, 7); // direction to the lamp and to the main light
@@ -7,13 +8,17 @@ const POINTS = 9; // of the lamp
 const WIDTH = 0.07; // of the lamp [rad]
 const EXTENT = 11; // radius of the floor, which fades out
 const LIFT = 4e-3; // height of shadows above the floor, against flicker
+export const NORTH = "#c37801"; // colour of the mark of the room
+const EDGE = "#5b6675"; // colour of the rim and the mark of a turntable
+const STRIPE = 0.05; // half the breadth of the marks of table and room
+const BEYOND = 0.8; // from the rim of a turntable to the letter N in the room
 
-export function addLights(world) {
+function addLights(room) {
   const sun = new THREE.DirectionalLight("#fff3df", 2.4);
   const rim = new THREE.DirectionalLight("#cfe0ff", 0.9);
   sun.position.copy(LAMP);
   rim.position.set(-6, 5, 3);
-  world.add(new THREE.HemisphereLight("#ffffff", "#a79c90", 1.5), sun, rim);
+  room.add(new THREE.HemisphereLight("#ffffff", "#a79c90", 1.5), sun, rim);
 }
 
 // Make a disc that becomes transparent towards its rim.
@@ -30,8 +35,24 @@ function makeGround() {
   return new THREE.Mesh(shape, new THREE.MeshBasicMaterial(paint));
 }
 
+// Make a turntable of radius 1: a disc, its rim, and a stripe from its middle to its rim.
+function makeTable() {
+  const disc = makeMark(new THREE.CircleGeometry(1, 96));
+  const rim = makeMark(new THREE.RingGeometry(0.95, 1, 96), EDGE);
+  return new THREE.Group().add(disc, rim, makeStripe(0.95, EDGE));
+}
+// Make a flat mark on the floor, drawn in the order of the marks and below the shadows.
+const makeMark = (shape, color = "#ffffff") => {
+  const paint = new THREE.MeshBasicMaterial({ color, transparent: true, depthWrite: false });
+  return Object.assign(new THREE.Mesh(shape, paint), { renderOrder: -2 });
+};
+const makeStripe = (length, color) =>
+  makeMark(new THREE.PlaneGeometry(2 * STRIPE, length).translate(0, -length / 2, 0), color);
+
 export class Floor {
   constructor(world) {
+    this.room = new THREE.Group();
+    addLights(this.room);
     this.group = new THREE.Group();
     this.ground = makeGround();
     const grid = new THREE.PolarGridHelper(8, 24, 8, 96).rotateX(Math.PI / 2);
@@ -40,16 +61,32 @@ export class Floor {
     grid.position.z = LIFT / 2;
     [this.ground.renderOrder, grid.renderOrder] = [-3, -2];
     this.shadows = new THREE.Group();
-    world.add(this.group.add(this.ground, grid, this.shadows));
+    this.table = makeTable();
+    this.north = Object.assign(makeStripe(1, NORTH), { renderOrder: -2.5 });
+    this.group.add(this.ground, grid, this.north, this.shadows);
+    world.add(this.room.add(this.group), this.table);
   }
   set visible(on) {
     this.group.visible = on;
+  }
+  // Show a turntable of a radius, or none with the radius 0.
+  showTable(radius) {
+    this.table.visible = this.north.visible = radius > 0;
+    if (!radius) return;
+    this.table.scale.set(radius, radius, 1);
+    this.north.scale.y = radius + BEYOND;
+  }
+  // Return the end of the mark of the room, towards which tops lean that start by angles.
+  findNorth() {
+    return this.north.localToWorld(new THREE.Vector3(0, -1, 0));
   }
   // Set the height and the colours of the floor.
   setHeight(height, isDark) {
     this.height = height;
     this.group.position.z = height;
+    this.table.position.z = height + LIFT / 2;
     this.ground.material.color.set(isDark ? "#2b3342" : "#ffffff");
+    this.table.children[0].material.color.set(isDark ? "#3f4957" : "#b3bcc8");
     this.strength = isDark ? 0.55 : 0.3;
   }
   // Make the shadows of all bodies and rods.
@@ -79,9 +116,9 @@ export class Floor {
   }
   // Move the shadows to the current positions.
   updateShadows() {
-    const down = new THREE.Matrix4().makeTranslation(0, 0, -this.height);
+    const toFloor = this.group.matrixWorld.clone().invert();
     for (const { matrix, userData } of this.shadows.children) {
-      matrix.multiplyMatrices(down, userData.caster.matrixWorld).premultiply(userData.projection);
+      matrix.multiplyMatrices(toFloor, userData.caster.matrixWorld).premultiply(userData.projection);
     }
   }
 }

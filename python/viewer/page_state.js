@@ -6,7 +6,7 @@ import { measures, methods, simulation, TICKS, MAX_TOPS } from "./core.js";
 import { describeResult } from "./game.js";
 import { findContact, setValue, findMeetingTime, getPlaceName } from "./setters.js";
 import { decodeBase64, getMeasureName, completeScene, findSuitable } from "./scene.js";
-import { getRange, listTops } from "./scene.js";
+import { computeRoomAngle, getRange, listTops } from "./scene.js";
 
 const FINE_STEP = 0.02; // with larger steps the time of the end is told as an interval
 const FRAME_BUDGET = 8; // milliseconds per frame for computing steps
@@ -142,7 +142,8 @@ export class PageState {
     const [, w, x, y, z, ...momentum] = this.readLiveState(second && top?.side ? null : top);
     const beside = second && this.readLiveState(this.tops.find((each) => each.side)).slice(1);
     const taken = this.clock / TICKS;
-    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside, taken });
+    const heading = computeRoomAngle(this.scene, taken);
+    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside, taken, heading });
     this.markChanged(this.scene);
   }
   // Change the momentum of a top and run.

@@ -194,6 +194,7 @@ export class Panel {
     this.page.hasLargeCharts = !this.page.hasLargeCharts;
     document.body.classList.toggle("large", this.page.hasLargeCharts);
     this.page.onChange();
+    document.getElementById("charts").scrollIntoView({ block: "nearest" });
   }
   renderSections() {
     const files = Object.entries(this.files).map(([words, [act, key]]) =>

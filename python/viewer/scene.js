@@ -17,6 +17,7 @@ export const DEFAULTS = {
   damping: 0, // torque over angular velocity, about each axis
   friction: 0, // dry friction: a torque of this size against the spin
   turning: [0, 0, 0], // angular velocity of the support
+  heading: 0, // angle of the room about the vertical at the start, as seen from a turntable
   rotor: [0, 0, 0], // momentum of a rotor in the body, in the frame of description
   methods: ["bobenko_suris"], // one to three
   step: [0.01], // one or two steps for each method
@@ -98,6 +99,7 @@ const CHECKS = {
   damping: makeRangeCheck(0, 1e12),
   friction: makeRangeCheck(0, 1e12),
   turning: isVector,
+  heading: isSize,
   rotor: isVector,
   methods: makeListCheck(isText, 1, 2, 3),
   step: makeListCheck(isStep, 1, 2),
@@ -174,6 +176,11 @@ export function listTops(scene, body) {
 }
 // Return whether friction takes energy from the top.
 export const hasFriction = ({ damping, friction }) => damping > 0 || friction > 0;
+// Return whether the support turns about the vertical. Any other turning is that of the ground.
+export const isOnTurntable = ({ turning: [x, y, rate] }) => !x && !y && rate !== 0;
+// Return the angle about the vertical of the room, as seen from a turntable, at a time.
+export const computeRoomAngle = (scene, t) =>
+  isOnTurntable(scene) ? (scene.heading - scene.turning[2] * t) % (2 * Math.PI) : 0;
 export const isTurning = ({ turning }) => turning.some((x) => x !== 0);
 
 // Replace a body given by numbers with its cuboid. The attitudes absorb the rotation between them.

@@ -3,11 +3,12 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { computeCuboid, simulation, TRACE_POINTS } from "./core.js";
-import { Floor, addLights } from "./floor.js";
+import { Floor, NORTH } from "./floor.js";
 import { makeApexSphere } from "./apex_sphere.js";
 import { Labels } from "./labels.js";
 import { setPictureSize } from "./wide_lines.js";
-import { getCornerSigns, hasFriction, isTurning, toQuaternion, SECTIONS } from "./scene.js";
+import { computeRoomAngle, getCornerSigns, hasFriction } from "./scene.js";
+import { isOnTurntable, isTurning, toQuaternion, SECTIONS } from "./scene.js";
 import {
   makeArrow,
   makeAxes,
@@ -37,9 +38,10 @@ const [WEIGHT_LENGTH, TORQUE_LENGTH] = [1.1, 1.5]; // in the picture; torque of 
 const VERTICAL = "the vertical, as long as gravity is strong";
 const ROD = "#2f7f86"; // colour of the rod beside a red top
 const FLOOR = -2.7; // lowest height of the floor
-const LYING_ROOM = 1.2; // in front of a top that may lie on the floor
+const FRONT_ROOM = 1.2; // in front of a turntable, or of a top that may lie on the floor
 const NEAR_FLOOR = -0.02; // height of a floor at the tip, which it does not cover
 const ARROW_REACH = 3.4; // from a fixed point to the end of its longest arrow
+const TABLE = 2.4; // radius of a turntable with one top
 const LARGE_FOOTER = 0.12; // of the picture's height
 const isShown = (part) => part.visible && part.parent.visible;
 const rankPart = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
@@ -59,7 +61,6 @@ export class View {
     this.world = new THREE.Scene();
     this.world.fog = new THREE.Fog("#000");
     this.world.background = this.world.fog.color;
-    addLights(this.world);
     this.floor = new Floor(this.world);
     this.labels = new Labels(parent);
     const flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 200);
@@ -153,7 +154,7 @@ export class View {
     if (partsKey !== this.partsKey) this.makeTops(height);
     this.partsKey = partsKey;
     this.tops.forEach((top, i) => this.updateTop(top, page.tops[i]));
-    const labels = this.tops.flatMap((top) => this.listLabels(top));
+    const labels = [...this.tops.flatMap((top) => this.listLabels(top)), ...this.listRoomLabels()];
     this.labels.setLabels(labels, page.isProjector ? 1.6 : 1);
     const isLower = this.isHome && height < this.lookedAt; // than at the last home view
     if (this.isNew || isLower) this.moveHome();
@@ -203,7 +204,8 @@ export class View {
   // sphere. It adapts to the window until the user moves the camera.
   moveHome() {
     const { scene } = this.page;
-    const room = this.page.contact === null ? 0 : LYING_ROOM;
+    const hasRoom = this.page.contact !== null || isOnTurntable(scene);
+    const room = hasRoom ? FRONT_ROOM : 0;
     const [low, high] = [this.floor.height - room, Math.max(this.traceRadius, 2.4)];
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
     const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
@@ -308,6 +310,8 @@ export class View {
       top.solid.handles[0].visible = top.role === "thick" && apart;
     }
     this.floor.visible = show.floor;
+    const isTableShown = show.floor && isOnTurntable(this.page.scene);
+    this.floor.showTable(isTableShown ? TABLE + ((this.sides - 1) * distance) / 2 : 0);
     this.floor.showShadows(show.solid !== "none", show.rod);
     this.orbit.object = this.cameras[+show.flat];
     // Keep the camera from sinking far below the floor.
@@ -319,6 +323,8 @@ export class View {
 
   draw() {
     const { show } = this.page.scene;
+    const [time] = simulation.getState(0);
+    this.floor.room.rotation.z = computeRoomAngle(this.page.scene, time);
     this.tops.forEach((top, i) => {
       const [, w, x, y, z, ...m] = simulation.getState(i);
       top.body.quaternion.set(x, y, z, w);
@@ -435,6 +441,13 @@ export class View {
     const { scene } = this.page;
     const isAlone = !hasFriction(scene) && !isTurning(scene);
     return `torque of the weight${isAlone ? ": the rate of change of m" : ""}`;
+  }
+  // Return the label of the direction that stands still in the room, on a turntable.
+  listRoomLabels() {
+    if (!isOnTurntable(this.page.scene)) return [];
+    const place = () => (this.page.scene.show.floor ? this.project(this.floor.findNorth()) : null);
+    const about = "north in the room, which turns as seen from the turntable";
+    return [{ words: "N", colour: NORTH, about, at: place }];
   }
   // Return the labels with method names, if the methods differ.
   listNames({ group, side, track, method }) {

@@ -3,7 +3,7 @@
 from contextlib import contextmanager
 
 from axe_playwright_python.sync_playwright import Axe
-from toolbox import launch_chromium
+from toolbox import launch_chromium, open_context
 
 SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phone [pixels]
 
@@ -23,7 +23,7 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
     """
     violations = []
     viewports = [{"width": width, "height": height} for width, height in sizes]
-    page = browser.new_page(viewport=viewports[0])
+    page = open_context(browser, viewport=viewports[0]).new_page()
     page.goto(address)
     if open_folds:
         page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")

@@ -39,6 +39,9 @@ def run(*command, cwd=ROOT, **environment):
     return result.stdout
 
 
+HANG = 600  # seconds after which a program is taken to hang, even on a slow and busy machine
+
+
 @functools.cache
 def start_playwright():
     """Start playwright, which can run only once in a process."""
@@ -77,8 +80,16 @@ def launch_chromium(*options):
     need("chromium")
     return start_playwright().chromium.launch(
         executable_path=shutil.which("chromium"),
+        timeout=1000 * HANG,
         args=["--no-sandbox", f"--disable-features={','.join(UNUSED_FEATURES)}", *options],
     )
+
+
+def open_context(browser, **options):
+    """Open a browser context whose actions may take long, as on a busy machine."""
+    context = browser.new_context(**options)
+    context.set_default_timeout(1000 * HANG)
+    return context
 
 
 def compile_objects(compiler, flags, sources, folder):
@@ -98,10 +109,10 @@ def compile_objects(compiler, flags, sources, folder):
 HEEDING = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 
-def python(code, *words, timeout=60, **options):
+def python(code, *words, **options):
     """Run `code` in a separate Python process, and return the completed process."""
     command = [sys.executable, "-c", HEEDING + code, *words]
-    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **options)
+    return subprocess.run(command, capture_output=True, text=True, timeout=HANG, **options)
 
 
 def need(*tools):

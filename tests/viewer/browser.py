@@ -6,7 +6,7 @@ import kreisel as kr
 import numpy as np
 from internals import view
 from kreisel import _core
-from toolbox import ROOT
+from toolbox import HANG, ROOT, open_context
 
 PAGE = view._PAGE
 WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # sizes of windows [pixels]
@@ -50,7 +50,7 @@ def wait_for(page, condition, arg=None):
     """
     page.evaluate(
         f"""(arg) => new Promise((done, fail) => {{
-            const end = performance.now() + 30000;
+            const end = performance.now() + {1000 * HANG};
             const look = () => {{
                 const result = ({condition});
                 if (typeof result === 'function' ? result(arg) : result) return done();
@@ -83,8 +83,7 @@ def open_window(browser, size=WIDE, scale=COARSE, **options):
     Errors, warnings and network requests are appended to the page's attribute `troubles`.
     """
     options = {"viewport": make_viewport(size), "device_scale_factor": scale, **options}
-    context = browser.new_context(offline=True, **options)
-    context.set_default_timeout(30000)
+    context = open_context(browser, offline=True, **options)
     context.add_init_script(SKETCHES)
     page = context.new_page()
     page.troubles = troubles = []

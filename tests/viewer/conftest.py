@@ -36,6 +36,7 @@ def page(shared_page):
         Object.assign(page, {isRunning: false, isResuming: false, goal: null});
         Object.assign(page, {undoStack: [], redoStack: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
+        document.activeElement.blur();
         document.getElementById('panel').hidden = false;
         for (const id of ['keys', 'share']) document.getElementById(id).close();
         document.querySelectorAll('details').forEach((part) => (part.open = true));

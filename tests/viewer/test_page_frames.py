@@ -2,6 +2,7 @@
 
 import pytest
 from browser import PAGE, PHONE, WIDE, advance, load, make_viewport, visit, wait_for
+from toolbox import open_context
 
 FRAMES = [*((width, 480) for width in range(320, 1281, 32)), (798, 600), (768, 1024), (780, 390)]
 SITE = (736, 480)  # size of the frame in which the site shows the viewer
@@ -72,7 +73,7 @@ def test_the_toolbar_fits_a_frame_of_the_site(browser, tmp_path):
     style = f"width:{width}px;height:{height}px;border:0"
     file = tmp_path / "site.html"
     file.write_text(f'<iframe style="{style}" src="{PAGE.as_uri()}"></iframe>')
-    page = browser.new_context(offline=True).new_page()
+    page = open_context(browser, offline=True).new_page()
     page.goto(file.as_uri())
     frame = page.frames[1]
     wait_for(frame, "!!window.kreisel")

@@ -1,13 +1,17 @@
 """Tests of friction, falls, rotors, turntables and the balancing game in the viewer."""
 
 import json
+import re
 
 import kreisel as kr
 import numpy as np
 import pytest
 from browser import (
+    PHONE,
+    WIDE,
     advance,
     load,
+    make_viewport,
     read_message,
     read_scene,
     read_states,
@@ -15,6 +19,7 @@ from browser import (
     scene_in_python,
     turn_description,
     visit,
+    wait_until_time,
 )
 from scipy.integrate import solve_ivp
 from test_page_numbers import click_exercise, read_numbers
@@ -355,6 +360,56 @@ def test_damping_aligns_the_axis_with_that_of_the_turntable(page):
         advance(page, t)
         tilts.append(page.evaluate("kreisel.simulation.measureTop(0).nutation"))
     assert (np.diff(tilts) < 0).all() and tilts[-1] < 0.01
+
+
+def measure_heading_from_north(page):
+    """Return the angle about the vertical from the room's mark N to the apex."""
+    north = page.evaluate("(kreisel.view.render(), kreisel.view.floor.findNorth())")
+    apex = kr.quaternion.turn(read_states(page)[0][1:5], (0, 0, 1))
+    return np.angle(complex(*apex[:2]) / complex(north["x"], north["y"]))
+
+
+@pytest.mark.parametrize("exercise", [None, "Turn the table the other way"])
+def test_a_gyroscope_on_a_turntable_keeps_pointing_north(page, exercise):
+    load(page, TURNTABLE)
+    if exercise:
+        click_exercise(page, exercise)
+    page.evaluate("kreisel.page.setValue('methods.1', 'extrap')")
+    for t in (0, 2, 9, 3):  # back in time, too
+        page.evaluate(f"kreisel.page.jumpTo({t})")
+        wait_until_time(page, t)
+        assert measure_heading_from_north(page) == pytest.approx(0, abs=1e-9)
+    for act in ("startFromNow", "undo", "redo", "rewind", "reset"):
+        page.evaluate(f"kreisel.page.{act}()")
+        assert measure_heading_from_north(page) == pytest.approx(0, abs=1e-9), act
+        advance(page, 4)
+        assert measure_heading_from_north(page) == pytest.approx(0, abs=1e-9), act
+
+
+def test_only_a_turntable_shows_a_table_and_the_north_of_the_room(page):
+    shown, start = "kreisel.view.floor.table.visible", {"tilt": 50, "spin": 3}
+    north = page.locator(".labels span", has_text=re.compile("^N$"))
+    for turning, is_table in (([0, 0, -1], True), ([0.1, 0, 1], False), ([0, 0, 0], False)):
+        load(page, GYROSCOPE, start=start, turning=turning, methods=["taylor"])
+        advance(page, 2)
+        assert (page.evaluate(shown), north.count()) == (is_table, int(is_table))
+        assert page.evaluate("kreisel.view.floor.room.rotation.z") == (2 if is_table else 0)
+    page.get_by_role("slider", name="Turntable").press("ArrowRight")
+    assert page.evaluate(shown)
+    page.get_by_role("checkbox", name="Floor").uncheck()
+    assert not page.evaluate(shown)
+
+
+@pytest.mark.parametrize("size", [WIDE, PHONE])
+def test_the_turntable_and_the_north_are_in_the_picture(page, size):
+    page.set_viewport_size(make_viewport(size))
+    load(page, TURNTABLE)
+    width, height = page.evaluate("[kreisel.view.pixels[0], kreisel.view.pixels[1]]")
+    for t in (0, 3, 6, 9):
+        advance(page, t)
+        x, y = page.evaluate("kreisel.view.project(kreisel.view.floor.findNorth())")
+        assert 0 < x < width and 0 < y < height
+    page.set_viewport_size(make_viewport(WIDE))
 
 
 # From Python

@@ -22,6 +22,7 @@ from browser import (
     visit,
     wait_for,
 )
+from toolbox import open_context
 
 BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
 TRACK = {"name": "rk4", "step": 0.1, "states": ""}
@@ -243,7 +244,7 @@ def test_the_viewer_stops_when_all_methods_have_failed(page):
 def test_without_graphics_a_message_is_shown(browser):
     flags = ["--no-sandbox", "--disable-gpu", "--disable-software-rasterizer"]
     plain = browser.browser_type.launch(executable_path=shutil.which("chromium"), args=flags)
-    page = plain.new_page()
+    page = open_context(plain).new_page()
     page.goto(PAGE.as_uri())
     wait_for(page, "document.getElementById('words').textContent.includes('WebGL')")
     assert (
@@ -260,7 +261,7 @@ def test_browser_notes_are_not_errors(page):
 
 
 def test_without_javascript_a_message_is_shown(browser):
-    context = browser.new_context(java_script_enabled=False)
+    context = open_context(browser, java_script_enabled=False)
     page = context.new_page()
     page.goto(PAGE.as_uri())
     message = page.locator("noscript")

@@ -131,6 +131,15 @@ def test_methods_have_separate_or_common_steps(page):
     assert page.evaluate(steps) == [0.01, 0.2] * 2 and not own.is_checked()
 
 
+@pytest.mark.parametrize(
+    "preset, exercise", [("Steady precession", None), ("Elastic rod", "A helix")]
+)
+def test_steady_precession_keeps_its_tilt(page, preset, exercise):
+    open_exercise(page, preset, exercise)
+    advance(page, 30)
+    assert largest_change(page, 0, "nutation") < 1e-12
+
+
 # Tops without a closed form
 
 

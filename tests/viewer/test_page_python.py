@@ -8,6 +8,7 @@ import pytest
 from browser import advance, drag, load, open_viewer, read_record, read_scene, read_states, wait_for
 from click.testing import CliRunner
 from internals import cli, view
+from toolbox import open_context
 
 
 def test_a_scene_from_python(window, tmp_path):
@@ -96,7 +97,7 @@ def test_the_viewer_runs_only_its_own_script(window, tmp_path):
 
 
 def test_the_page_runs_in_a_notebook(browser):
-    page = browser.new_context(offline=True).new_page()
+    page = open_context(browser, offline=True).new_page()
     page.set_content(kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_())
     frame = page.frames[1]
     wait_for(frame, "!!window.kreisel")

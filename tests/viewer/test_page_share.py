@@ -14,6 +14,7 @@ from browser import (
     scene_in_python,
     wait_for,
 )
+from toolbox import open_context
 
 STRIP = "[...document.querySelectorAll('#presets svg')]"
 TRACE = '[stroke-width="1.6"]'  # the trace within a picture
@@ -59,7 +60,7 @@ DELAY = """{
 
 
 def test_drawing_thumbnails_changes_neither_motion_nor_trace(browser):
-    page = browser.new_context(offline=True, reduced_motion="reduce").new_page()
+    page = open_context(browser, offline=True, reduced_motion="reduce").new_page()
     page.add_init_script(DELAY)
     page.goto(PAGE.as_uri())
     wait_for(page, "!!window.kreisel && delayed.length > 0")

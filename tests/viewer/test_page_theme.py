@@ -16,6 +16,7 @@ from browser import (
     visit,
     wait_for,
 )
+from toolbox import open_context
 
 GROUND = "kreisel.view.world.background.getHexString()"
 TOP = "kreisel.view.tops[0]"
@@ -72,7 +73,7 @@ def test_the_chosen_colour_scheme_is_remembered(browser):
 
 
 def test_the_colour_scheme_can_be_chosen_without_storage(browser):
-    context = browser.new_context(color_scheme="light", reduced_motion="reduce")
+    context = open_context(browser, color_scheme="light", reduced_motion="reduce")
     page = context.new_page()
     page.add_init_script("""Object.defineProperty(window, 'localStorage', {get() {
         throw new DOMException('The document is sandboxed', 'SecurityError');

@@ -19,6 +19,7 @@ from browser import (
     visit,
     wait_for,
 )
+from toolbox import open_context
 
 TURN = (0.8, 0.36, 0.48, 0.0)  # an attitude
 EYE = "kreisel.view.camera.position.toArray()"
@@ -226,7 +227,7 @@ def test_sliders_announce_their_value_not_its_logarithm(page):
 
 
 def test_the_wheel_scrolls_a_notebook_until_a_click_in_the_viewer(browser):
-    page = browser.new_context(offline=True, viewport={"width": 900, "height": 700}).new_page()
+    page = open_context(browser, offline=True, viewport={"width": 900, "height": 700}).new_page()
     html = kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_()
     page.set_content(f"{html}<div style='height:3000px'></div>")
     frame = page.frames[1]
@@ -374,10 +375,19 @@ def test_charts_are_larger_on_demand(page):
     advance(page, 3)
     width = "kreisel.charts.plots[0].over.clientWidth"
     before = page.evaluate(width)
+    page.evaluate("document.getElementById('panel').scrollTop = 1e4")
     page.keyboard.press("l")
     wait_for(page, f"{width} > {1.5 * before}")
+    check_chart_is_seen(page)
     page.get_by_role("button", name="Larger").click()
     wait_for(page, f"{width} === {before}")
+
+
+def check_chart_is_seen(page):
+    """Check that the whole chart, with its time axis and its values, is inside the window."""
+    for part in ("#charts select", "#charts .uplot", "#charts .read"):
+        box, height = page.locator(part).bounding_box(), page.viewport_size["height"]
+        assert box["y"] >= 0 and box["y"] + box["height"] <= height, part
 
 
 def test_larger_charts_leave_three_tops_visible(page):
@@ -414,6 +424,7 @@ def test_projector_mode_has_large_text(page):
     before = page.evaluate(size)
     page.keyboard.press("b")
     assert page.evaluate(size) > 1.4 * before
+    check_chart_is_seen(page)
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     page.keyboard.press("b")
     assert page.evaluate(size) == before
