@@ -18,6 +18,7 @@ from click.testing import CliRunner
 from ensembles import same_bits
 from internals import RECORDABLE, cli
 from kreisel._options.times import CHUNK_SIZE
+from toolbox import HANG
 from tops import GENERAL, LAGRANGE
 
 SCENE = GENERAL.replace(gravity=1 / 3)
@@ -331,6 +332,6 @@ def test_report_runs_the_validation_of_the_working_directory(tmp_path):
         capture_output=True,
         text=True,
         cwd=tmp_path,
-        timeout=60,
+        timeout=HANG,
     )
     assert result.stdout == "made here ['--quick']\n" and result.returncode == 0

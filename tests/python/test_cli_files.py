@@ -11,6 +11,7 @@ import pytest
 from cli_helpers import call, join_lines, make_raiser
 from internals import cli, view
 from kreisel._cli.outputs import CsvOutput
+from toolbox import HANG
 
 KREISEL = [sys.executable, "-m", "kreisel"]
 ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that fails after 100000 steps
@@ -19,7 +20,7 @@ ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that fails after 1000
 def shell(words, **options):
     """Run a command in a separate process, and assert that it prints no traceback."""
     result = subprocess.run(
-        [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **options
+        [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=HANG, **options
     )
     assert "Traceback" not in result.stderr and "Exception ignored" not in result.stderr
     return result
@@ -178,7 +179,7 @@ def test_closed_streams_cause_no_traceback(tmp_path, words, stream, code, messag
         ["/bin/sh", "-c", shell_line, "sh", *KREISEL, *words.split()],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANG,
         cwd=tmp_path,
     )
     assert result.returncode == code and message in result.stderr

@@ -20,7 +20,7 @@ from cli_helpers import call, join_lines, make_raiser
 from distributed import LocalCluster
 from kreisel._cli import sweep_command
 from sweeps import SOCKETS_LEFT, hash_rows
-from toolbox import HEEDING
+from toolbox import HANG, HEEDING
 
 PLAN = """
 t = [1.0, 4.0]
@@ -138,7 +138,7 @@ def test_no_worker_outlives_a_sweep_and_no_worker_ends_before_it(plan, number, c
         else:
             os.killpg(run.pid, number)  # as terminals and batch systems do
         try:
-            _, output = run.communicate(timeout=60)  # until all workers have closed the pipe
+            _, output = run.communicate(timeout=HANG)  # until all workers have closed the pipe
         except subprocess.TimeoutExpired:
             os.killpg(run.pid, signal.SIGKILL)
             raise

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from kreisel._sweep.store import open_sweep_store
 from kreisel._utils.atomic_io import atomic_open
-from toolbox import python
+from toolbox import HANG, python
 
 END, CHUNK = 24.0, 100
 KILLS = int(os.environ.get("KREISEL_KILLS", 8))
@@ -85,7 +85,7 @@ def run_writers(moment, folder):
         [sys.executable, "-c", WRITER, moment, str(folder)],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=HANG,
     )
     assert result.returncode == 0 and "Traceback" not in result.stderr, result.stderr
     ends = {w: int(code) for w, code in re.findall(r"^(\w+) ended (-?\d+)$", result.stdout, re.M)}

@@ -264,7 +264,7 @@ def test_streams_equal_the_whole_result():
 def test_plans_count_tops_by_solver_and_bytes():
     plan = kr.plan(MIXED, TIMES, threads=2)
     assert (plan.closed_form, plan.lanes, plan.alone) == (3, 2, 1) and plan.threads == 2
-    assert plan.states == 4 and 0.0 < plan.seconds < 10.0
+    assert plan.states == 4 and plan.seconds > 0.0
     assert "3 by closed form, 2 in lanes, 1 one by one" in str(plan)
     assert kr.plan(MIXED).seconds is None and kr.plan(MIXED).bytes == 64
     assert kr.plan(UNDAMPED, TIMES, method="strang", step=0.1).alone == 5

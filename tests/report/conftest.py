@@ -1,11 +1,9 @@
 """Fixtures for the tests of the report.
 
-The tests set no time limit, so that the report is complete even on slow machines. Hardly any test
-depends on run times; heyoka therefore compiles without optimization, and each call is timed only
-once.
+No test depends on run times; heyoka therefore compiles without optimization, and each call is timed
+only once.
 """
 
-from dataclasses import replace
 from functools import partial
 
 import heyoka
@@ -13,14 +11,6 @@ import pytest
 from axe import open_browser
 
 from validation.competitors import timing
-from validation.parts.budget import BUDGETS
-
-
-@pytest.fixture(scope="session", autouse=True)
-def no_time_limit():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(BUDGETS, "quick", replace(BUDGETS["quick"], seconds=1e9))
-        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from validation.parts import advice, fastest, many_starts, scene_runs
-from validation.parts.budget import BUDGETS
+from validation.parts.tasks import SIZES
 from validation.references.problems import load_problem
 
 
 @pytest.fixture(scope="module")
 def findings():
     """Measure the run times for one scene with few repetitions."""
-    return [many_starts.measure_scene(load_problem("thesis"), replace(BUDGETS["quick"], members=2))]
+    return [many_starts.measure_scene(load_problem("thesis"), replace(SIZES["quick"], members=2))]
 
 
 def test_every_program_runs_on_every_start(findings):

@@ -11,8 +11,8 @@ from rich.console import Console
 from validation.competitors import timing
 from validation.competitors.method_families import group_methods
 from validation.parts import fastest, scene_runs
-from validation.parts.budget import BUDGETS, Task, run_tasks
 from validation.parts.result_cache import ResultStore, write_atomic
+from validation.parts.tasks import TYPICAL, Task, estimate_minutes, run_tasks
 from validation.report.main import make_progress
 
 
@@ -35,18 +35,6 @@ def test_accidentally_small_errors_do_not_win():
     assert fastest.fastest_reaching([closed_form], 1e-6) is closed_form
 
 
-def test_an_interruption_keeps_measurements():
-    calls = []
-
-    def call():
-        calls.append(1)
-        if len(calls) == 5:
-            raise KeyboardInterrupt
-
-    samples, is_interrupted = timing.time_in_turn([call, call], [1.0, 1.0], rounds=10)
-    assert is_interrupted and [len(own) for own in samples] == [2, 2]
-
-
 def test_findings_are_stored_and_not_recomputed(tmp_path):
     calls = []
 
@@ -60,17 +48,26 @@ def test_findings_are_stored_and_not_recomputed(tmp_path):
     class Bar:
         add_task = update = advance = staticmethod(lambda *args, **words: None)
 
-    for expected in ("interrupted", ""):
-        store = ResultStore(tmp_path / "findings.jsonl", ["as before"])
-        outcome = run_tasks(
-            [Task(f"task/{i}", lambda i=i: make(i)) for i in range(4)], store, BUDGETS["quick"], Bar
-        )
-        assert outcome.startswith(expected) and bool(outcome) == bool(expected)
+    tasks = [Task(f"task/{i}", lambda i=i: make(i)) for i in range(4)]
+    with pytest.raises(KeyboardInterrupt):
+        run_tasks(tasks, ResultStore(tmp_path / "findings.jsonl", ["as before"]), Bar)
+    run_tasks(tasks, ResultStore(tmp_path / "findings.jsonl", ["as before"]), Bar)
     assert calls == [0, 1, "interrupted", 2, 3]
     text = (tmp_path / "findings.jsonl").read_text()
     (tmp_path / "findings.jsonl").write_text(text + "[cut off")
     assert ResultStore(tmp_path / "findings.jsonl", ["as before"]).under("task/") == [0, 1, 2, 3]
     assert ResultStore(tmp_path / "findings.jsonl", ["another machine"]).known == {}
+
+
+def test_the_time_said_beforehand_is_that_of_the_remaining_tasks(tmp_path, monkeypatch):
+    store = ResultStore(tmp_path / "findings.jsonl", [])
+    tasks = [Task(f"task/{i}", lambda: 1, 90.0) for i in range(4)]
+    for slowness, minutes in ((1.0, 6), (3.0, 18)):
+        monkeypatch.setattr(timing, "time_once", lambda call, slowness=slowness: TYPICAL * slowness)
+        assert estimate_minutes(tasks, store) == minutes
+    store.put("task/0", 1)
+    store.put("task/1", 1)
+    assert estimate_minutes(tasks, store) == 9
 
 
 def test_a_report_without_a_terminal_prints_progress_in_tenths():

@@ -12,6 +12,6 @@ def median_times(calls, rounds=41):
     multiplied by the median ratio of the two run times.
     """
     estimates = [min(timing.time_once(call) for _ in range(2)) for call in calls]
-    (first, *others), _ = timing.time_in_turn(calls, estimates, rounds)
+    first, *others = timing.time_in_turn(calls, estimates, rounds)
     ratios = (median(b / a for a, b in zip(first, other, strict=True)) for other in others)
     return [median(first), *(median(first) * ratio for ratio in ratios)]

@@ -33,7 +33,7 @@ class Run:
         return 1e6 * median(self.seconds)
 
 
-def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
+def measure_runs(tops, movers, truths, rounds, threads=2):
     """Measure the errors and the run times of all integrators.
 
     The integrators run alternately, so that changes in the load of the machine affect them equally.
@@ -57,7 +57,6 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
             _, mover, _, own = settings[i]
             if not mover.is_timed_once:
                 seconds[i].append(time_per_top(calls[i], mover, own, threads)[1])
-            tick()
     return [
         Run(mover.name, str(setting), len(own), *spread, seconds_once)
         for (_, mover, setting, own), spread, seconds_once in zip(

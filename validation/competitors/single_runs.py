@@ -202,6 +202,7 @@ class Contender:
     tightest: float = None  # tightest tolerance
     order: object = "varies"
     peer: bool = False  # for comparison only, including GSL within kreisel
+    cost: float = 1.0  # duration of an evaluation, relative to one in C
 
 
 def control_of(method):
@@ -240,5 +241,6 @@ PEERS = (
         1e-13,
         8,
         peer=True,
+        cost=256.0,
     ),
 )

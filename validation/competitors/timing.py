@@ -37,20 +37,13 @@ def time_sample(call, seconds):
         return (perf_counter() - begin) / number
 
 
-def time_in_turn(calls, seconds, rounds, tick=lambda: None):
-    """Return the run times of each function, and True if Ctrl-C ended the measurement early.
-
-    `seconds` is the approximate duration of each call.
-    """
+def time_in_turn(calls, seconds, rounds):
+    """Return the run times of each function. `seconds` is the approximate duration of each call."""
     samples = [[] for _ in calls]
-    try:
-        for _ in range(rounds):
-            for call, estimate, times in zip(calls, seconds, samples, strict=True):
-                times.append(time_sample(call, estimate))
-                tick()
-    except KeyboardInterrupt:
-        return samples, True
-    return samples, False
+    for _ in range(rounds):
+        for call, estimate, times in zip(calls, seconds, samples, strict=True):
+            times.append(time_sample(call, estimate))
+    return samples
 
 
 def best_times(calls, rounds, trials=1):
@@ -59,10 +52,7 @@ def best_times(calls, rounds, trials=1):
     The shortest time is the best estimate, because other processes can only slow a function down.
     """
     estimates = [min(time_once(call) for _ in range(trials)) for call in calls]
-    samples, is_interrupted = time_in_turn(calls, estimates, rounds)
-    if is_interrupted:
-        raise KeyboardInterrupt
-    return [min(times) for times in samples]
+    return [min(times) for times in time_in_turn(calls, estimates, rounds)]
 
 
 def relative_spread(samples):

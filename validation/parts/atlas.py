@@ -12,9 +12,9 @@ from ..drawing import heatmap
 from ..drawing.time_series import choose_colours, draw_time_series
 from ..drawing.verdict_bars import draw_verdict_bars
 from . import atlas_cases, atlas_cells, stiff_needle, verdicts
-from .budget import Task
 from .formatting import count_word, join_counts, join_sentences, join_words, verb_be
 from .part import Part, write_csv
+from .tasks import Task
 
 COLUMNS = (
     "family",
@@ -52,11 +52,11 @@ class Atlas:
     needle_lines: list
 
 
-def list_tasks(problems, budget, store):
-    for case in atlas_cases.list_cases(budget.quick):
-        weight = 6.0 if case.closed else 0.4
-        yield Task(case.key, partial(atlas_cells.make_cells, case), weight, until=1.0)
-    yield from stiff_needle.list_tasks(budget)
+def list_tasks(problems, size, store):
+    for case in atlas_cases.list_cases(size.quick):
+        weight = 1.5 if case.closed else 0.7
+        yield Task(case.key, partial(atlas_cells.make_cells, case), weight)
+    yield from stiff_needle.list_tasks(size)
 
 
 def load_findings(problems, store):

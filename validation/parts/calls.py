@@ -23,9 +23,9 @@ from ..competitors import equal_error, machine, peak, timing
 from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
 from ..references import equations, reference
 from ..references.problems import attitude_error, load_problem
-from .budget import Task
 from .formatting import format_brief, format_digits, format_power, join_sentences
 from .part import Part, write_csv
+from .tasks import Task
 
 ENDS = {  # scene: end of the run [T]
     "thesis": 100.0,
@@ -231,11 +231,11 @@ def count_paying_runs(band):
     return band["compiling"] / gain if gain > 0 else inf
 
 
-def list_tasks(problems, budget, store):
-    rounds = 3 * budget.rounds
-    for name in QUICK if budget.quick else ENDS:
-        measure = partial(measure_scene, name, rounds, quick=budget.quick)
-        yield Task(f"calls/{name}/{rounds}", measure, 2.0 if budget.quick else 10.0, until=0.9)
+def list_tasks(problems, size, store):
+    rounds = 3 * size.rounds
+    for name in QUICK if size.quick else ENDS:
+        measure = partial(measure_scene, name, rounds, quick=size.quick)
+        yield Task(f"calls/{name}/{rounds}", measure, 2.0 if size.quick else 6.0)
 
 
 def load_findings(problems, store):

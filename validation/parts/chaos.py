@@ -13,9 +13,9 @@ from ..drawing import section_plots as drawing
 from ..drawing.field import draw_field
 from ..references import kowalewski, melnikov
 from . import frequency_data, lyapunov_exponents, section_data
-from .budget import Task
 from .formatting import format_brief, format_power, join_sentences, number_word
 from .part import Part, write_csv
+from .tasks import Task
 
 SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # relative differences of the moments in the layer
 SHOWN = (1e-2, 1e-4)
@@ -28,14 +28,14 @@ FILES = {
 }
 
 
-def choose_sizes(budget):
-    """Return the numbers of orbits and points for a given time budget."""
+def choose_numbers(size):
+    """Return the numbers of orbits and points of a report."""
     return {
-        "orbits": min(budget.members, 90),
-        "crossings": 60 if budget.quick else 450,
-        "turning": 6 if budget.quick else min(budget.members, 100),
-        "swings": 200 if budget.quick else 2000,
-        "side": {"quick": 5, "default": 26}.get(budget.name, 64),
+        "orbits": min(size.members, 90),
+        "crossings": 60 if size.quick else 450,
+        "turning": 6 if size.quick else min(size.members, 100),
+        "swings": 200 if size.quick else 2000,
+        "side": {"quick": 5, "default": 26}.get(size.name, 64),
     }
 
 
@@ -94,16 +94,15 @@ def measure_exponents(size):
     return {"table": table, "map": lyapunov_exponents.map_exponents(size["side"]).tolist()}
 
 
-def list_tasks(problems, budget, store):
-    size = choose_sizes(budget)
-    name = budget.name
-    yield Task(f"chaos/order/{name}", partial(measure_energy_drift, size), 3.0)
-    yield Task(f"chaos/kowalewski/{name}", lambda: list(measure_kowalewski(size)), 4.0)
-    yield Task(f"chaos/layer/{name}", lambda: list(measure_layer(size["swings"])), 2.0)
-    yield Task(
-        f"chaos/frequencies/{name}", partial(measure_frequencies, size["turning"]), 12.0, until=0.9
-    )
-    yield Task(f"chaos/exponents/{name}", partial(measure_exponents, size), 10.0, until=0.9)
+def list_tasks(problems, size, store):
+    numbers = choose_numbers(size)
+    name = size.name
+    yield Task(f"chaos/order/{name}", partial(measure_energy_drift, numbers), 3.0)
+    yield Task(f"chaos/kowalewski/{name}", lambda: list(measure_kowalewski(numbers)), 4.0)
+    yield Task(f"chaos/layer/{name}", lambda: list(measure_layer(numbers["swings"])), 2.0)
+    measure = partial(measure_frequencies, numbers["turning"])
+    yield Task(f"chaos/frequencies/{name}", measure, 12.0)
+    yield Task(f"chaos/exponents/{name}", partial(measure_exponents, numbers), 20.0)
 
 
 def load_findings(problems, store):

@@ -16,7 +16,6 @@ from ..competitors.equal_error import Run
 from ..drawing.field import draw_field
 from ..drawing.throughput import draw_throughput
 from ..references.random_ensembles import SCENES, compute_truths, draw_tops
-from .budget import Task
 from .formatting import (
     format_brief,
     format_digits,
@@ -25,6 +24,7 @@ from .formatting import (
     join_sentences,
 )
 from .part import Part, write_csv
+from .tasks import Task
 
 TARGETS = 1e-6, 1e-9  # targets for the median attitude error [rad]
 SAMPLE, SIDE = 200, 500
@@ -61,11 +61,11 @@ def time_sleeping_map():
     return min(timing.time_once(partial(compute_sleeping_map, SIDE)) for _ in range(3))
 
 
-def list_tasks(problems, budget, store):
-    n, each = 10 * budget.members, {"quick": 6, "default": 2}.get(budget.name, 1)
+def list_tasks(problems, size, store):
+    n, each = 10 * size.members, {"quick": 6, "default": 2}.get(size.name, 1)
     for kind in SCENES:
-        measure = partial(measure_ensemble, kind, n, budget.rounds, each)
-        yield Task(f"many/{kind}/{n}", measure, 5.0 + 0.002 * n, until=0.9)
+        measure = partial(measure_ensemble, kind, n, size.rounds, each)
+        yield Task(f"many/{kind}/{n}", measure, 5.0 + 0.002 * n)
     yield Task("many tops mapped", time_sleeping_map, 2.0)
 
 

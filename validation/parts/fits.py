@@ -7,12 +7,12 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors.timing import time_once
-from .budget import Task
 from .formatting import format_brief
 from .part import Part, write_csv
+from .tasks import Task
 
 TIMES = np.linspace(0.0, 5.0, 334)
-SHORT = 60  # number of times with the quick budget
+SHORT = 60  # number of times of a quick report
 NOISE = 0.05  # standard deviation of the angular velocity [T^-1]
 SEED = 1
 OFF = 1.01  # factor of the guess of moments, lever and angular velocity
@@ -62,10 +62,10 @@ def measure_fit(name, times, rounds):
     }
 
 
-def list_tasks(problems, budget, store):
-    times = TIMES[:SHORT] if budget.quick else TIMES
+def list_tasks(problems, size, store):
+    times = TIMES[:SHORT] if size.quick else TIMES
     for name in load_fitters():
-        own, rounds = name == "kreisel", budget.rounds if name == "kreisel" else 1
+        own, rounds = name == "kreisel", size.rounds if name == "kreisel" else 1
         yield Task(f"fits/{name}", partial(measure_fit, name, times, rounds), 0.2 if own else 20.0)
 
 

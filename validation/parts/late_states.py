@@ -7,8 +7,8 @@ from ..competitors import timing
 from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
 from ..references import reference
 from ..references.problems import attitude_error
-from .budget import Task
 from .formatting import format_large, format_milliseconds
+from .tasks import Task
 
 LATE, QUICK = 1e6, 1e3  # time of the state [T]
 PART = 0.1  # heyoka runs to this fraction of the time; its run time is proportional to the time
@@ -30,10 +30,10 @@ def late_key(problem):
     return f"late/{problem.name}"
 
 
-def list_tasks(problem, budget):
+def list_tasks(problem, size):
     if make_closed_form(problem):
-        weight = 0.5 if budget.quick else 12.0
-        yield Task(late_key(problem), lambda: measure_late_state(problem, budget.quick), weight)
+        weight = 0.5 if size.quick else 12.0
+        yield Task(late_key(problem), lambda: measure_late_state(problem, size.quick), weight)
 
 
 def measure_late_state(problem, quick):

@@ -20,7 +20,6 @@ from ..drawing.cost_bands import draw_cost_bands
 from ..references import equations, reference
 from ..references.problems import attitude_error, load_problem, rotate_to_space
 from . import fastest
-from .budget import Task
 from .formatting import (
     format_brief,
     format_large,
@@ -31,11 +30,12 @@ from .formatting import (
     number_word,
 )
 from .part import Part, write_csv
+from .tasks import Task
 
 SEED, TURNS = 9, 10.0
 ROTATION = 0.5  # largest angle by which a start is rotated [rad]
 SCALES = (0.8, 1.2)  # range of the factors of the momentum
-STARTS, LEAST_STARTS = 10, 3  # one start for this number of members of the budget; smallest number
+STARTS, LEAST_STARTS = 10, 3  # one start for this number of `members`; smallest number
 TOLERANCES = [10.0**-k for k in range(2, 16)]
 SCIPY_LEAST = 1e-13  # smallest tolerance of SciPy
 DIGITS = 20  # of the runs that show which errors the starts allow
@@ -115,10 +115,10 @@ def measure_run(run, truth):
         return None
 
 
-def measure_scene(problem, budget):
+def measure_scene(problem, size):
     """Measure the run times of all programs for all initial states of a scene."""
     end = TURNS * 2 * pi / problem.rate
-    starts = draw_starts(problem, max(LEAST_STARTS, budget.members // STARTS))
+    starts = draw_starts(problem, max(LEAST_STARTS, size.members // STARTS))
     truths = [
         np.array(reference.integrate_states(start, [end], fp=reference.FINER)[0][:4], np.longdouble)
         for start in starts
@@ -128,7 +128,7 @@ def measure_scene(problem, budget):
         for start, truth in zip(starts, truths, strict=True)
     ]
     results, compiling = [], []
-    for tol in QUICK if budget.quick else TOLERANCES:
+    for tol in QUICK if size.quick else TOLERANCES:
         programs = list(make_runs(starts, end, tol))
         compiling += [setup for *_, setup in programs if setup is not None]
         for i, truth in enumerate(truths):
@@ -141,10 +141,10 @@ def measure_scene(problem, budget):
     return header | {"compiling": compiling, "precise": precise, "runs": results}
 
 
-def list_tasks(problems, budget, store):
+def list_tasks(problems, size, store):
     for problem, _ in problems:
-        key = f"starts/{problem.name}/{budget.members}"
-        yield Task(key, partial(measure_scene, problem, budget), 1.0 if budget.quick else 9.0)
+        key = f"starts/{problem.name}/{size.members}"
+        yield Task(key, partial(measure_scene, problem, size), 1.0 if size.quick else 9.0)
 
 
 def load_findings(problems, store):

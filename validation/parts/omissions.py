@@ -13,9 +13,9 @@ import numpy as np
 from ..competitors import timing
 from ..competitors.single_runs import choose_setting
 from ..references.problems import load_problem
-from .budget import Task
 from .formatting import format_brief, join_sentences
 from .part import Part, write_csv
+from .tasks import Task
 
 STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
 LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # minimum numbers of timing rounds
@@ -147,10 +147,10 @@ def measure_scene(problem, end, rounds):
     }
 
 
-def list_tasks(problems, budget, store):
-    rounds = max(LEAST_OF_FORMS, budget.rounds)
+def list_tasks(problems, size, store):
+    rounds = max(LEAST_OF_FORMS, size.rounds)
     yield Task("left out/form", partial(measure_forms, rounds), 1.0)
-    rounds = max(LEAST_OF_OMISSIONS, budget.rounds)
+    rounds = max(LEAST_OF_OMISSIONS, size.rounds)
     for problem, end in problems:
         yield Task(f"omissions/{problem.name}", partial(measure_scene, problem, end, rounds), 0.3)
 

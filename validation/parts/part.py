@@ -25,7 +25,7 @@ class Part:
     name: str  # used for --only, for links within the page, and as the name of the template
     title: str  # title in the navigation of the page
     heading: str  # heading of its section
-    list_tasks: Callable  # (problems with their ends, budget, store) -> tasks, in order
+    list_tasks: Callable  # (problems with their ends, size, store) -> tasks, in order
     load_findings: Callable  # (problems with their ends, store) -> findings
     build_context: Callable  # findings -> values for the template, by name
     conclude: Callable  # findings -> a paragraph

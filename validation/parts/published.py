@@ -15,8 +15,8 @@ import numpy as np
 from ..competitors import single_runs, timing
 from ..competitors.single_runs import Setting
 from ..references.problems import PROBLEMS, attitude_error, problem_of_scene
-from .budget import Task
 from .part import Part, write_csv
+from .tasks import Task
 
 COLUMNS = (
     "problem",
@@ -189,10 +189,10 @@ def measure_problem(case, quick=False):
     return rows
 
 
-def list_tasks(_, budget, store):
+def list_tasks(_, size, store):
     for case in load_problems():
-        measure = partial(measure_problem, case, budget.quick)
-        yield Task(f"published/{case.name}", measure, 0.3 if budget.quick else 4.0, until=1.0)
+        measure = partial(measure_problem, case, size.quick)
+        yield Task(f"published/{case.name}", measure, 0.3 if size.quick else 4.0)
 
 
 def load_findings(_, store):

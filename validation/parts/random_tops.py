@@ -19,9 +19,9 @@ from ..competitors.single_runs import Setting, control_of
 from ..drawing.distributions import draw_distributions
 from ..references import reference
 from ..references.problems import attitude_error, problem_of_scene
-from .budget import Task
 from .formatting import join_sentences, number_word
 from .part import Part, write_csv
+from .tasks import Task
 
 SEED, TURNS = 6, 10.0
 END = TURNS * 2 * pi
@@ -138,10 +138,10 @@ def measure_kind(kind, members):
     return runs
 
 
-def list_tasks(problems, budget, store):
+def list_tasks(problems, size, store):
     for kind in KINDS:
-        key, weight = f"ensemble/{kind}/{budget.members}", budget.members * 0.01
-        yield Task(key, partial(measure_kind, kind, budget.members), weight, until=1.0)
+        key, weight = f"ensemble/{kind}/{size.members}", size.members * 0.016
+        yield Task(key, partial(measure_kind, kind, size.members), weight)
 
 
 def load_findings(problems, store):

@@ -12,13 +12,12 @@ from ..competitors import single_runs, timing
 from ..competitors.single_runs import Setting
 from ..references import reference
 from ..references.problems import attitude_error
-from .budget import Task
+from .tasks import Task
 
 TIGHTER = range(2, 17)  # steps are turn / 2 ** k for these k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
 QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
 CHAOS = 1e-6  # an error below this value that no longer decreases is due to rounding [rad]
-ROUNDS_UNTIL = 0.5  # fraction of the budget after which optional timing rounds are skipped
 LOOKS = 100  # approximate number of states at which the energy is evaluated
 
 
@@ -80,8 +79,8 @@ def energy_times(end, step):
 class SceneRuns:
     """A scene with its reference solution and the runs of all methods."""
 
-    def __init__(self, problem, end, truth, budget):
-        self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
+    def __init__(self, problem, end, truth, size):
+        self.problem, self.end, self.size, self.truth = problem, end, size, truth
         self.contenders = {
             contender.name: contender
             for contender in (*single_runs.list_contenders(problem), *single_runs.PEERS)
@@ -111,7 +110,7 @@ class SceneRuns:
         return row
 
     def list_settings(self, contender):
-        powers, tolerances = QUICK if self.budget.quick else (TIGHTER, TOLERANCES)
+        powers, tolerances = QUICK if self.size.quick else (TIGHTER, TOLERANCES)
         if contender.steered != "tol":
             turn = turn_length(self.problem)
             return (
@@ -126,7 +125,7 @@ class SceneRuns:
         rows = []
         for setting in self.list_settings(contender):
             rows.append(self.measure_errors(contender, setting))
-            if is_enough(rows, self.budget.longest):
+            if is_enough(rows, self.size.longest / contender.cost):
                 break
         return [asdict(row) for row in rows]
 
@@ -140,11 +139,14 @@ class SceneRuns:
 
 
 def is_enough(rows, longest):
-    """Return True if more accurate runs would take too long or would not reduce the error."""
+    """Return True if more accurate runs would take too long or would not reduce the error.
+
+    A run takes too long with more than `longest` evaluations, or steps if these are not counted.
+    """
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
         return False
-    slow = rows[-1].about is not None and rows[-1].about > longest
+    slow = (rows[-1].evaluations or rows[-1].steps or 0) > longest
     at_the_floor = min(errors) < CHAOS and len(errors) - 1 - int(np.argmin(errors)) > 2
     return slow or at_the_floor
 
@@ -158,19 +160,18 @@ def truth_key(problem):
     return f"truth/{problem.name}"
 
 
-def list_tasks(problem, end, budget, store):
+def list_tasks(problem, end, size, store):
     """Yield all tasks for a scene: the reference solution, the errors and the run times."""
     yield make_truth_task(problem, end)
-    scene_runs = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
+    scene_runs = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], size)
     for contender in scene_runs.contenders.values():
         key = f"runs/{problem.name}/{contender.name}"
-        yield Task(key, partial(scene_runs.explore, contender), 0.1 if budget.quick else 0.6)
-    for i in range(budget.rounds):
+        yield Task(key, partial(scene_runs.explore, contender), 0.1 if size.quick else 0.6)
+    for i in range(size.rounds):
         yield Task(
             f"times/{problem.name}/{i}",
             lambda: scene_runs.measure_times(load_runs(store, problem.name)),
-            0.1 if budget.quick else 1.5,
-            None if i < budget.least_rounds else ROUNDS_UNTIL,
+            0.1 if size.quick else 1.5,
         )
     yield Task(None, scene_runs.runs.clear)
 

@@ -19,9 +19,9 @@ from ..competitors.single_runs import choose_setting
 from ..references.problems import attitude_error
 from .atlas_cases import stiff_cases
 from .atlas_cells import TOL
-from .budget import Task
 from .formatting import join_sentences, join_words
 from .part import write_csv
+from .tasks import Task
 from .verdicts import LOST
 
 CASE, TURNS, LOOKS = "needle, 64 a turn of precession", 2, 64
@@ -81,9 +81,9 @@ def measure_needle():
     ]
 
 
-def list_tasks(budget):
-    if not budget.quick:
-        yield Task("stiff/needle", measure_needle, 10.0, until=1.0)
+def list_tasks(size):
+    if not size.quick:
+        yield Task("stiff/needle", measure_needle, 2.0)
 
 
 def load_findings(store):

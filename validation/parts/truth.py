@@ -4,9 +4,9 @@ from functools import partial
 
 from ..references import reference
 from . import scene_runs
-from .budget import Task
 from .formatting import format_brief, join_sentences, join_words
 from .part import Part, write_csv
+from .tasks import Task
 
 COLUMNS = ("scene", "t", "conditioning", "computed_by", "away")
 MANY = ("128", "30 digits")  # the names of high-precision computations contain one of these words
@@ -16,7 +16,7 @@ def ways_key(problem):
     return f"ways/{problem.name}"
 
 
-def list_tasks(problems, budget, store):
+def list_tasks(problems, size, store):
     for problem, end in problems:
         yield scene_runs.make_truth_task(problem, end)
         yield Task(ways_key(problem), partial(compare_truths, problem, end, store), 1.0)

@@ -60,10 +60,10 @@ class Comparison:
         return [problem.name for problem, _ in self.problems]
 
 
-def list_tasks(problems, budget, store):
+def list_tasks(problems, size, store):
     for problem, end in problems:
-        yield from scene_runs.list_tasks(problem, end, budget, store)
-        yield from late_states.list_tasks(problem, budget)
+        yield from scene_runs.list_tasks(problem, end, size, store)
+        yield from late_states.list_tasks(problem, size)
 
 
 def load_findings(problems, store):

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import kreisel as kr
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from ..competitors import machine
-from ..parts.budget import BUDGETS, run_tasks
 from ..parts.result_cache import ResultStore, write_atomic
 from ..parts.scene_runs import turn_length
+from ..parts.tasks import SIZES, estimate_minutes, run_tasks
 from ..references.problems import HORIZONS, SHORT, load_problem, problem_of_scene
 from . import page
 from .contents import PARTS
@@ -57,10 +57,10 @@ def make_parser():
     size = parser.add_mutually_exclusive_group()
     for name, text in (
         ("quick", f"few settings, to t = {SHORT:g}: a test of the report, not for quotation"),
-        ("full", "all settings without a time limit"),
+        ("full", "more settings, rounds and tops"),
     ):
-        size.add_argument(f"--{name}", action="store_const", dest="budget", const=name, help=text)
-    parser.set_defaults(budget="default")
+        size.add_argument(f"--{name}", action="store_const", dest="size", const=name, help=text)
+    parser.set_defaults(size="default")
     return parser, size
 
 
@@ -82,6 +82,7 @@ def make_progress(console):
         BarColumn(bar_width=30),
         TextColumn("{task.percentage:3.0f} %"),
         TimeElapsedColumn(),
+        TimeRemainingColumn(),
         console=console,
     )
 
@@ -101,11 +102,11 @@ def load_problem_of_user(file):
     return problem
 
 
-def load_problems(files, budget):
+def load_problems(files, size):
     """Load the test problems in the given files, or by default the problems of the report."""
     if not files:
         return [
-            (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
+            (load_problem(name), SHORT if size.quick else end) for name, end in HORIZONS.items()
         ]
     problems = [load_problem_of_user(file) for file in files]
     names = [problem.name for problem in problems]
@@ -117,13 +118,15 @@ def load_problems(files, budget):
     return [(problem, TURNS * turn_length(problem)) for problem in problems]
 
 
-def run_parts(out, problems, parts, budget, console):
-    """Run all tasks, and return the results and a message about missing results."""
+def run_parts(out, problems, parts, size, console):
+    """Run all tasks, and return their results."""
     own = [problem for problem, _ in problems if problem.user]
-    store = ResultStore(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
-    tasks = [task for part in parts for task in part.list_tasks(problems, budget, store)]
+    store = ResultStore(out / f"findings-{size.name}.jsonl", machine.fingerprint(*own))
+    tasks = [task for part in parts for task in part.list_tasks(problems, size, store)]
+    console.print(f"The report takes about {estimate_minutes(tasks, store)} min on this machine.")
     with make_progress(console) as bar:
-        return store, run_tasks(tasks, store, budget, bar)
+        run_tasks(tasks, store, bar)
+    return store
 
 
 def write_report(out, findings, metadata):
@@ -146,26 +149,26 @@ def print_summary(console, findings):
 
 def make_report(options):
     """Generate the report, and return the exit status of the program."""
-    console, begin, budget = Console(), time.perf_counter(), BUDGETS[options.budget]
+    console, begin, size = Console(), time.perf_counter(), SIZES[options.size]
     try:
-        problems = load_problems(options.scenes, budget)
+        problems = load_problems(options.scenes, size)
     except (OSError, TypeError, ValueError) as error:
         console.print(f"Error: {error}", markup=False)
         return 2
     parts = options.only or (parse_parts(OF_OWN_SCENES) if options.scenes else PARTS)
-    store, missing = run_parts(options.out, problems, parts, budget, console)
-    metadata = machine.describe_machine() | {
-        "budget": "; ".join(filter(None, (budget.name, missing)))
-    }
+    try:
+        store = run_parts(options.out, problems, parts, size, console)
+    except KeyboardInterrupt:
+        console.print("interrupted; run again to continue")
+        return 130
+    metadata = machine.describe_machine() | {"size": size.name}
     findings_by_part = [(part, part.load_findings(problems, store)) for part in PARTS]
     findings = [(part, part_findings) for part, part_findings in findings_by_part if part_findings]
     files = write_report(options.out, findings, metadata)
     print_summary(console, findings)
-    if missing:
-        console.print(missing)
     names = ", ".join(str(options.out / name) for name in files)
     console.print(f"{names} in {time.perf_counter() - begin:.0f} s")
-    return 130 if missing.startswith("interrupted") else 0
+    return 0
 
 
 def main(argv=None):
