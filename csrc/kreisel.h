@@ -479,7 +479,7 @@ KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states. `tangents` has the shape [n][6][columns], and
  * `out` the shape [n][kr_quantity_doubles][columns]. The derivative of the attitude q is a rotation
  * vector (3 numbers). Derivatives that do not exist are NaN: of Euler angles at a vertical apex, of
- * the apex by com at 0, and of body_acceleration with friction. */
+ * the apex by com at 0, and of body_acceleration by friction at 0. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);

@@ -219,6 +219,10 @@ static void add_body_velocity(const step_view *v, double factor, int axis, doubl
 {
     add_relative_velocity(v, factor, q_vec(described_axis(v, axis)), c);
 }
+static void add_inertial_velocity(const step_view *v, double factor, int axis, double *c)
+{
+    add_of_velocity(v, q_scale(factor, described_axis(v, axis)), c);
+}
 static void add_body_momentum(const step_view *v, double factor, int axis, double *c)
 {
     const kr_vec3 along = q_vec(described_axis(v, axis)),
@@ -248,6 +252,7 @@ static void add_component(const step_view *v, double factor, int number, double 
         [KR_QUANTITY_body_momentum] = add_body_momentum,
         [KR_QUANTITY_body_vertical] = add_body_vertical,
         [KR_QUANTITY_spin] = add_spin,
+        [KR_QUANTITY_inertial_velocity] = add_inertial_velocity,
     };
     const kr_component component = kr_component_of(number);
     if (number == KR_COMPONENT_ONE)
@@ -276,6 +281,7 @@ static double component_bound(const kr_top *top, double rate, int number)
     if (component.quantity == KR_QUANTITY_body_momentum)
         most = v_times(A, root);
     else if (component.quantity != KR_QUANTITY_body_velocity &&
+             component.quantity != KR_QUANTITY_inertial_velocity &&
              component.quantity != KR_QUANTITY_spin)
         return 1.0;
     if (component.quantity != KR_QUANTITY_spin)

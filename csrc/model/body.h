@@ -31,4 +31,10 @@ static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body
  * spherical body, the rotor must point towards or away from the centre of mass, unless the centre
  * of mass is the fixed point. */
 int kr_body_is_rotor_axial(const kr_body *body, double rtol);
+/* Returns the unit vector to the centre of mass along the principal axes, or T if the centre of
+ * mass is at the fixed point. */
+static inline kr_vec3 kr_body_apex(const kr_body *body)
+{
+    return v_largest(body->com) > 0.0 ? v_unit(body->com) : v3(0.0, 0.0, 1.0);
+}
 #endif

@@ -14,13 +14,12 @@
 #include "resummed.h"
 #include "scene.h"
 
+/* Rounding error of a spin, relative to the terms of which it is the sum. */
+#define SPIN_OF_HELD 0x1p-40
+
 static kr_quat principal_attitude(const kr_scene *scene, const kr_state *s)
 {
     return q_mul(s->q, scene->body.axes);
-}
-static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
-{
-    return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
 /* Returns the total angular momentum minus that of the rotor, as components along the principal
  * axes. `q` is the attitude of the principal axes. */
@@ -54,11 +53,15 @@ kr_vec3 kr_state_m(const kr_scene *scene, const kr_state *s)
     (void)scene;
     return s->m;
 }
-kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
+/* Returns the angular velocity in the inertial frame, along e1, e2, e3. */
+static kr_vec3 total_velocity(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
-    const kr_vec3 w =
-        q_turn(q, divide_by_moments(momentum_without_rotor(scene, s, q), scene->body.inertia));
+    return q_turn(q, v_over(momentum_without_rotor(scene, s, q), scene->body.inertia));
+}
+kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
+{
+    const kr_vec3 w = total_velocity(scene, s);
     return kr_scene_turns(scene) ? v_sub(w, scene->turning) : w;
 }
 kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
@@ -68,9 +71,7 @@ kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
 }
 kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
 {
-    const kr_vec3 com = scene->body.com;
-    return q_turn(principal_attitude(scene, s),
-                  v_largest(com) > 0.0 ? v_unit(com) : v3(0.0, 0.0, 1.0));
+    return q_turn(principal_attitude(scene, s), kr_body_apex(&scene->body));
 }
 void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
 {
@@ -82,6 +83,10 @@ void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
 kr_vec3 kr_state_body_velocity(const kr_scene *scene, const kr_state *s)
 {
     return q_turn_back(s->q, kr_state_velocity(scene, s));
+}
+kr_vec3 kr_state_inertial_velocity(const kr_scene *scene, const kr_state *s)
+{
+    return q_turn_back(s->q, total_velocity(scene, s));
 }
 kr_vec3 kr_state_body_momentum(const kr_scene *scene, const kr_state *s)
 {
@@ -138,7 +143,7 @@ double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
     kr_vec3 m = momentum_without_rotor(scene, s, q);
     if (kr_scene_turns(scene))
         m = v_sub(m, v_times(scene->body.inertia, turning_in_body(scene, q)));
-    return 0.5 * v_dot(m, divide_by_moments(m, scene->body.inertia));
+    return 0.5 * v_dot(m, v_over(m, scene->body.inertia));
 }
 double kr_state_potential(const kr_scene *scene, const kr_state *s)
 {
@@ -196,39 +201,41 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
-/* Returns the angular acceleration with dry friction; `gain` is its value without friction. `V` is
- * the angular velocity relative to the support, along the principal axes. */
-static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
+double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 gain, int *holds)
 {
-    const kr_vec3 com = scene->body.com,
-                  apex = v_largest(com) > 0.0 ? v_unit(com) : v3(0.0, 0.0, 1.0),
-                  eased = divide_by_moments(apex, scene->body.inertia);
-    const double spin = v_dot(V, apex), most = scene->friction,
-                 needed = -v_dot(gain, apex) / v_dot(apex, eased);
-    /* A spin that is not larger than its rounding error is treated as zero. Friction then holds the
-     * top if the required torque is within its limit. */
-    const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
-    return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
+    const kr_vec3 apex = kr_body_apex(&scene->body), h = scene->body.rotor,
+                  eased = v_over(apex, scene->body.inertia);
+    const double spin = v_dot(v_sub(M, h), eased) - v_dot(O, apex), most = scene->friction,
+                 needed = -v_dot(gain, apex) / v_dot(apex, eased),
+                 size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
+    /* The terms of the spin may cancel, so that its rounding error is proportional to their
+     * magnitude. A spin that is not larger than its rounding error is treated as zero. Friction
+     * then holds the top if the required torque is within its limit. */
+    *holds = fabs(spin) <= SPIN_OF_HELD * size && fabs(needed) <= most;
+    return *holds ? needed : spin > 0.0 ? -most : most;
 }
 kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
     const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
-                  W = divide_by_moments(v_sub(M, scene->body.rotor), J),
+                  W = v_over(v_sub(M, scene->body.rotor), J),
                   pull = v_cross(q_vertical(q), scene->body.com), O = turning_in_body(scene, q),
                   V = kr_scene_turns(scene) ? v_sub(W, O) : W;
     const double weight = scene->body.mass * kr_acceleration_at(scene, s->t);
+    int holds;
     const kr_vec3 torque = v_sub(v_axpy(weight, pull, v_cross(M, W)), v_times(scene->damping, V));
-    kr_vec3 gain = divide_by_moments(torque, J);
+    kr_vec3 gain = v_over(torque, J);
     if (kr_scene_turns(scene)) gain = v_sub(gain, v_cross(O, W));
-    if (scene->friction > 0.0) gain = add_friction(scene, V, gain);
+    if (scene->friction > 0.0)
+        gain = v_axpy(kr_friction_torque(scene, M, O, gain, &holds),
+                      v_over(kr_body_apex(&scene->body), J), gain);
     return q_turn(scene->body.axes, gain);
 }
 /* Returns the kinetic energy in the inertial frame. */
 static double kinetic_at_rest(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 m = momentum_without_rotor(scene, s, principal_attitude(scene, s));
-    return 0.5 * v_dot(m, divide_by_moments(m, scene->body.inertia));
+    return 0.5 * v_dot(m, v_over(m, scene->body.inertia));
 }
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)
 {

@@ -21,9 +21,10 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
-/* A top is considered held by friction if its spin is at most KR_SPIN_OF_HELD times its angular
- * velocity. */
-#define KR_SPIN_OF_HELD 0x1p-40
+/* Returns the torque of dry friction about the apex, and writes 1 to `holds` if friction holds the
+ * top, else 0. `gain` is the angular acceleration without friction. M is the angular momentum, and
+ * O the angular velocity of the support. All vectors are along the principal axes. */
+double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 gain, int *holds);
 
 /* For each quantity, a function kr_state_<name> computes its value. The return type depends on the
  * number of components of the quantity. */

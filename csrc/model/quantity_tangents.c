@@ -88,6 +88,11 @@ static void tangent_of_body_velocity(const quantity_point *at, const quantity_ch
 {
     v_put(out, sum_along(at->described, by->U));
 }
+static void tangent_of_inertial_velocity(const quantity_point *at, const quantity_change *by,
+                                         double out[])
+{
+    v_put(out, sum_along(at->described, by->W));
+}
 static void tangent_of_body_momentum(const quantity_point *at, const quantity_change *by,
                                      double out[])
 {
@@ -250,8 +255,25 @@ static void tangent_of_goryachev_chaplygin(const quantity_point *at, const quant
     *out = f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* The derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U. With dry friction,
- * the derivative of the acceleration is set to NaN. */
+/* Adds to `change` the derivative of the angular acceleration that dry friction causes. `gain` is
+ * the angular acceleration without friction, and `change` is its derivative. The torque of friction
+ * that holds the top is -<gain, a> / <a, J^-1 a>. */
+static kr_vec3 add_change_by_friction(const quantity_point *at, const quantity_change *by,
+                                      kr_vec3 gain, kr_vec3 change)
+{
+    int holds;
+    const double torque = kr_friction_torque(at->scene, at->M, at->O, gain, &holds);
+    const kr_vec3 a = at->apex, da = by->apex, J = at->scene->body.inertia, eased = v_over(a, J),
+                  deased = v_over(v_sub(da, v_times(by->moments, eased)), J);
+    double dtorque = by->is_friction ? copysign(1.0, torque) : 0.0;
+    if (holds)
+        dtorque =
+            -(v_dot(change, a) + v_dot(gain, da) + torque * (v_dot(da, eased) + v_dot(a, deased))) /
+            v_dot(a, eased);
+    return v_axpy(dtorque, eased, v_axpy(torque, deased, change));
+}
+/* The derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U - friction. The
+ * derivative with respect to a friction of zero, which cannot decrease, is NaN. */
 static void tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by,
                                          double out[])
 {
@@ -262,13 +284,17 @@ static void tangent_of_body_acceleration(const quantity_point *at, const quantit
                   dpull = v_add(v_cross(by->V, com), v_cross(at->V, by->com)),
                   gyric = v_add(v_cross(by->M, at->W), v_cross(at->M, by->W)),
                   drag = v_add(v_times(by->damping, at->U), v_times(D, by->U)),
-                  change = v_add(v_axpy(by->weight, pull, v_scale(at->weight, dpull)),
-                                 v_sub(gyric, drag));
-    const kr_vec3 gain = v_over(v_sub(change, v_times(by->moments, v_over(torque, J))), J),
-                  turned = v_add(v_cross(by->O, at->W), v_cross(at->O, by->W));
-    v_put(out, at->scene->friction > 0.0 || by->is_friction
-                   ? v3(NAN, NAN, NAN)
-                   : sum_along(at->described, v_sub(gain, turned)));
+                  dtorque = v_add(v_axpy(by->weight, pull, v_scale(at->weight, dpull)),
+                                  v_sub(gyric, drag)),
+                  turned = v_add(v_cross(by->O, at->W), v_cross(at->O, by->W)),
+                  gain = v_sub(v_over(torque, J), v_cross(at->O, at->W));
+    kr_vec3 change =
+        v_sub(v_over(v_sub(dtorque, v_times(by->moments, v_over(torque, J))), J), turned);
+    if (at->scene->friction > 0.0)
+        change = add_change_by_friction(at, by, gain, change);
+    else if (by->is_friction)
+        change = v3(NAN, NAN, NAN);
+    v_put(out, sum_along(at->described, change));
 }
 
 static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {
@@ -289,7 +315,7 @@ static quantity_point point_at(const kr_scene *scene, const kr_state *s)
     at.O = components_along(at.frame, scene->turning);
     at.U = v_sub(at.W, at.O);
     at.V = v3(at.frame[0].z, at.frame[1].z, at.frame[2].z);
-    at.apex = v_largest(body->com) > 0.0 ? v_unit(body->com) : v3(0.0, 0.0, 1.0);
+    at.apex = kr_body_apex(body);
     at.reach = v_dot(at.apex, body->com);
     return at;
 }

@@ -117,16 +117,17 @@ def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, 
             true = largest_attitude_error(path)
             assert true < 3e-30
             ratios.append(path.error / true)
-    assert min(ratios) > 0.3 and np.median(ratios) < 3 and max(ratios) < 15
+    assert min(ratios) > 1 and np.median(ratios) < 10 and max(ratios) < 60
 
 
-def test_the_error_estimate_of_30_digits_is_near_the_true_error():
-    """Check that the median ratio of estimated to true errors lies between 1/3 and 3."""
+def test_the_error_estimate_of_30_digits_is_not_below_the_true_error():
     with mp.workdps(60):
         paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
         ratios = sorted(path.error / largest_attitude_error(path) for path in paths)
-    assert ratios[0] > 0.03 and ratios[-1] < 30
-    assert 1 / 3 < ratios[len(ratios) // 2] < 3
+    assert ratios[0] > 1 and ratios[-1] < 60
+    assert ratios[len(ratios) // 2] < 10
+    # The attitude error of the asymmetric top is proved (interval arithmetic with 144 bits).
+    assert 1.97e-24 < kr.solve(kr.scenes.asymmetric, [100.0], "taylor", digits=30).error < 2e-23
 
 
 def test_the_error_of_thirty_digits_is_at_most_pi():

@@ -79,21 +79,6 @@ def test_the_specific_force_is_the_acceleration_of_the_point_minus_gravity(scene
     assert np.abs(found - truth).max() < 1e-11 * np.abs(truth).max()
 
 
-@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_the_inertial_velocity_is_relative_to_the_inertial_frame(scene):
-    step = 2.0**-12
-    with mp.workdps(40):
-        q = attitudes_at_rest(scene, [0.5 + k * step for k in range(-3, 4)])
-        weights = [mpf(w) / 60 / mpf(step) for w in (-1, 9, -45, 0, 45, -9, 1)]
-        change = tuple(sum(w * p[i] for w, p in zip(weights, q, strict=True)) for i in range(4))
-        back = kr.quaternion.multiply(kr.quaternion.conjugate(q[3]), change)
-        truth = np.array([float(2 * x) for x in back[1:]])
-    path = kr.solve(scene, [0.5])
-    assert np.abs(path.inertial_velocity[0] - truth).max() < 1e-11 * np.abs(truth).max()
-    if not any(scene.turning):
-        assert (path.inertial_velocity == path.body_velocity).all()
-
-
 def test_the_specific_force_at_the_fixed_point_is_vertical():
     path = kr.solve(HEAVY, [0.0, 1.0])
     assert (path.specific_force((0, 0, 0)) == 9.81 * path.body_vertical).all()

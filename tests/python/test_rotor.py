@@ -233,18 +233,6 @@ def test_tangents_by_the_rotor(digits):
     assert 1e-16 < kr.solve(HEAVY, [0.0, 2.0], tangents=names).conditioning[-1] < 1e-13
 
 
-def test_the_angular_acceleration_is_the_derivative_of_the_angular_velocity():
-    for body in (GENERAL, TENSOR, BODIES["spherical"]):
-        scene = kr.Scene(body, **START, damping=(0.02, 0.3, 0.1))
-        t = np.linspace(0.5, 0.5 + 8e-3, 9)
-        path = kr.solve(scene, t, digits=20)
-        weights = np.array((3, -32, 168, -672, 0, 672, -168, 32, -3)) / 840e-3
-        slope = weights @ path.body_velocity
-        assert np.abs(slope - path.body_acceleration[4]).max() < 1e-11
-        plain = kr.solve(scene.replace(body=replace(body, rotor=(0, 0, 0))), t)
-        assert np.abs(slope - plain.body_acceleration[4]).max() > 0.1
-
-
 def test_closed_forms_of_ensembles_with_axial_rotors_equal_single_ones():
     for body, axis in AXIAL[:4]:
         tops = kr.Scene(body, **START).vary(rotor=np.outer((0.0, 0.7, -1.2), axis))

@@ -416,26 +416,3 @@ def test_plans_name_the_true_reason_on_a_support_that_turns_about_e3(moment, mom
         assert "on turning supports; the method 'exact' takes the closed form" in why
     else:
         assert why == kr.plan(scene, 1.0).why and "vertical component" in why
-
-
-def test_accelerations_are_derivatives_of_velocities():
-    weights = np.array((3, -32, 168, -672, 0, 672, -168, 32, -3)) / 840e-3
-    words = {"turning": TURNING, "shaking": (0.2, 5.0, 0.3), "damping": (0.1, 0.2, 0.3)}
-    for name, friction in (("tensor", 0.3), ("lagrange", 0.0)):
-        scene = make_scene(name, **words, friction=friction)
-        path = kr.solve(scene, np.linspace(0.5, 0.5 + 8e-3, 9), digits=20)
-        assert np.abs(weights @ path.body_velocity - path.body_acceleration[4]).max() < 1e-11
-        apex_rate = np.cross(path.velocity[4], path.apex[4])
-        assert np.abs(weights @ path.apex - apex_rate).max() < 1e-11
-    step, t = 1e-6, [0.0, 1.0]
-    path = kr.solve(scene, t, tangents="turning")
-    for quantity in ("nutation", "energy", "potential", "body_velocity", "body_acceleration"):
-        for k in (0, 2):
-            one, other = (
-                kr.solve(
-                    scene.replace(turning=np.array(TURNING) + change * np.eye(3)[k]), t, digits=20
-                )
-                for change in (step, -step)
-            )
-            slope = (getattr(one, quantity) - getattr(other, quantity)) / (2 * step)
-            assert np.abs(slope - path.derivative(quantity)[..., k]).max() < 1e-7, quantity

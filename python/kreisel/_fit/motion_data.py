@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._results.specific_force import INERTIAL_VELOCITY
 from .._utils.validation import Array
 from .parameters import FitPoint
 from .records import Record, Series
@@ -71,7 +70,7 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
             motions += _reconstruct_motion_from_attitudes(
                 t, multiply_quaternions(q, point.axes[None])
             )
-        for name in ("body_velocity", INERTIAL_VELOCITY.name):
+        for name in ("body_velocity", "inertial_velocity"):
             if name not in table:
                 continue
             t, w = _select_longest_gapless_samples(record.t, table[name])
@@ -84,7 +83,7 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
             reconstructions = _reconstruct_motion_from_gyroscope(
                 t, w @ rotation, None if first is None else first @ rotation
             )
-            is_at_rest = name == INERTIAL_VELOCITY.name and point.is_support_turning
+            is_at_rest = name == "inertial_velocity" and point.is_support_turning
             motions += [motion._replace(is_at_rest=is_at_rest) for motion in reconstructions]
         if "velocity" in table:
             t, w = _select_longest_gapless_samples(record.t, table["velocity"])

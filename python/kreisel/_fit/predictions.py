@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .._core import derivatives, values
 from .._core import tangents as TANGENTS
-from .._results.specific_force import INERTIAL_VELOCITY, SPECIFIC_FORCE, specific_force
+from .._results.specific_force import SPECIFIC_FORCE, specific_force
 from .._utils.validation import Array
 from .measurable import MEASURABLE, SEEN_FROM_BODY
 from .parameters import FitPoint, FreeParameters
@@ -100,8 +100,6 @@ class QuantityPredictor:
 
     def predict_quantity(self, name: str, place: Array | None = None) -> Prediction:
         """Predict the values of a quantity along the motion."""
-        if name == INERTIAL_VELOCITY.name:
-            return self._transform_to_user_body_frame(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
             assert place is not None
             return self._predict_specific_force(place)
@@ -172,7 +170,7 @@ class QuantityPredictor:
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
         change = self._transform_to_user_body_frame(self._predict_angular_acceleration())
-        rate = self._transform_to_user_body_frame(self._predict_inertial_velocity())
+        rate = self.predict_quantity("inertial_velocity")
         vertical = self._transform_to_user_body_frame(
             self._predict_quantity_of_core("body_vertical")
         )
@@ -236,13 +234,6 @@ class QuantityPredictor:
             else np.empty((len(rotation), 0))
         )
         return Prediction(velocity, jacobian, rate)
-
-    def _predict_inertial_velocity(self) -> Prediction:
-        """Predict the angular velocity relative to the inertial frame."""
-        relative = self._predict_quantity_of_core("body_velocity")
-        if not self._is_on_turning_support:
-            return relative
-        return Prediction(*map(np.add, relative, self._support_angular_velocity))
 
     def _predict_angular_acceleration(self) -> Prediction:
         """Predict the angular acceleration relative to the inertial frame."""

@@ -9,18 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .. import quaternion
 from .._options.quantities import QuantityDescription
 from .._utils.validation import Array
 
-INERTIAL_VELOCITY = QuantityDescription(
-    "inertial_velocity",
-    3,
-    [f"inertial_velocity_{axis}" for axis in "xyz"],
-    False,
-    "T^-1",
-    "angular velocity in the inertial frame, seen from the frame of the body",
-)
 SPECIFIC_FORCE = QuantityDescription(
     "specific_force",
     3,
@@ -29,13 +20,6 @@ SPECIFIC_FORCE = QuantityDescription(
     "L T^-2",
     "acceleration of a point of the body minus that of gravity, seen from the frame of the body",
 )
-
-
-def transform_to_body_frame(q: Array, vector: Array) -> Array:
-    """Transform a vector from the space frame to the body frame for each attitude in `q`."""
-    w, x, y, z = q.T
-    a, b, c = (np.full(len(q), component) for component in vector)
-    return np.stack(quaternion.turn_back((w, x, y, z), (a, b, c)), axis=-1)
 
 
 def specific_force(

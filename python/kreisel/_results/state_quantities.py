@@ -23,7 +23,7 @@ from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, as_three_floats, freeze_array, short_repr
 from .core_calls import RunStart
-from .specific_force import specific_force, transform_to_body_frame
+from .specific_force import specific_force
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
@@ -42,8 +42,7 @@ DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "stat
     "animate": ["q", "apex"],
     "end": ["states"],
     "scene_at": ["states"],
-    "inertial_velocity": ["body_velocity"],
-    "specific_force": ["body_acceleration", "body_velocity", "body_vertical"],
+    "specific_force": ["body_acceleration", "inertial_velocity", "body_velocity", "body_vertical"],
     "modified_energy": ["states"],
     "modified_energy4": ["states"],
 }
@@ -248,8 +247,7 @@ class PathBase(QuantityAttributes):
 
         Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
         the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
-        quantity depends on the direction of the apex. Derivatives of `body_acceleration` do not
-        exist for tops with dry friction. The functions `kowalewski` and
+        quantity depends on the direction of the apex. The functions `kowalewski` and
         `goryachev_chaplygin` are conserved only for special bodies. Derivatives of `kowalewski` and
         `goryachev_chaplygin` are NaN for parameters whose variation violates the conditions on the
         body. Changes of the moments of inertia violate the conditions on a Kowalewski or
@@ -288,18 +286,6 @@ class PathBase(QuantityAttributes):
         from .scipy_rotation import Attitudes
 
         return Attitudes(self.q_xyzw)
-
-    @property
-    def inertial_velocity(self) -> Array:
-        """(n, 3) the angular velocity that a gyroscope on the body measures [T^-1].
-
-        The angular velocity is relative to the inertial frame, with components in the body frame.
-        The inertial angular velocity differs from `body_velocity` only if the support turns.
-        """
-        if not any(self.scene.turning):
-            return self.body_velocity
-        support = transform_to_body_frame(self.q, np.array(self.scene.turning))
-        return freeze_array(self.body_velocity + support)
 
     def specific_force(self, point: ArrayLike) -> Array:
         """Return the readings of an accelerometer at a given point of the body [L T^-2].

@@ -56,6 +56,7 @@ QuantityName = Literal[
     "kowalewski",
     "goryachev_chaplygin",
     "body_acceleration",
+    "inertial_velocity",
     "q_low",
     "m_low",
 ]
@@ -122,3 +123,6 @@ class QuantityAttributes:
 
         @property
         def body_acceleration(self) -> Array: ...
+
+        @property
+        def inertial_velocity(self) -> Array: ...

@@ -1,0 +1,287 @@
+"""Laws of every quantity: its value follows from the state, and it scales as its unit says.
+
+The formulas are those of docs/theory/supports.md, in the frame of description of the body.
+"""
+
+import inspect
+import re
+from typing import get_args
+
+import kreisel as kr
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from moving_tops import Motion, turn
+
+NAMES = [name for name in get_args(kr.QuantityName) if not name.endswith("_low")]
+EXAMPLES = settings(
+    max_examples=60, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck)
+)
+BODIES = {  # moments and centre of mass
+    "general": ((0.9, 1.0, 1.7), (0.3, -0.2, 0.4)),
+    "Lagrange": ((1.3, 1.3, 1.7), (0.0, 0.0, 0.5)),
+    "hanging Lagrange": ((1.3, 1.3, 1.7), (0.0, 0.0, -0.5)),
+    "Kowalewski": ((2.0, 2.0, 1.0), (0.6, -0.3, 0.0)),
+    "Goryachev-Chaplygin": ((4.0, 4.0, 1.0), (0.6, 0.3, 0.0)),
+    "spherical": ((1.2, 1.2, 1.2), (0.3, 0.4, 0.5)),
+    "free": ((0.9, 1.0, 1.7), (0.0, 0.0, 0.0)),
+}
+FREE_AXIS = (0.6, 0.0, 0.8)  # of the rotors of free bodies
+EFFECTS = {
+    "damping": ((0.0, 0.0, 0.0), (0.1, 0.3, 0.05), (40.0, 20.0, 0.5)),
+    "friction": (0.0, 0.2, 3.0),
+    "turning": ((0.0, 0.0, 0.0), (0.0, 4.7e-5, 5.5e-5), (0.0, 0.0, 0.6), (0.3, -0.2, 0.5)),
+    "shaking": ((0.0, 0.0, 0.0), (0.1, 5.0, 0.3)),
+}
+
+
+@st.composite
+def tops(draw):
+    """Draw a scene with any body, order of axes, frame of description, rotor and support."""
+    kind, rotor = (
+        draw(st.sampled_from(sorted(BODIES))),
+        draw(st.sampled_from((None, "axial", "any"))),
+    )
+    moments, com = map(np.array, BODIES[kind])
+    order = draw(st.permutations(range(3)))
+    carried = {
+        None: np.zeros(3),
+        "axial": 2.0 * com if com.any() else 2.0 * np.array(FREE_AXIS),
+        "any": np.array((0.3, -0.4, 0.8)),
+    }[rotor]
+    body = kr.Body(1.2, moments[order], com[order], rotor=carried[order], unphysical=True)
+    if draw(st.booleans()):
+        body = body.turn((0.5, 0.1, -0.7, 0.5))
+    effects = {name: draw(st.sampled_from(values)) for name, values in EFFECTS.items()}
+    velocity = draw(st.sampled_from(((0.4, 0.3, 3.0), (-2.0, 1.0, -0.2), (0.0, 0.0, 0.0))))
+    attitude = draw(st.sampled_from(((0.5, 0.5, -0.5, 0.5), (0.1, 0.9, 0.3, -0.3), (1, 0, 0, 0))))
+    gravity = draw(st.sampled_from((1.3, -2.0)))
+    attitude = tuple(np.array(attitude) / np.linalg.norm(attitude))
+    return kr.Scene(body, body_velocity=velocity, attitude=attitude, gravity=gravity, **effects)
+
+
+@st.composite
+def paths(draw, times=(0.0, 0.4, 1.7, 9.0, 40.0)):
+    """Draw the path of a scene, forward or backward in time."""
+    scene = draw(tops())
+    is_back = draw(st.integers(0, 3)) == 0 and max(scene.damping) < 1.0
+    try:
+        return kr.solve(scene, [-0.3, -1.1] if is_back else times, "taylor")
+    except kr.Error:  # a top that friction holds has no unique past
+        assume(not is_back)
+        raise
+
+
+def tilt_of(apex):
+    """Return the matrix of the rotation from e3 to the apex for which spin angles are zero."""
+    if apex[2] < -0.5:
+        return tilt_of(-apex) @ np.diag((1.0, -1.0, -1.0))
+    x, y, z = apex
+    cross = np.array(((0.0, 0.0, x), (0.0, 0.0, y), (-x, -y, 0.0)))
+    return np.eye(3) + cross + cross @ cross / (1.0 + z)
+
+
+def compute_fourth_integral(motion, own, up, kind):
+    """Return K or the magnitude of G, in the axes of a Kowalewski or Chaplygin body."""
+    moments, axes = np.linalg.eigh(np.linalg.inv(motion.inverse))
+    first = -motion.apex
+    basis = np.array((first, np.cross(axes[:, 0], first), axes[:, 0]))
+    scene, reach = motion.scene, np.linalg.norm(motion.com)
+    m = basis @ own / moments[2]
+    p = scene.body.mass * scene.gravity * reach / moments[2] * (basis @ up)
+    if kind == "kowalewski":
+        return abs((m[0] + 1j * m[1]) ** 2 + 2.0 * (p[0] + 1j * p[1])) ** 2
+    return abs(m[2] * (m[0] ** 2 + m[1] ** 2) + m[0] * p[2])
+
+
+def compute_acceleration(motion, t, y, spin, size):
+    """Return the angular acceleration relative to the support, in the frame of the body."""
+    (own, turning), relative, friction = (
+        motion.see_from_body(y),
+        motion.relative(y),
+        motion.scene.friction,
+    )
+    holding = motion.find_holding(t, y)
+    is_held = abs(spin) <= 1e-12 * size and abs(holding) <= friction
+    torque = holding if is_held else -friction * np.sign(spin)
+    total = motion.torque(t, y) + torque * motion.apex - np.cross(relative + turning, own)
+    return motion.inverse @ total - np.cross(turning, relative)
+
+
+def compute_quantities(scene, t, y):
+    """Return {name: (value, size of its terms)} for the state y = (attitude, momentum)."""
+    motion, mass = Motion(scene), scene.body.mass
+    (own, turning), relative = motion.see_from_body(y), motion.relative(y)
+    tensor, apex, h = np.linalg.inv(motion.inverse), motion.apex, motion.rotor
+    matrix = np.array([turn(tuple(y[:4]), e) for e in np.eye(3)]).T
+    axes, up = np.array([turn(scene.body.axes, e) for e in np.eye(3)]), matrix[2]
+    amplitude, rate, phase = scene.shaking
+    g = scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
+    weight, top, inertial = mass * g * motion.com, matrix @ apex, relative + turning
+    ease, momentum = np.abs(motion.inverse).max(), np.abs(own).max() + np.abs(h).max()
+    omega = ease * momentum + np.abs(turning).max()
+    spin, tilted = relative @ apex, tilt_of(apex).T @ up
+    pole = 1.0 / max(np.hypot(top[0], top[1]), 1e-300)
+    energy = momentum * omega + np.abs(weight).max() + 1.0
+    alpha = ease * (energy + scene.friction + max(scene.damping) * omega) + omega**2
+    kinetic = 0.5 * relative @ tensor @ relative
+    potential = weight @ up - 0.5 * turning @ tensor @ turning - h @ turning
+    acceleration = compute_acceleration(motion, t, y, spin, omega)
+    return {
+        "velocity": (matrix @ relative, omega),
+        "body_velocity": (relative, omega),
+        "inertial_velocity": (inertial, omega),
+        "spin": (spin, omega),
+        "body_acceleration": (acceleration, alpha),
+        "torque": (np.cross(matrix @ weight, (0.0, 0.0, -1.0)), energy),
+        "frame": ((matrix @ axes.T).T, 1.0),
+        "apex": (top, 1.0),
+        "body_vertical": (up, 1.0),
+        "body_momentum": (own, momentum),
+        "vertical_momentum": (y[6], momentum),
+        "axial_momentum": (own @ apex, momentum),
+        "kinetic": (kinetic, energy),
+        "potential": (potential, energy),
+        "energy": (kinetic + potential, energy),
+        "nutation": (np.arctan2(np.hypot(top[0], top[1]), top[2]), 1.0),
+        "precession_angle": (np.arctan2(top[0], -top[1]), pole),
+        "spin_angle": (np.arctan2(tilted[0], tilted[1]), pole),
+        **{
+            name: (compute_fourth_integral(motion, own, up, name), (omega**2 + energy * ease) ** 2)
+            for name in ("kowalewski", "goryachev_chaplygin")
+        },
+    }
+
+
+def compute_specific_force(scene, t, y, place):
+    """Return the acceleration of a point minus that of gravity, in the frame of the body."""
+    truth = {name: value for name, (value, _) in compute_quantities(scene, t, y).items()}
+    inertial, relative = truth["inertial_velocity"], truth["body_velocity"]
+    change = truth["body_acceleration"] + np.cross(inertial - relative, relative)
+    amplitude, rate, phase = scene.shaking
+    g = scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
+    centripetal = np.cross(inertial, np.cross(inertial, place))
+    return np.cross(change, place) + centripetal + g * truth["body_vertical"]
+
+
+@EXAMPLES
+@given(paths())
+def test_every_quantity_follows_from_the_state(path):
+    place = np.array((0.4, -0.7, 0.5))
+    assert {*NAMES} == {"t", "q", "m", *compute_quantities(path.scene, 0.0, path.states[0, 1:])}
+    for i, state in enumerate(path.states):
+        t, y = state[0], state[1:]
+        truth = compute_quantities(path.scene, t, y)
+        for name, (value, size) in truth.items():
+            own = getattr(path, name)[i]
+            if name in ("precession_angle", "spin_angle"):
+                own = value + np.remainder(own - value + np.pi, 2.0 * np.pi) - np.pi
+                size = size if size < 1e3 else np.inf  # the angle is undefined at the pole
+            elif name in ("kowalewski", "goryachev_chaplygin"):
+                value = np.nan if np.isnan(own) else value
+                own = abs(own)
+            assert np.abs(own - value).max() <= 1e-12 * size or np.isnan(value).all(), name
+        force = compute_specific_force(path.scene, t, y, place)
+        size = truth["body_acceleration"][1] + np.abs(force).max()
+        assert np.abs(path.specific_force(place)[i] - force).max() < 1e-12 * size
+
+
+@pytest.mark.parametrize("digits", [None, 20])
+@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0.6, 0.8)])
+@pytest.mark.parametrize("turning", [(0, 0, 0), (0, 4.7e-5, 5.5e-5), (0.01, 0.02, 0.3)])
+def test_a_top_at_rest_that_friction_holds_has_no_acceleration(axis, turning, digits):
+    wheel = kr.Body.disk(0.05, (0, 0, -0.06), mass=0.5).with_rotor(spin=50, inertia=1e-5, axis=axis)
+    losses = {"damping": 1e-2, "friction": 2e-2, "turning": turning}
+    scene = kr.Scene.spinning(wheel, spin=100, tilt=2.5, gravity=9.81, **losses)
+    path = kr.solve(scene, np.linspace(40.0, 60.0, 30), digits=digits)
+    rest = np.abs(path.body_velocity).max()
+    assert rest < 1e-2
+    assert np.abs(path.body_acceleration).max() < 1e-9 + 10.0 * rest  # friction alone gives 32
+    point = (0.05, 0.0, 0.06)
+    pull = path.specific_force(point) - 9.81 * path.body_vertical
+    assert np.abs(pull).max() < 1e-9 + 0.1 * (rest + np.dot(turning, turning))
+
+
+@EXAMPLES
+@given(tops(), st.integers(0, 2), st.booleans())
+def test_derivatives_of_accelerations_are_those_of_differences(scene, k, is_late):
+    scene = scene.replace(friction=scene.friction or 0.5)
+    t, step = [6.0 if is_late else 0.3], 1e-6
+    numbers = {"friction": scene.friction, "turning": np.array(scene.turning)}
+    try:
+        path = kr.solve(scene, t, "taylor", tangents=("turning", "friction"))
+    except kr.Error:  # a start without spin that friction cannot hold
+        assume(False)
+    columns = {"turning": path.derivative("body_acceleration")[0, :, k]}
+    columns["friction"] = path.derivative("body_acceleration")[0, :, 3]
+    for name, own in columns.items():
+        change = step * (np.eye(3)[k] if name == "turning" else 1.0)
+        ahead, behind = (
+            kr.solve(
+                scene.replace(**{name: numbers[name] + by}, momentum=scene.momentum), t, digits=20
+            )
+            for by in (change, -change)
+        )
+        held = [abs(p.spin[0]) < 1e-9 for p in (path, ahead, behind)]
+        assume(len({*held}) == 1)
+        slope = (ahead.body_acceleration[0] - behind.body_acceleration[0]) / (2.0 * step)
+        assert np.abs(slope - own).max() < 1e-5 * (1.0 + np.abs(own).max()), name
+
+
+def find_unit(kind, name):
+    """Return the unit (powers of M, L and T) that the documentation of a quantity states."""
+    first_line = inspect.getdoc(getattr(kind, name)).splitlines()[0]
+    unit = "".join(re.findall(r"\[([MLT^0-9 -]+)\]", first_line))
+    powers = {base: int(power or 1) for base, power in re.findall(r"([MLT])(?:\^(-?\d+))?", unit)}
+    return np.array([powers.get(base, 0) for base in "MLT"])
+
+
+SCENE_UNITS = {
+    "gravity": (0, 1, -2),
+    "momentum": (1, 2, -1),
+    "damping": (1, 2, -1),
+    "friction": (1, 2, -2),
+    "turning": (0, 0, -1),
+}
+
+
+def scale_scene(scene, scale):
+    """Return the same top in other units: `scale` maps powers of M, L and T to a factor."""
+    body = scene.body
+    inertia, rotor = np.array(body.inertia), np.array(body.rotor)
+    other = kr.Body(
+        body.mass * scale((1, 0, 0)),
+        inertia * scale((1, 2, 0)),
+        np.array(body.com) * scale((0, 1, 0)),
+        rotor=rotor * scale((1, 2, -1)),
+        unphysical=True,
+    )
+    amplitude, rate, phase = scene.shaking
+    words = {
+        name: np.array(getattr(scene, name)) * scale(unit) for name, unit in SCENE_UNITS.items()
+    }
+    shaking = amplitude * scale((0, 1, 0)), rate * scale((0, 0, -1)), phase
+    return kr.Scene(other, attitude=scene.attitude, shaking=shaking, **words)
+
+
+@EXAMPLES
+@given(tops(), st.tuples(*[st.integers(-9, 9)] * 3), st.booleans())
+def test_every_quantity_scales_as_its_unit_says(scene, powers, is_ensemble):
+    def scale(unit):
+        return 2.0 ** int(np.dot(unit, powers))
+
+    other, t, place = (
+        scale_scene(scene, scale),
+        np.array([0.0, 0.4, 1.7]),
+        np.array((0.4, -0.7, 0.5)),
+    )
+    if is_ensemble:
+        scene, other = (s.vary(gravity=np.array((1.0, 0.5)) * s.gravity) for s in (scene, other))
+    one, two = kr.solve(scene, t), kr.solve(other, t * scale((0, 0, 1)))
+    for name in NAMES:
+        unit = find_unit(type(one), name)
+        np.testing.assert_array_equal(getattr(one, name) * scale(unit), getattr(two, name), name)
+    if not is_ensemble:
+        force = one.specific_force(place) * scale(find_unit(type(one), "specific_force"))
+        np.testing.assert_array_equal(force, two.specific_force(place * scale((0, 1, 0))))
