@@ -662,7 +662,8 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
     X(SUMS,        "no theta functions fit the motion")                                           \
     X(TERMS,       "its theta functions have too many terms")                                     \
     X(CERTIFICATE, "the error of its theta functions exceeds the limit")                          \
-    X(OTHER,       "it is another kind of top, or is not moved by its weight alone")
+    X(OTHER,       "it is another kind of top, or is not moved by its weight alone")              \
+    X(ROUNDED,     "its moments are 2 : 2 : 1 and com normal to axis 3 only up to rounding")
 typedef enum kr_kowalewski_refusal {
 #define KR_X_(name, text) KR_KOWALEWSKI_##name,
     KR_KOWALEWSKI_REFUSAL_LIST(KR_X_)
@@ -675,10 +676,10 @@ KR_API const char *kr_kowalewski_refusal_text(int refusal);
 /* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
  * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
  * most about ten times `certificate`, the largest relative error found when the solution is
- * checked. The solution assumes moments 2 : 2 : 1, com normal to axis 3; `mismatch` is the
- * deviation. The resulting attitude error is about `mismatch` times the rotation angle. */
+ * checked. The moments must be 2 : 2 : 1, and com normal to axis 3, exactly: near a separatrix, the
+ * attitude can be arbitrary if only their rounding errors differ. */
 typedef struct kr_kowalewski {
-    double first, second, heading, certificate, mismatch;
+    double first, second, heading, certificate;
     size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */
     int refusal; /* a kr_kowalewski_refusal */
 } kr_kowalewski;
@@ -715,7 +716,8 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
     X(START,       "the start does not lie on the arcs of its curve")                             \
     X(HEADING,     "the series of its heading has too many terms: it is near a separatrix")       \
     X(CERTIFICATE, "the error of its series exceeds the limit")                                   \
-    X(OTHER,       "it is another kind of top, or is not moved by its weight alone")
+    X(OTHER,       "it is another kind of top, or is not moved by its weight alone")              \
+    X(ROUNDED,     "its moments are 4 : 4 : 1 and com normal to axis 3 only up to rounding")
 typedef enum kr_chaplygin_refusal {
 #define KR_X_(name, text) KR_CHAPLYGIN_##name,
     KR_CHAPLYGIN_REFUSAL_LIST(KR_X_)
@@ -727,11 +729,11 @@ typedef enum kr_chaplygin_refusal {
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
  * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
- * is zero. `certificate` and `mismatch` are as in kr_kowalewski, but for principal moments 4 : 4 :
- * 1. If rounding errors make <m, e3> nonzero, `mismatch` is at least |<m, e3>| / |m|. If the
- * integral G is near 0, each radian of rotation about the vertical adds one rounding error. */
+ * is zero. `certificate` is as in kr_kowalewski. The moments 4 : 4 : 1, com normal to axis 3 and
+ * <m, e3> = 0 must be exact. If the integral G is near 0, each radian of rotation about the vertical
+ * adds one rounding error. */
 typedef struct kr_goryachev_chaplygin {
-    double first, second, certificate, mismatch;
+    double first, second, certificate;
     size_t used; /* as in kr_kowalewski */
     int refusal; /* a kr_chaplygin_refusal */
 } kr_goryachev_chaplygin;
@@ -777,7 +779,7 @@ typedef struct kr_exact_map {
     double private_[83];
 } kr_exact_map;
 /* Solves the Bobenko-Suris map in closed form. Returns KR_ERR_STEP_SIZE if the step is too large,
- * or if the motion is too close to a separatrix of the map (complementary modulus k'^2 < 1e-26).
+ * or if the motion is too close to a separatrix of the map (complementary modulus k'^2 < 1e-20).
  * Returns KR_ERR_ARGUMENT if the step is outside 2^-100 .. 2^40 times the time in which the top
  * rotates by one radian. */
 KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);

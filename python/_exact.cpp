@@ -41,7 +41,7 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
 // The numbers at the head of a plan of a top whose motion is on a torus, and the text of its
 // refusal.
 struct torus_head {
-    double first, second, precession, certificate, mismatch;
+    double first, second, precession, certificate;
     const char *refusal;
 };
 // Such a plan, in memory that Python cannot write. Only the pointer to the plan's own kind is set.
@@ -80,17 +80,16 @@ class torus_memory
             const kr_status status = kr_goryachev_chaplygin_plan(&scene, bound, memory, &chaplygin);
             kr_goryachev_chaplygin head;
             std::memcpy(&head, memory, sizeof head);
-            out = {head.first,    head.second,
-                   0.0,           head.certificate,
-                   head.mismatch, kr_goryachev_chaplygin_refusal_text(head.refusal)};
+            out = {head.first, head.second, 0.0, head.certificate,
+                   kr_goryachev_chaplygin_refusal_text(head.refusal)};
             return status;
         }
         void *memory = allocate(kr_kowalewski_size());
         const kr_status status = kr_kowalewski_plan(&scene, bound, memory, &kowalewski);
         kr_kowalewski head;
         std::memcpy(&head, memory, sizeof head);
-        out = {head.first,       head.second,   2.0 * head.heading,
-               head.certificate, head.mismatch, kr_kowalewski_refusal_text(head.refusal)};
+        out = {head.first, head.second, 2.0 * head.heading, head.certificate,
+               kr_kowalewski_refusal_text(head.refusal)};
         return status;
     }
     // Frees the memory of the set-up. Without a plan, frees all memory.
@@ -127,7 +126,7 @@ static py::tuple torus_plan(const kr_scene &scene, double bound)
     memory->shrink();
     return py::make_tuple(name_of(status), head.refusal,
                           py::make_tuple(head.first, head.second, head.precession),
-                          head.certificate, head.mismatch, std::move(memory));
+                          head.certificate, std::move(memory));
 }
 // Returns the states of a plan at the times t, or None in the same cases as exact_states.
 static py::object torus_states(const torus_memory &plan, const py::object &t, double most)
@@ -195,19 +194,18 @@ static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py
         return status;
     });
 }
-// Writes the three frequencies, the certificate and the mismatch of each top whose motion is on a
-// torus, and NaN for all other tops.
+// Writes the three frequencies and the certificate of each top whose motion is on a torus, and NaN
+// for all other tops.
 static py::tuple torus_heads(const tops &all, size_t begin, size_t end, const py::object &out,
                              const std::shared_ptr<work> &with)
 {
-    double *to = in_place<double>(out, 5 * (end - begin));
+    double *to = in_place<double>(out, 4 * (end - begin));
     torus_memory memory;
     return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
-        torus_head head = {NAN, NAN, NAN, NAN, NAN, ""};
+        torus_head head = {NAN, NAN, NAN, NAN, ""};
         const kr_status status = has_torus(scene) ? memory.plan(scene, 0.0, head) : KR_OK;
-        const double numbers[] = {head.first, head.second, head.precession, head.certificate,
-                                  head.mismatch};
-        std::copy(std::begin(numbers), std::end(numbers), to + 5 * i);
+        const double numbers[] = {head.first, head.second, head.precession, head.certificate};
+        std::copy(std::begin(numbers), std::end(numbers), to + 4 * i);
         return status;
     });
 }

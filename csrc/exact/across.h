@@ -134,17 +134,15 @@ static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
                ? KR_ERR_METHOD
                : KR_OK;
 }
-/* Returns the largest relative deviation of a body from two conditions for an integrable case. Two
- * of the principal moments must equal `ratio` times the third one. The centre of mass must lie in
- * the plane perpendicular to the principal axis with this third moment. */
-static double mismatch_of(const kr_body *body, double ratio)
+/* Returns 1 if a body satisfies two conditions of an integrable case without rounding errors. Two
+ * of the principal moments must equal `ratio`, a power of two, times the third one. The centre of
+ * mass must lie in the plane perpendicular to the principal axis with this third moment. */
+static int is_integrable(const kr_body *body, double ratio)
 {
-    const kr_vec3 i = body->inertia, c = body->com;
-    const int distinct_axis = distinct_axis_of(i);
-    const double pair = ratio * component(i, distinct_axis),
-                 one = component(i, (distinct_axis + 1) % 3),
-                 other = component(i, (distinct_axis + 2) % 3);
-    return fmax(fmax(fabs(one - pair), fabs(other - pair)) / pair,
-                fabs(component(c, distinct_axis)) / v_largest(c));
+    const kr_vec3 i = body->inertia;
+    const int axis = distinct_axis_of(i);
+    const double pair = ratio * component(i, axis);
+    return component(i, (axis + 1) % 3) == pair && component(i, (axis + 2) % 3) == pair &&
+           component(body->com, axis) == 0.0;
 }
 #endif

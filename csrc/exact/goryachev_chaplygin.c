@@ -75,10 +75,11 @@ static void equalise_series(kr_angle_series angle[2])
     }
 }
 /* Returns, in turns, half of the initial torus angle that corresponds to the separation variable u.
- * Writes the periodic part of the time, evaluated at the initial torus angle, to `time`. Changes
- * the signs of the Fourier coefficients in `e` if necessary to match the initial state. */
+ * Writes the periodic part of the time, evaluated at the initial torus angle, to `time`. Writes
+ * the signs of c and s between the torus angles 0 and pi that match the initial state to `signs`,
+ * and applies them to the Fourier coefficients in `e`. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
-                      kr_angle_series *e, double *time)
+                      kr_angle_series *e, double signs[2], double *time)
 {
     const dd up = dd_max(dd_sub(arc->B, u), dd_of(0.0)),
              down = dd_max(dd_sub(dd_mul(u, arc->C), arc->A), dd_of(0.0)), both = dd_add(up, down);
@@ -89,21 +90,27 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
     arc_halves(o, arc, s, c, half);
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
     const double one = first ? half[0] * root.re.hi : -half[1] * root.im.hi;
+    signs[0] = one < 0.0 ? -1.0 : 1.0;
+    signs[1] = -signs[0];
     for (int k = 0; k < 2; k++)
-        for (int i = 0; i < e->count[k]; i++) e->part[k][i] *= (one < 0.0) == (k == 0) ? -1.0 : 1.0;
+        for (int i = 0; i < e->count[k]; i++) e->part[k][i] *= signs[k];
     *time = arc_time(arc, sine, cosine);
     return dd_add(turns_of(s, c),
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
-/* Sets the bounds and tolerances of Newton's method for the periodic part of the rescaled time tau.
- * The smallest value of |m| is the distance between the arcs of u1 and u2. */
+/* Returns the smallest value of |m|: the distance between the arcs of u1 and u2. */
+static double least_momentum(const chaplygin_curve *o, const chaplygin_arc arc[2])
+{
+    return dd_sub(o->root[arc[0].low], o->root[arc[1].high]).hi;
+}
+/* Sets the bounds and tolerances of Newton's method for the periodic part of the rescaled time
+ * tau. */
 static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
                             kr_chaplygin_plan *plan)
 {
     static const double rest[GUESSES] = {1e-2, 1e-4, 1e-7};
     const kr_angle_series *const e = plan->angle;
-    const double rate = fmax(e[0].rate, e[1].rate),
-                 least = dd_sub(o->root[arc[0].low], o->root[arc[1].high]).hi;
+    const double rate = fmax(e[0].rate, e[1].rate), least = least_momentum(o, arc);
     double bound = 0.0, bend = 0.0;
     int step = GUESSES - 1;
     for (int k = e[0].times - 1; k > 0; k--) {
@@ -185,13 +192,14 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
         if (!average_arc(o, &w->arc[j], &w->table, &w->samples)) return KR_CHAPLYGIN_INTEGRALS;
     w->tail = 0.0;
     for (int j = 0; j < 2; j++)
-        if (!make_angle_series(o, w, &w->arc[j], &plan->angle[j])) return KR_CHAPLYGIN_INTEGRALS;
+        if (!make_angle_series(o, w, j, &plan->angle[j])) return KR_CHAPLYGIN_INTEGRALS;
     equalise_series(plan->angle);
     set_angle_rates(plan, w->arc, rate);
     set_slip_search(o, w->arc, plan);
     for (int j = 0; j < 2; j++)
-        half[j] = start_angle(o, &w->arc[j], y->u[j], y->root[j], &plan->angle[j], &time[j]);
-    const double tail = make_heading_grid(w, plan->angle, M);
+        half[j] =
+            start_angle(o, &w->arc[j], y->u[j], y->root[j], &plan->angle[j], w->sign[j], &time[j]);
+    const double tail = make_heading_grid(o, w, plan->angle, M);
     if (!(tail < 1e-13)) return KR_CHAPLYGIN_HEADING;
     w->tail = fmax(w->tail, tail);
     plan->is_even = plan->angle[0].is_sine[0] == plan->angle[1].is_sine[1];
@@ -286,15 +294,17 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     return fmax(miss, fabs(grown - sine));
 }
 /* Returns the certificate of a closed-form solution, which is an estimate of its error. The
- * certificate is the largest of three errors: the truncation error, the error of a state near the
- * initial time, and the rounding error of the heading. The rounding error of the heading is
- * inversely proportional to the rate of the slower torus angle. Both torus angles change slowly if
- * the angular momentum is small. */
-static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
-                           kr_quat attitude)
+ * certificate is the largest of four errors: the truncation error, the error of a state near the
+ * initial time, and two rounding errors. That of the heading is inversely proportional to the rate
+ * of the slower torus angle. Both torus angles change slowly if the angular momentum is small. That
+ * of the attitude is largest where |m| is smallest, because the attitude is a quotient of sums of
+ * the size sqrt|m|, whose errors do not become smaller with |m|. */
+static double certify_plan(const chaplygin_memory *m, const chaplygin_top *top, kr_quat attitude)
 {
-    const double rounding = 0x1p-59 / fmin(plan->angle[0].rate, plan->angle[1].rate);
-    return fmax(fmax(tail, rounding), miss_of_plan(plan, top, attitude));
+    const kr_chaplygin_plan *plan = &m->plan;
+    const double heading = 0x1p-59 / fmin(plan->angle[0].rate, plan->angle[1].rate),
+                 quotient = 0x1p-57 / sqrt(least_momentum(&m->curve, m->work.arc));
+    return fmax(fmax(m->work.tail, fmax(heading, quotient)), miss_of_plan(plan, top, attitude));
 }
 /* Converts the solution to the user's units, or to internal units if `own` is nonzero
  * (across.h). */
@@ -307,17 +317,13 @@ static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_
     plan->tau_rate = plan->tau_rate / way->time.hi / (own ? 1.0 : u->time);
     head->first = two_pi * plan->torus.turn[0].fast;
     head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->torus.turn[1].fast;
-    plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
 }
-/* Converts a validated scene to the axes and units of the closed-form solution. The vertical
- * momentum must be zero, so its rounding error is discarded. */
+/* Converts a validated scene to the axes and units of the closed-form solution. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
                                 across_way *way)
 {
-    kr_scene level = *scene;
     across_start start;
-    level.start.m.z = 0.0;
-    const kr_status status = read_across(&level, 1.0, 4.0, &start, way);
+    const kr_status status = read_across(scene, 1.0, 4.0, &start, way);
     if (status != KR_OK) return status;
     for (int i = 0; i < 3; i++) {
         top->L[i] = start.momentum[i];
@@ -342,20 +348,18 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     head->refusal = KR_CHAPLYGIN_OTHER;
     kr_status status = check_torus_scene(scene, KR_KIND_GORYACHEV_CHAPLYGIN, own);
     if (status != KR_OK) return status;
-    const kr_vec3 m = scene->start.m;
     head->refusal = KR_CHAPLYGIN_VERTICAL;
     if (!kr_chaplygin_is_level(scene)) return KR_ERR_METHOD;
-    head->mismatch = mismatch_of(&scene->body, 4.0);
-    if (m.z != 0.0) head->mismatch = fmax(head->mismatch, fabs(m.z) / v_largest(m));
+    head->refusal = KR_CHAPLYGIN_ROUNDED;
+    if (!is_integrable(&scene->body, 4.0)) return KR_ERR_METHOD;
     head->refusal = KR_CHAPLYGIN_WEIGHTLESS;
     status = read_chaplygin(scene, memory, &top, &way);
     if (status != KR_OK) return status;
     begin_torus(&plan->torus);
-    plan->vertical = 0.0;
     kr_chaplygin_refusal refusal = make_plan(&top, memory);
     if (refusal == KR_CHAPLYGIN_PLANNED) {
         set_heading(plan, way.attitude);
-        head->certificate = certify_plan(plan, &top, memory->work.tail, way.attitude);
+        head->certificate = certify_plan(memory, &top, way.attitude);
         bring_back(plan, &way, &scene->start, own);
         head->used = kr_chaplygin_form.used_size(plan);
         if (!(head->certificate <= (bound > 0.0 ? bound : KR_CHAPLYGIN_BOUND)))

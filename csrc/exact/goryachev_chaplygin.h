@@ -48,7 +48,6 @@ typedef struct kr_slow_term {
 typedef struct kr_chaplygin_plan {
     kr_goryachev_chaplygin head;
     kr_torus torus;
-    double vertical; /* <m, e3> of the scene, a rounding error [M L^2 T^-1] */
     kr_angle_series angle[2];
     double tau_rate; /* mean of d tau/dt */
     double mean;     /* mean of |m| over tau */

@@ -27,7 +27,11 @@ typedef struct series_work {
     arc_samples samples;
     chaplygin_arc arc[2];
     double row[3][MOST_POINTS + 1];
-    double part[2][3][MOST_POINTS + 1]; /* c, s and c^2 + s^2 of each angle */
+    /* Samples of |c|, |s| and the periodic part of the time in each angle from 0 to pi, and the
+     * number of their intervals. */
+    double part[2][3][MOST_POINTS + 1];
+    int points[2];
+    double sign[2][2]; /* signs of c and s of each angle between 0 and pi */
     double grid[2][GRID_SAMPLES];
     cx fourier[2 * MOST_POINTS];
     double tail; /* largest relative size of the terms that a series leaves out */
@@ -110,13 +114,14 @@ static int count_terms(const double v[], int M, double scale)
     while (count > 1 && !(fabs(v[count - 1]) > 0x1p-53 * most)) count--;
     return count + count % 2;
 }
-/* Uses bracketed Newton iteration to find the x in [0, pi] that corresponds to the angle alpha.
+/* Uses bracketed Newton iteration to find the x in [0, pi] that corresponds to the angle pi i/M.
  * Writes the sine and cosine of x/2. */
-static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, double alpha,
+static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, int i, int M,
                           double *s, double *c)
 {
+    const double alpha = 0.5 * two_pi * i / M;
     double low = 0.0, high = 0.5 * two_pi, x = alpha;
-    for (int i = 0; i < 80; i++) {
+    for (int step = 0; step < 80; step++) {
         dd size;
         sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
         const double sine = 2.0 * *s * *c, cosine = *c * *c - *s * *s,
@@ -133,6 +138,8 @@ static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, do
         if (change < 1e-13) break;
     }
     sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
+    if (i == 0) *s = 0.0, *c = 1.0;
+    if (i == M) *s = 1.0, *c = 0.0;
 }
 /* Returns the periodic part of the integral of |u| over tau, given the sine and cosine of x. */
 static double arc_time(const chaplygin_arc *arc, double sine, double cosine)
@@ -140,11 +147,34 @@ static double arc_time(const chaplygin_arc *arc, double sine, double cosine)
     return sum_arc_sines(arc, 1, sine, cosine) -
            arc->q.hi / arc->p.hi * sum_arc_sines(arc, 0, sine, cosine);
 }
+/* Computes c, s and the periodic part of the time at M + 1 values of angle j, from 0 to pi, and
+ * keeps the samples that are known for M/2 intervals. Where c and s are both close to zero, the
+ * heading rate is largest, and their relative errors matter. These are small in arc_halves, but not
+ * in the Fourier series of c and s. */
+static void sample_angle(const chaplygin_curve *o, series_work *w, int j, int M)
+{
+    const chaplygin_arc *arc = &w->arc[j];
+    double (*const part)[MOST_POINTS + 1] = w->part[j];
+    const int is_finer = 2 * w->points[j] == M;
+    for (int k = 0; k < 3 && is_finer; k++)
+        for (int i = M / 2; i > 0; i--) part[k][2 * i] = part[k][i];
+    for (int i = is_finer; i <= M; i += 1 + is_finer) {
+        double s, c, half[2];
+        find_variable(o, arc, i, M, &s, &c);
+        arc_halves(o, arc, s, c, half);
+        part[0][i] = half[0];
+        part[1][i] = half[1];
+        part[2][i] = arc_time(arc, 2.0 * s * c, c * c - s * s);
+    }
+    refine_cosines(&w->table, GRID / (2 * M));
+    w->points[j] = M;
+}
 /* Computes the Fourier series in one of the angles alpha1 and alpha2. Returns 0 if a series
  * converges too slowly. */
-static int make_angle_series(const chaplygin_curve *o, series_work *w, const chaplygin_arc *arc,
-                             kr_angle_series *e)
+static int make_angle_series(const chaplygin_curve *o, series_work *w, int j, kr_angle_series *e)
 {
+    const chaplygin_arc *arc = &w->arc[j];
+    w->points[j] = 0;
     for (int k = 0; k < 2; k++) {
         const int has_sine = arc->high / 3 == k, has_cosine = arc->low / 3 == k;
         e->is_sine[k] = has_sine;
@@ -152,17 +182,8 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
     }
     for (int M = LEAST_POINTS; M <= MOST_POINTS; M *= 2) {
         double tail = 0.0;
-        refine_cosines(&w->table, GRID / (2 * M));
-        for (int i = 0; i <= M; i++) {
-            double s, c, half[2];
-            find_variable(o, arc, 0.5 * two_pi * i / M, &s, &c);
-            if (i == 0) s = 0.0, c = 1.0;
-            if (i == M) s = 1.0, c = 0.0;
-            arc_halves(o, arc, s, c, half);
-            w->row[0][i] = half[0];
-            w->row[1][i] = half[1];
-            w->row[2][i] = arc_time(arc, 2.0 * s * c, c * c - s * s);
-        }
+        sample_angle(o, w, j, M);
+        memcpy(w->row, w->part[j], sizeof w->row);
         for (int k = 0; k < 3; k++) {
             transform(w, M, k == 2 || e->is_sine[k], k == 2 || e->is_whole[k], 1, w->row[k]);
             tail = fmax(tail, k == 2 ? tail_of(w->row[2], M) : tail_of(w->row[k], M));
@@ -183,37 +204,28 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
     }
     return 0;
 }
-/* Evaluates c, s and c^2 + s^2 at M + 1 values of one angle, from 0 to pi. */
-static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
-{
-    refine_cosines(&w->table, GRID / (2 * M));
-    for (int i = 0; i <= M; i++) {
-        angle_lanes a;
-        a.half = dd_of(0.0); /* not used */
-        for (int k = 0; k < 5; k++) {
-            a.c[k] = wave_at(&w->table, M, 0, k, i);
-            a.s[k] = wave_at(&w->table, M, 1, k, i);
-        }
-        for (int k = 0; k < 2; k++) w->part[j][k][i] = part_at(e, k, &a);
-        w->part[j][2][i] =
-            w->part[j][0][i] * w->part[j][0][i] + w->part[j][1][i] * w->part[j][1][i];
-    }
-}
 /* Computes the two-dimensional Fourier coefficients of the heading rate. The first grid holds the
  * coefficients of sines of the first angle, and the second grid those of cosines. Each row of a
  * grid corresponds to a multiple of the first angle, and each column to a multiple of the
  * second. */
 static void transform_heading(series_work *w, const kr_angle_series angle[2], const int M[2])
 {
-    const int width = M[1] + 1, sine = !angle[0].is_sine[0];
+    const int width = M[1] + 1, sine = !angle[0].is_sine[0], up = w->points[0] / M[0],
+              along = w->points[1] / M[1];
     for (int g = 0; g < 2; g++) {
         const int one = g ? !sine : sine; /* c of angle 1 times s of angle 2, or s times c */
         double *v = w->grid[g];
+        const double *const first[2] = {w->part[0][one], w->part[0][!one]}, *const second[2] = {
+                                                                                w->part[1][!one],
+                                                                                w->part[1][one]};
+        const double signs = w->sign[0][one] * w->sign[1][!one];
         for (int i = 0; i <= M[0]; i++) {
             double *row = v + i * width;
-            const double factor = 2.0 * w->part[0][one][i], size = w->part[0][2][i];
-            for (int j = 0; j <= M[1]; j++)
-                row[j] = factor * w->part[1][!one][j] / (size + w->part[1][2][j]);
+            const double c = first[0][i * up], s = first[1][i * up];
+            for (int j = 0; j <= M[1]; j++) {
+                const double C = second[0][j * along], S = second[1][j * along];
+                row[j] = 2.0 * signs * c * C / ((c * c + s * s) + (C * C + S * S));
+            }
             transform(w, M[1], angle[1].is_sine[!one], angle[1].is_whole[!one], 1, row);
         }
         for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
@@ -242,18 +254,19 @@ static int has_room(const int M[2], int j)
 /* Refines the grid until the last Fourier coefficients are at rounding level, or the memory for
  * samples is exhausted.
  * Returns an estimate of the relative truncation error. */
-static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
+static double make_heading_grid(const chaplygin_curve *o, series_work *w,
+                                const kr_angle_series angle[2], int M[2])
 {
     double tail[2];
     M[0] = M[1] = LEAST_POINTS;
     for (;;) {
-        for (int j = 0; j < 2; j++) sample_angle(w, &angle[j], j, M[j]);
         transform_heading(w, angle, M);
         find_heading_tails(w, M, tail);
         int grows = 0;
         for (int j = 0; j < 2; j++)
             if (tail[j] > 1e-15 && has_room(M, j)) {
                 M[j] *= 2;
+                if (M[j] > w->points[j]) sample_angle(o, w, j, M[j]);
                 grows = 1;
             }
         if (!grows) return fmax(tail[0], tail[1]);

@@ -288,7 +288,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     r.t = time;
     r.m.x = unit * (c * c - s * s);
     r.m.y = unit * (2.0 * c * s);
-    r.m.z = wide_splat(plan->vertical);
+    r.m.z = wide_splat(0.0);
     r.q = torus_attitude(&plan->torus, q);
     return r;
 }

@@ -163,7 +163,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     head->refusal = KR_KOWALEWSKI_OTHER;
     kr_status status = check_torus_scene(scene, KR_KIND_KOWALEWSKI, own);
     if (status != KR_OK) return status;
-    head->mismatch = mismatch_of(&scene->body, 2.0);
+    head->refusal = KR_KOWALEWSKI_ROUNDED;
+    if (!is_integrable(&scene->body, 2.0)) return KR_ERR_METHOD;
     head->refusal = KR_KOWALEWSKI_WEIGHTLESS;
     status = read_kowalewski(scene, &top, &way);
     if (status != KR_OK) return status;

@@ -58,7 +58,10 @@ static map_link map_link_of(const exact_top *top, double step)
     k.w[0] = dd_sub(dd_times(m.x, scale), dd_twice(dd_mul(k.b, a[1])));
     k.w[1] = dd_add(dd_times(m.y, scale), dd_twice(dd_mul(k.b, a[0])));
     k.l = k.w[2] = dd_times(m.z, scale);
-    k.c = dd_dot(k.w, a);
+    /* The kick is normal to a and e3, so that c and l are components of the momentum m. They cancel
+     * exactly if the axis swings in a vertical plane. */
+    k.c = dd_mul(dd_add(dd_add(dd_times(m.x, a[0]), dd_times(m.y, a[1])), dd_times(m.z, a[2])),
+                 scale);
     n = dd_dot(k.w, k.w);
     cross(k.w, a, turn);
     for (int i = 0; i < 3; i++)
@@ -169,12 +172,14 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
 /* Returns u3 - 1, the distance of the third root u3 from the pole u = 1, computed without
- * cancellation. */
+ * cancellation. This distance must be small. */
 static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
     link_at_phase(k, sn2, cn2, &s, &square);
-    const dd y = dd_mul(k->x, map_height(k, s)), other = dd_half(dd_add(s, dd_sqrt(square)));
+    const dd y = dd_mul(k->x, map_height(k, s)), climb = dd_sqrt(square);
+    /* The other height of the link is farther from the pole, on either side of it. */
+    const dd other = dd_half(s.hi > 2.0 ? dd_add(s, climb) : dd_sub(s, climb));
     map_linear(k, s, -1.0, &re, &im);
     return dd_div(dd_add(dd_square(re), dd_square(im)),
                   dd_twice(dd_mul(y, dd_sub(other, dd_of(1.0)))));
@@ -219,7 +224,13 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     turning_height(k, sh, ch, -1.0, &minus1, &plus1);
     turning_height(k, dd_div(ch, dh), dd_div(dd_mul(r->kp2, sh), dh), 1.0, &plus2, &minus2);
     const dd d = dd_max(dd_sub(plus2, plus1), dd_of(1e-36));
+    const double below = k->sign * dd_add(k->l, k->c).hi, above = k->sign * dd_sub(k->l, k->c).hi;
+    /* If l + c = 0 or l - c = 0, a root of the curve lies at a pole. Either the axis passes exactly
+     * through this pole, and the argument is 0, or the argument is at its limit, where cd = 0. */
+    const int is_through_lower = below == 0.0 && plus1.hi < 1e-40,
+              is_through_upper = above == 0.0 && minus2.hi < 1e-40;
     dd cd = dd_sub(dd_mul(d, dh), dd_mul(dd_mul(plus1, r->k2), sh));
+    if (below == 0.0 && !is_through_lower) cd = dd_of(0.0);
     r->y1 = dd_mul(dd_mul(r->mean, dd_sqrt(plus1)),
                    dd_rf(cd, dd_add(cd, plus1), dd_add(cd, dd_mul(r->k2, plus1))));
     const dd far = dd_add(d, dd_mul(dd_mul(minus2, r->k2), sh));
@@ -227,14 +238,18 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
     /* If y2 is close to its limit and u3 is close to 1, the difference above suffers from
      * cancellation, and is therefore computed by another formula. */
-    if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
+    if (cd.hi < 1e-6) {
         const dd kc = dd_mul(r->k2, ch);
         const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));
-        cd = dd_div(dd_mul(kc, gap), dd_mul(r->kp2, far));
+        const dd nearby = dd_div(dd_mul(kc, gap), dd_mul(r->kp2, far));
+        if (nearby.hi >= 0.0) cd = nearby;
     }
+    if (above == 0.0 && !is_through_upper) cd = dd_of(0.0);
     r->y2 = dd_mul(dd_mul(r->mean, dd_sqrt(dd_div(rho, r->kp2))), dd_rf(cd, one, dd_add(one, rho)));
-    if (k->sign * dd_add(k->l, k->c).hi >= 0.0) r->y1 = dd_neg(r->y1);
-    if (k->sign * dd_sub(k->l, k->c).hi >= 0.0) r->y2 = dd_neg(r->y2);
+    if (below >= 0.0) r->y1 = dd_neg(r->y1);
+    if (above >= 0.0) r->y2 = dd_neg(r->y2);
+    if (is_through_lower) r->y1 = dd_of(0.0);
+    if (is_through_upper) r->y2 = dd_of(0.0);
     r->plus2 = plus2.hi;
     r->minus1 = minus1.hi;
 }

@@ -144,8 +144,4 @@ const char *kr_goryachev_chaplygin_refusal_text(int refusal)
     return find_text(texts, KR_CHAPLYGIN_REFUSAL_COUNT, refusal);
 }
 
-int kr_chaplygin_is_level(const kr_scene *scene)
-{
-    const kr_vec3 m = scene->start.m;
-    return fabs(m.z) <= 0x1p-49 * fmax(fabs(m.x), fabs(m.y));
-}
+int kr_chaplygin_is_level(const kr_scene *scene) { return scene->start.m.z == 0.0; }

@@ -81,6 +81,6 @@ static inline void kr_torus_states(const kr_torus_form *form, const void *plan, 
     }
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
 }
-/* Returns 1 if the initial vertical momentum of a validated scene is zero up to rounding errors. */
+/* Returns 1 if the initial vertical momentum of a validated scene is zero. */
 int kr_chaplygin_is_level(const kr_scene *scene);
 #endif

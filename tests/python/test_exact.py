@@ -6,9 +6,11 @@ import pickle
 from dataclasses import replace
 
 import kreisel as kr
+import mpmath as mp
 import numpy as np
 import pytest
 from ensembles import same_bits
+from tops import unit
 
 TOP, FREE, THESIS = kr.scenes.asymmetric, kr.scenes.dzhanibekov, kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
@@ -195,6 +197,66 @@ def test_the_closed_form_of_the_map_gives_its_steps(name, step):
     assert kr.attitude_error(path.q, steps.q).max() < 1e-11
     assert np.abs(path.m - steps.m).max() < 1e-10
     assert np.array_equal(closed(7).states[0], path.states[7])
+
+
+PENDULUM = kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 1.0), unphysical=True)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.1, -0.1, 0.5, 1.5, 3.0, 3.2])
+def test_the_map_swings_in_a_plane_that_stands_still(step):
+    """Check tops that are let go from rest after up to 1e15 steps: axis and body do not turn."""
+    random = np.random.default_rng(5)
+    for attitude in random.normal(size=(8, 4)):
+        scene = kr.Scene(PENDULUM, (0.0, 0.0, 0.0), unit(attitude), gravity=1.0)
+        closed = kr.exact(scene, map="bobenko_suris", step=step)
+        half_turns = np.array((closed.precession_rate, closed.spin_angle_rate)) * step / np.pi
+        assert np.abs(half_turns - np.rint(half_turns)).max() < 1e-12
+        assert abs(step) > 1.0 or not half_turns.any()
+        apex = kr.solve(scene, [0.0]).apex[0]
+        x, y = np.array((-apex[1], apex[0])) / np.hypot(*apex[:2])
+        for k in 10 ** np.arange(2, 16):
+            q = closed(np.arange(k, k + 20)).q
+            turn = kr.quaternion.multiply(
+                tuple(q.T), kr.quaternion.conjugate(tuple(np.outer(scene.attitude, np.ones(20))))
+            )
+            assert np.abs((turn[1] * y - turn[2] * x, turn[3])).max() < 1e-14
+
+
+@pytest.mark.parametrize("speed", [0.7, 2.0, 3.0])
+def test_a_swing_through_both_poles_has_the_rates_of_the_motion(speed):
+    scene = kr.Scene(PENDULUM, (0.0, speed, 0.0), unit((1.0, 0.0, 1.0, 0.0)), gravity=1.0)
+    closed, top = kr.exact(scene, map="bobenko_suris", step=0.05), kr.exact(scene)
+    assert (closed.precession_rate, closed.spin_angle_rate) == (0.0, 0.0)
+    assert (top.precession_rate, top.spin_angle_rate) == (0.0, 0.0)
+
+
+def iterate_map(scene, step, steps):
+    """Return the heights of the apex after each step of the Bobenko-Suris map, in 60 digits."""
+    with mp.workdps(60):
+        q, m = [mp.mpf(x) for x in scene.attitude], [mp.mpf(x) for x in scene.momentum]
+        q, h, heights = [x / mp.norm(q) for x in q], mp.mpf(step), []
+        for _ in range(steps):
+            w, x, y, z = q
+            heights.append(float(w * w + z * z - x * x - y * y))
+            m[0] -= 2 * h * (y * z - w * x)
+            m[1] += 2 * h * (x * z + w * y)
+            turn = [mp.mpf(1), *(h * v / 2 for v in m)]
+            q = kr.quaternion.multiply(tuple(turn), tuple(q))
+            q = [v / mp.norm(q) for v in q]
+    return np.array(heights)
+
+
+@pytest.mark.parametrize("lean", [1e-7, 1e-8, 1e-9, 1e-10, 1e-12])
+def test_the_map_near_the_upright_separatrix_is_right_or_refused(lean):
+    attitude = unit((1.0, 0.3 * lean, -0.4 * lean, 0.0))
+    scene = kr.Scene(PENDULUM, (0.7 * lean, 0.2 * lean, 0.6), attitude, gravity=1.0)
+    try:
+        closed = kr.exact(scene, map="bobenko_suris", step=0.1)
+    except ValueError as error:
+        assert lean < 1e-8 and "separatrix" in str(error)
+        return
+    heights = iterate_map(scene, 0.1, 600)
+    assert np.abs(closed(np.arange(600)).apex[:, 2] - heights).max() < 1e-12
 
 
 def test_scenes_without_a_closed_form_are_refused():

@@ -40,11 +40,6 @@ def test_suits_selects_the_right_scenes():
     assert not exact.suits(SCENE.replace(momentum=(0.9, 2.1, 1e-3)))
 
 
-def test_a_vertical_momentum_of_rounding_size_is_a_mismatch():
-    top = kr.exact(SCENE.replace(momentum=(0.9, 2.1, 1e-16)))
-    assert 0.0 < top.mismatch < 1e-15 and top(3.0).m[0, 2] == 1e-16
-
-
 def test_newtons_method_converges_near_a_separatrix():
     """Check a solution for which the plain Newton iteration alternates between two points."""
     momentum = (-0.019903457640552673, 0.20531745824418174, 0.0)

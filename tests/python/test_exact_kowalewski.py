@@ -15,7 +15,3 @@ def test_a_pendulum_is_refused():
         kr.exact(pendulum)
     with pytest.raises(ValueError, match=r"does not apply: this motion.*in a plane"):
         kr.solve(pendulum, 1.0, method="exact")
-
-
-def test_the_scene_kowalewski_has_a_mismatch_of_rounding_size():
-    assert 0.0 < kr.exact(kr.scenes.kowalewski).mismatch < 1e-15

@@ -46,7 +46,7 @@ def test_attributes_equal_those_of_single_scenes():
         one = kr.exact(TOPS[i])
         for name in ("period", "precession_rate", "spin_angle_rate"):
             assert np.array_equal(getattr(forms, name)[i], getattr(one, name), equal_nan=True)
-        for name in ("frequencies", "certificate", "mismatch"):
+        for name in ("frequencies", "certificate"):
             value = getattr(forms, name)[i]
             if TOPS[i].body.kind == "lagrange":
                 assert np.isnan(value).all() and not hasattr(one, name)

@@ -146,6 +146,10 @@ def test_quasi_periods_end_where_rounding_errors_begin():
     top = kr.exact(OVER_THE_POLE[0])
     rows = top.find_quasi_periods(1000)
     assert 8 < len(rows) < 60 and np.isfinite(rows).all()
+    near_rest = make_scene(KOWALEWSKI, (1e-3, 2e-3, 1e-3), (0.5, 0.5, 0.5, 0.49))
+    for one in (top, kr.exact(near_rest)):
+        times = one.find_quasi_periods(1000)[:, 2]
+        assert len(one(times)) == len(times)
     for wrong in (0, -1, 1.5, "2", math.nan):
         with pytest.raises((TypeError, ValueError), match="n must be"):
             top.find_quasi_periods(wrong)

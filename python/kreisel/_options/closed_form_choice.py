@@ -106,8 +106,6 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
             "the method 'exact' takes the closed form"
         )
         return reason, 0.0
-    if _is_only_nearly_integrable(scene, form.ratio):
-        return f"the moments, com or momentum are those of a {top} top only up to rounding", 0.0
     if times is None:
         reason = (
             f"'auto' integrates {top} tops in runs, streams, ensembles and without times; "
@@ -123,16 +121,6 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
         )
         return reason, 0.0
     return "", min(_ROUNDING * steps / _ERROR_PER_CERTIFICATE, _LARGEST_CERTIFICATE)
-
-
-def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
-    """Return True if a scene satisfies the conditions of integrability only approximately."""
-    moments, com = scene.body.moments, scene.body.principal_com
-    odd = moments.index(min(moments))
-    pair = ratio * moments[odd]
-    is_exact = all(moment in (pair, moments[odd]) for moment in moments) and com[odd] == 0.0
-    is_level = scene.body.kind == "kowalewski" or scene.momentum[2] == 0.0
-    return not (is_exact and is_level)
 
 
 def _estimate_taylor_steps(scene: Scene, end: float) -> float:

@@ -222,8 +222,9 @@ class PathBase(QuantityAttributes):
         The steps are chosen for the accuracy of the path, not for that of the tangents.
 
         For a kreisel.ExactTorus, the estimate is the largest difference between the tangents
-        computed with orders 6 and 8. Differences are relative to the magnitude of the tangent or,
-        for small tangents, to that of the state.
+        computed with orders 6 and 8, plus 5e-11, the largest effect of rounding errors.
+        Both are relative to the magnitude of the tangent or, for small tangents, to that of the
+        state.
         """
         return self._get_tangents_or_raise().truncation
 

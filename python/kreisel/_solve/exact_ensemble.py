@@ -57,7 +57,7 @@ class ExactEnsemble:
     single scene; the states are even bitwise identical. Accessing the turning-point attributes
     raises ValueError if any of the motions has no turning points.
 
-    The attributes frequencies, certificate and mismatch are NaN unless the top is a Kowalewski or
+    The attributes frequencies and certificate are NaN unless the top is a Kowalewski or
     Goryachev-Chaplygin top.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
@@ -188,8 +188,8 @@ class ExactEnsemble:
 
     @cached_property
     def _frequencies_and_certificates(self) -> Array:
-        """An array with one row per top: the three frequencies, certificate and mismatch."""
-        heads = np.full((self.tops.size, 5), np.nan)
+        """An array with one row per top: the three frequencies and the certificate."""
+        heads = np.full((self.tops.size, 4), np.nan)
         if self._has_any_torus_closed_form:
             self._call_core_in_slices(torus_heads, heads)
         return heads
@@ -233,11 +233,6 @@ class ExactEnsemble:
     def certificate(self) -> Array:
         """(*shape) the largest relative residual, as in kreisel.ExactTorus."""
         return self._reshape_to_ensemble(self._frequencies_and_certificates[:, 3])
-
-    @property
-    def mismatch(self) -> Array:
-        """(*shape) the relative difference from an integrable body, as in kreisel.ExactTorus."""
-        return self._reshape_to_ensemble(self._frequencies_and_certificates[:, 4])
 
     @property
     def least_nutation(self) -> Array:

@@ -39,6 +39,9 @@ _SHRINK: Final = 0.25  # factor between two steps, if the larger one is not smal
 _STEPS: Final = 4  # number of steps that are tried
 _SETTLED: Final = 1e-11  # relative difference of the two orders below which no step is refined
 _LARGEST: Final = 1e-4  # relative difference of the two orders above which nothing is returned
+# The largest effect of the rounding errors of states, relative to the tangents. It is the same at
+# all times, because the steps are inversely proportional to time.
+_ROUNDING: Final = 5e-11
 _LATEST: Final = 1e9  # latest time, as the angle by which the top turns
 _MOST: Final = 1 << 14  # number of times that are computed together, which bounds the memory
 
@@ -191,7 +194,7 @@ def _compute_tangent_matrix_columns(
             result[block], rest[block] = _differentiate_with_best_steps(
                 scene, states[block], group, step, compute_states
             )
-    return result, float(rest.max(initial=0.0))
+    return result, float(rest.max(initial=0.0)) + _ROUNDING
 
 
 def _differentiate_with_best_steps(
